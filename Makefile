@@ -1,4 +1,4 @@
-# `make` sets the machine up, builds and runs; `make test` sets up and passes all tests.
+# `make` sets up the machine, builds and runs; `make test` sets up and runs all tests.
 CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
@@ -15,12 +15,12 @@ run: build
 build: setup
 	$(CARGO) build --locked
 
-# What the system lacks: a Vulkan loader with a software adapter, the libraries of a window, ffmpeg.
+# Missing system packages: a Vulkan loader with a software adapter, window libraries, ffmpeg.
 setup:
 	@sh tools/setup.sh
 
-# Passes all tests of all crates, and says at the end which were skipped and why. AFTERLIGHT_REQUIRED names, with
-# commas between, what must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, amx, small
+# Runs all tests of all crates, and lists skipped tests with their reasons at the end. AFTERLIGHT_REQUIRED is a
+# comma-separated list of needs that must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, amx, small
 # disk, pfspanoramic, prlimit, blender, openjd, slurm.
 test: setup
 	@out="$${CARGO_TARGET_DIR:-target}"; mkdir -p "$$out"; out=$$(cd "$$out" && pwd); \
@@ -30,12 +30,12 @@ test: setup
 		$(CARGO) test --locked --workspace --no-fail-fast; \
 		code=$$?; awk -f tests/support/skipped.awk "$$out/skipped.txt"; exit $$code
 
-# The hard cases that the tests show, one line each: passes all tests and writes docs/stability.md.
+# Runs all tests and writes docs/stability.md: the hard cases shown by the tests, one line each.
 stability: test
 	$(CARGO) run --locked -q -p afterlight-test-support --bin stability "$${CARGO_TARGET_DIR:-target}/stability.txt" >docs/stability.md.new
 	mv docs/stability.md.new docs/stability.md
 
-# The tests run in sessions without a folder of their own too: Mesa's driver then prints an error each time.
+# For sessions without a runtime folder, where Mesa's driver prints an error each time.
 test bench bench-relight bench-passes bench-plate: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
 
 lint:
@@ -45,8 +45,8 @@ lint:
 doc:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
 
-# An environment with PyTorch, which the network is compared with and raced against; kept until the requirements
-# change. Pip's own settings choose where it comes from; a build for the CPU suffices.
+# Python environment with PyTorch, for comparing and racing the network; kept until the requirements change.
+# Pip's own settings choose the source; a CPU build is enough.
 PEERS = $(or $(CARGO_TARGET_DIR),target)/peers
 PYTHON = $(abspath $(wildcard $(PEERS)/bin/python))
 
@@ -56,7 +56,7 @@ peers:
 		$(PEERS)/bin/pip install -r tests/peers/requirements.txt && \
 		cp tests/peers/requirements.txt $(PEERS)/requirements.txt; }
 
-# The reference implementation of Open Job Description, which runs a farm's job in the tests.
+# Reference implementation of Open Job Description, which runs farm jobs in the tests.
 ENGINE = $(or $(CARGO_TARGET_DIR),target)/openjd
 OPENJD = $(abspath $(wildcard $(ENGINE)/bin/openjd))
 FARM_FOLDER ?= $(or $(CARGO_TARGET_DIR),target)/farm
@@ -68,53 +68,53 @@ openjd:
 		$(ENGINE)/bin/pip install -r tests/openjd/requirements.txt && \
 		cp tests/openjd/requirements.txt $(ENGINE)/requirements.txt; }
 
-# Measures what a frame takes on this machine, alone on it, and writes the tables of docs/farm.md: some ten minutes. The
-# projects that it measures are made once.
+# Measures the time per frame on this otherwise idle machine and writes the tables of docs/farm.md: some ten minutes.
+# The measured projects are made once.
 farm: build
 	$(CARGO) run --locked -q -p afterlight-rates -- $(AFTERLIGHT) $(FARM_FOLDER) docs/farm.md
 
-# The network's speed and memory, and PyTorch's where it is there. BENCH="--size 128" makes it short.
+# Speed and memory of the network, and of PyTorch if installed. BENCH="--size 128" is short.
 bench:
 	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) bench --locked --profile dev --bench network -- $(BENCH)
 
-# The sum of lamps beside what the memory allows, NumPy and PyTorch.
+# The sum of lamps against the memory limit, NumPy and PyTorch.
 bench-relight:
 	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) bench --locked --profile dev --bench relight -- $(BENCH)
 
-# Every pass beside what memory allows. BENCH="--software" includes a GPU that is none.
+# Every pass against the memory limit. BENCH="--software" also accepts a software GPU.
 bench-passes:
 	$(CARGO) bench --locked --profile dev --bench passes -- $(BENCH)
 
-# Light that multiplies the plate: its time beside a copy of the plate, and on shoots with a truth, SHOOTS="DIR DIR", how
-# near each way to bring light to the plate comes.
+# Light that multiplies the plate: its time against a copy of the plate, and, on shoots with a truth, SHOOTS="DIR DIR",
+# the accuracy of each way to transfer light to the plate.
 bench-plate:
 	$(CARGO) bench --locked --profile dev --bench plate -- $(addprefix --shoot ,$(SHOOTS)) $(BENCH)
 
-# How near the kinds of weights come to the truth: writes docs/weights.md in some minutes.
+# Accuracy of the kinds of weights: writes docs/weights.md in some minutes.
 weights:
 	$(CARGO) run --locked -p afterlight-weights
 
-# Measures shoots with a truth and writes docs/accuracy.md with all its tables, plots and pictures. BUDGET is the minutes by
-# the clock for everything: the next run goes on where this one ended, and the page says what is missing. MINUTES is those of
-# training for the base. LADDER=no measures nothing and writes the page with what is there.
+# Measures shoots with a truth and writes docs/accuracy.md with all its tables, plots and pictures. BUDGET limits the run in
+# minutes: the next run continues, and the page lists what is missing. MINUTES sets the training time of the base.
+# LADDER=no measures nothing and writes the page from earlier results.
 BUDGET ?= 90
 accuracy: build
 	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) run --locked -p afterlight-accuracy -- --budget $(BUDGET) --program $(AFTERLIGHT) \
 		$(addprefix --shoot ,$(SHOOTS)) $(addprefix --minutes ,$(MINUTES)) $(if $(filter no,$(LADDER)),--no-ladder)
 
-# Measures predictions on shoots unlike each other, before any training and after MINUTES of it (such as 1,3,10), and writes
+# Measures predictions on dissimilar shoots, before training and after MINUTES of it (such as 1,3,10), and writes
 # docs/panel.md. SHOOTS adds shoots with a truth: SHOOTS="person=DIR other=DIR".
 .PHONY: panel
 panel: build
 	$(CARGO) run --locked -q -p afterlight-panel -- --program $(AFTERLIGHT) $(addprefix --shoot ,$(SHOOTS)) $(addprefix --minutes ,$(MINUTES))
 
-# Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
-# stopped goes on; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the
+# Calibrates random shoots and writes docs/robustness.md with the errors and the coverage of the stated intervals. A stopped
+# run continues; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the
 # TRIALS, two of them for the calibration; NETWORKS=8 also trains two networks on each of the first eight shoots, some
-# ten minutes each. Shoots below seed FIRST are for developing.
+# ten minutes each. Seeds below FIRST are reserved for development.
 FIRST ?= 101
 TRIALS ?= 200
 NETWORKS ?= 0
@@ -122,7 +122,7 @@ trials: $(if $(filter-out 0,$(NETWORKS)),build)
 	$(CARGO) run --locked -p afterlight-trials -- --first $(FIRST) --trials $(TRIALS) --networks $(NETWORKS) \
 		--program $(AFTERLIGHT) $(if $(filter shoots,$(FRESH)),--fresh-shoots,$(if $(FRESH),--fresh))
 
-# Traces the demo's interview, which comes with the program: some minutes. The stage's test says when it has to be made again.
+# Traces the demo's interview, which comes with the program: some minutes. A test of the stage fails when it is out of date.
 demo-interview: build setup
 	rm -rf target/interview assets/interview
 	mkdir -p assets/interview
@@ -133,22 +133,22 @@ demo-interview: build setup
 		cp target/interview/interview_masks/$$name.png assets/interview/ || exit 1; \
 	done
 
-# Cuts the start page's picture out of the demo's relit frames.
+# Crops the start page's picture from the demo's relit frames.
 .PHONY: welcome
 welcome:
 	ffmpeg -loglevel error -y -i docs/relit.jpg -vf crop=2160:600:0:60,scale=1440:400:flags=area -map_metadata -1 \
 		-fflags +bitexact -flags:v +bitexact -q:v 4 assets/welcome/interview.jpg
 
-# What others install: a .deb, a tarball and the notes of this version, in target/package. Takes half an hour.
+# Release files in target/package: a .deb, a tarball and the release notes. Takes half an hour.
 .PHONY: package test-package
 package: setup
 	@CARGO=$(CARGO) tools/package.sh
 
-# Installs the packages on a fresh Debian, without Rust, and uses the program there. As root; SUITE=trixie chooses.
+# Installs the packages on a fresh Debian without Rust, and uses the program there. Needs root; SUITE=trixie sets the release.
 test-package:
 	tools/test_package.sh
 
-# The pictures of docs/guide.md, taken of a real window on the demo's project.
+# Screenshots for docs/guide.md, of a real window on the demo's project.
 screenshots: build
 	$(AFTERLIGHT) demo $(DEMO) --prepare
 	tools/screenshots.sh $(AFTERLIGHT) $(DEMO)/project

@@ -1,9 +1,8 @@
-//! The network against the same one in PyTorch: seconds and memory of a training step and of a
-//! prediction, measured in turns. `make bench` runs it; `tests/peers/README.md` says what each does.
+//! The network against its PyTorch counterpart: time and memory of a training step and of a prediction, measured in
+//! turns. Run by `make bench`; `tests/peers/README.md` describes both.
 //!
-//! The driver starts one process for each peer and case, so that the number of threads can be set
-//! before the first one starts and peak memory belongs to one case. Both peers speak the same lines:
-//! `step N`, `predict N`, `memory`, `quit`.
+//! The driver starts one process per peer and case, so that the number of threads is set before any starts and peak
+//! memory belongs to one case. Both peers answer the same commands: `step N`, `predict N`, `memory`, `quit`.
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::reflectance::kernels::chunks::keep_to_avx2;
@@ -28,11 +27,11 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 const PYTHON: &str = "AFTERLIGHT_PYTHON";
 const LEARNING_RATE: f64 = 1e-3;
 const LAMPS: usize = 41;
-/// Seconds that a peer keeps the turn for, if one run is not longer.
+/// Seconds of a peer's turn, unless a single run takes longer.
 const TURN: f64 = 0.5;
-/// Rounds of turns that each case gets, however slow.
+/// Rounds of turns for each case, however slow.
 const LEAST_ROUNDS: usize = 3;
-/// Times the network against PyTorch.
+/// Time the network against PyTorch.
 #[derive(Parser)]
 struct Options {
     /// Widths and heights of the pictures.
@@ -44,11 +43,11 @@ struct Options {
     /// Shapes of the network.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Shape::Quick, Shape::Paper])]
     shape: Vec<Shape>,
-    /// Precision of our convolutions; PyTorch's are f32 unless `--peer` says otherwise. On a GPU `half` predicts in f16, and
-    /// training is f32 throughout.
+    /// Precision of our convolutions; PyTorch's are f32 unless `--peer` says otherwise. On a GPU `half` predicts in
+    /// f16, and training always uses f32.
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
-    /// Processor or GPU that both peers compute on. On a GPU threads do not count, and memory is the GPU's.
+    /// Processor or GPU for both peers. On a GPU the number of threads is ignored, and memory is the GPU's.
     #[arg(long, value_enum, default_value = "cpu")]
     device: DeviceChoice,
     /// Seconds for each of the two measurements of a case.
@@ -57,13 +56,13 @@ struct Options {
     /// Further arguments for the PyTorch script, such as "--fused --channels-last".
     #[arg(long, default_value = "", allow_hyphen_values = true)]
     peer: String,
-    /// Keep both peers to AVX2, which is what processors without AVX-512 have. With `--precision full`.
+    /// Limit both peers to AVX2, as on processors without AVX-512. Needs `--precision full`.
     #[arg(long)]
     avx2: bool,
-    /// Train with gradient checkpointing: what is cheap is computed again on the way back.
+    /// Train with gradient checkpointing: cheap operations are recomputed in the backward pass.
     #[arg(long)]
     recompute: bool,
-    /// Answer lines as a peer: what the driver starts.
+    /// Answer commands as a peer; used by the driver.
     #[arg(long, hide = true)]
     serve: bool,
     /// Flag that cargo passes to benches.
@@ -73,7 +72,7 @@ struct Options {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Shape {
-    /// The preset that trains for ten minutes.
+    /// The preset for ten minutes of training.
     Quick,
     /// The paper's network.
     Paper,
@@ -118,14 +117,14 @@ fn main() -> Result<()> {
     race(&options)
 }
 
-/// The device that was asked for; `auto` takes a GPU where there is one.
+/// The requested device; `auto` takes a GPU if there is one.
 fn compute(choice: DeviceChoice) -> ComputeDevice {
     let compute = ComputeDevice::choose(choice);
     eprintln!("afterlight on the {}", compute.description);
     compute
 }
 
-/// The network that learns, and what a step needs.
+/// A network in training, and the inputs of a step.
 struct Learner {
     network: UNet,
     optimizer: ModuleOptimizer,
@@ -167,7 +166,7 @@ impl Learner {
     }
 }
 
-/// Answers the lines on the standard input with the network of this crate.
+/// Answers commands on standard input with the network of this crate.
 fn serve(config: &UNetConfig, compute: &ComputeDevice, recompute: bool) -> Result<()> {
     let plain = &compute.device;
     let mut device = plain.clone().autodiff();
@@ -188,7 +187,7 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, recompute: bool) -> Resul
         let reply = match what {
             "quit" => break,
             "memory" => match plain.memory_pool_usage() {
-                // Pages are kept for reuse: what is reserved is the peak.
+                // Pages are pooled for reuse, so the reserved bytes are the peak.
                 Some(gpu) => json!({
                     "peak_kib": gpu.bytes_reserved / 1024,
                     "now_kib": gpu.bytes_in_use / 1024,
@@ -233,7 +232,7 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, recompute: bool) -> Resul
     Ok(())
 }
 
-/// A line of the process's status in KiB; 0 where the system has none.
+/// A value of the process's status in KiB; 0 on systems without one.
 fn status_kib(name: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     status
@@ -243,7 +242,7 @@ fn status_kib(name: &str) -> u64 {
         .unwrap_or(0)
 }
 
-/// One of the two processes of a case.
+/// One of the two processes in a case.
 struct Peer {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
@@ -290,7 +289,7 @@ impl Peer {
             Normalization::Group => "group",
             Normalization::None => "none",
         };
-        // Of its convolutions, its other operations and its products of matrices.
+        // Settings for its convolutions, its other operations and its matrix products.
         let cap = [
             ("ONEDNN_MAX_CPU_ISA", "AVX2"),
             ("ATEN_CPU_CAPABILITY", "avx2"),
@@ -335,20 +334,20 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // A peer that is gone already has nothing left to be told.
+        // A peer that has already ended needs no command.
         let _ = writeln!(self.to, "quit");
         let _ = self.child.wait();
     }
 }
 
-/// Seconds of many runs, whole and in parts.
+/// Seconds of many runs, in total and by part.
 #[derive(Default)]
 struct Samples([Vec<f64>; 4]);
 
 impl Samples {
     const PARTS: [&str; 4] = ["seconds", "forward", "backward", "optimizer"];
 
-    /// Median and least milliseconds of a part.
+    /// Median and minimum of a part in milliseconds.
     fn milliseconds(&self, part: usize) -> [f64; 2] {
         let mut values = self.0[part].clone();
         values.sort_by(f64::total_cmp);
@@ -362,8 +361,8 @@ fn alternate(peers: &mut [Peer], what: &str, options: &Options) -> Result<Vec<Sa
     for peer in peers.iter_mut() {
         let mut warm = Samples::default();
         let mut seconds = 0.0;
-        // The first run allocates; where it takes long, that is a small part of it. On a GPU it also
-        // compiles kernels and times them against each other.
+        // The first run allocates memory; if a run takes long, that is a small part of it. On a GPU it also compiles
+        // kernels and times them against each other.
         let gpu = options.device == DeviceChoice::Gpu;
         while warm.0[0].len() < 2 && (gpu || seconds < 4.0 * TURN) {
             peer.run(what, 1, &mut warm)?;
@@ -388,15 +387,15 @@ fn race(options: &Options) -> Result<()> {
     let gpu = options.device == DeviceChoice::Gpu;
     let mut python = std::env::var(PYTHON).ok().filter(|p| !p.is_empty());
     if python.is_none() {
-        println!("PyTorch is left out: {PYTHON} names no interpreter (`make peers` makes one).\n");
+        println!("PyTorch is left out: {PYTHON} is not set (`make peers` installs it).\n");
     } else if gpu && !python.as_deref().is_some_and(has_cuda) {
         println!("PyTorch is left out: it sees no CUDA device.\n");
         python = None;
     }
     println!(
-        "Milliseconds: median (least). Memory in MiB: peak, and what was held at the start.\n"
+        "Milliseconds: median (minimum). Memory in MiB: peak, and the amount held at the start.\n"
     );
-    // A GPU's speed does not depend on the threads that feed it.
+    // A GPU's speed does not depend on the host threads.
     let threads = if gpu { &options.threads[..1] } else { &options.threads[..] };
     println!(
         "| network | size | threads | step | PyTorch | ratio | prediction | PyTorch | ratio | memory | PyTorch |"
@@ -429,7 +428,7 @@ fn race(options: &Options) -> Result<()> {
         }
     }
     if gpu {
-        // What is known of the parts is when they were submitted.
+        // On a GPU the parts' times are only submission times.
         return Ok(());
     }
     println!("\nThe parts of a step.\n");
@@ -441,7 +440,7 @@ fn race(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// True if this interpreter's PyTorch has a GPU to run on.
+/// True if this interpreter's PyTorch can use a GPU.
 fn has_cuda(python: &str) -> bool {
     let ask = "import sys, torch; sys.exit(not torch.cuda.is_available())";
     let asked = Command::new(python).args(["-c", ask]).status();

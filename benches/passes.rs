@@ -1,7 +1,7 @@
-//! Cost of each pass beside what memory allows: `cargo bench --profile dev --bench passes`. It prints a table, or JSON, of
-//! which `make accuracy` makes the one in `docs/accuracy.md`.
+//! Cost of each pass against the memory limit: `cargo bench --profile dev --bench passes`. Prints a table, or JSON for
+//! the table in `docs/accuracy.md`, which `make accuracy` writes.
 //!
-//! `afterlight device` measures the same within its minutes; `benchmark::passes` says how.
+//! `afterlight device` measures the same within its time budget; `benchmark::passes` describes how.
 
 use afterlight::benchmark::Budget;
 use afterlight::benchmark::passes::{PassTable, PassTimes, passes};
@@ -13,7 +13,7 @@ use serde_json::json;
 use std::error::Error;
 use std::time::Duration;
 
-/// Times every pass.
+/// Time every pass.
 #[derive(Parser)]
 struct Options {
     /// Widths and heights of the pictures.
@@ -21,13 +21,13 @@ struct Options {
     size: Vec<usize>,
     #[arg(long, default_value_t = 41)]
     lamps: usize,
-    /// Threads; 0 takes all that the processor has.
+    /// Threads; 0 uses all of the processor's.
     #[arg(long, default_value_t = 0)]
     threads: usize,
     /// Pictures of each scene.
     #[arg(long, default_value_t = 15)]
     rounds: usize,
-    /// Take a software GPU if there is no other.
+    /// Use a software GPU if there is no other.
     #[arg(long)]
     software: bool,
     /// Print JSON instead of a table.

@@ -1,10 +1,10 @@
-//! Cost and accuracy of light that is summed small and multiplies the plate: `make bench-plate`. It prints
-//! two tables; `docs/accuracy.md` holds them.
+//! Cost and accuracy of low-resolution light that multiplies the plate: `make bench-plate`. Prints the two tables of
+//! `docs/accuracy.md`.
 //!
-//! The first is time: the pass `plate` beside a copy of as many bytes as the plate has, and the whole picture while the
-//! light is turned. The second is accuracy, for shoots that have a truth: true OLATs are averaged down to the working
-//! size, summed there under the shoot's environments, brought to the plate's size by each method, and measured against
-//! the truth at the plate's size. So it shows what bringing light to the plate costs, and nothing else.
+//! The first table is time: the pass `plate` against a copy of the plate's bytes, and the whole picture while the light
+//! is turned. The second is accuracy on shoots with a truth: true OLATs are averaged down to the working size, summed
+//! there under the shoot's environments, transferred to the plate's size by each method, and compared with the truth at
+//! the plate's size. So it measures only the loss of that transfer.
 
 use afterlight::calibration::{CalibrateSettings, calibrate};
 use afterlight::compositor::Extra;
@@ -33,7 +33,7 @@ use std::time::Instant;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// Times the plate, and measures it on shoots that have a truth.
+/// Time the plate, and measure accuracy on shoots with a truth.
 #[derive(Parser)]
 struct Options {
     /// Shoots with a truth.
@@ -75,7 +75,7 @@ fn timed(rounds: usize, mut work: impl FnMut()) -> f64 {
     }))
 }
 
-/// A value that looks random.
+/// A pseudo-random value.
 fn noise(i: usize) -> f32 {
     (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0
 }
@@ -168,7 +168,7 @@ fn times(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// A way to bring light to the plate. It gets the relit subject and its matte at the working size, and the plate.
+/// A transfer of light to the plate. Its inputs are the relit subject and its matte at the working size, and the plate.
 type Method = fn(&Image, &Mask, &Shot) -> Image;
 
 const METHODS: [(&str, Method); 7] = [
@@ -187,10 +187,10 @@ const METHODS: [(&str, Method); 7] = [
     }),
 ];
 
-/// A frame at the plate's size, all of it the network's square.
+/// A frame at the plate's size; the network's square covers all of it.
 struct Shot {
     plate: Plate,
-    /// Its light, the edge in the colour of the solid subject.
+    /// Its light, with edges extended in the colour of the solid subject.
     light: Image,
     /// The same at the working size.
     look: Image,
@@ -213,10 +213,10 @@ fn uncover(image: &mut Image, mask: &Mask) {
     inside.for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v / alpha));
 }
 
-/// A way to enlarge a raster to so many columns and rows.
+/// Enlarges a raster to a number of columns and rows.
 type Enlarge<T> = fn(&Raster<T>, usize, usize) -> Raster<T>;
 
-/// Enlarges within the matte alone.
+/// Enlarges inside the matte only.
 fn normalized(
     image: &Image,
     mask: &Mask,
@@ -231,7 +231,7 @@ fn normalized(
     large.map(|pixel| pixel.map(|v| v.max(0.0)))
 }
 
-/// Catmull and Rom's cubic.
+/// Catmull–Rom interpolation.
 fn bicubic(image: &Image, width: usize, height: usize) -> Image {
     let taps = |source: usize, target: usize| -> Vec<[(usize, f32); 4]> {
         let tap = |i: usize| {
@@ -261,7 +261,7 @@ fn bicubic(image: &Image, width: usize, height: usize) -> Image {
     Image::from_fn(width, height, |x, y| sum(&rows[y], &|i| wide.at(x, i)))
 }
 
-/// A floor as the pass has it, a hundredth of the mean.
+/// Floor as in the pass: a hundredth of the mean.
 fn floor(look: &Image, mask: &Mask) -> f32 {
     let covered: f32 = mask.pixels.iter().sum();
     let light = look.pixels.iter().zip(&mask.pixels);
@@ -269,7 +269,7 @@ fn floor(look: &Image, mask: &Mask) -> f32 {
     0.01 * light / covered.max(1.0)
 }
 
-/// The ratio's logarithm is enlarged, and nothing is given back.
+/// Enlarges the ratio's logarithm; adds no detail back.
 fn log_ratio(relit: &Image, mask: &Mask, shot: &Shot, enlarge: Enlarge<[f32; 3]>) -> Image {
     let floor = floor(&shot.look, mask);
     let pairs = relit.pixels.iter().zip(&shot.look.pixels);
@@ -277,7 +277,7 @@ fn log_ratio(relit: &Image, mask: &Mask, shot: &Shot, enlarge: Enlarge<[f32; 3]>
         [0, 1, 2].map(|c| ((a[c].max(0.0) + 1e-3 * floor) / (b[c] + floor)).ln())
     };
     let log = Image { pixels: pairs.map(log).collect(), ..*relit };
-    // Shifted, because what is not covered counts as 0.
+    // Shifted, because uncovered pixels count as 0.
     let least = log.pixels.iter().flatten().copied().fold(0f32, f32::min);
     let shifted = log.map(|pixel| pixel.map(|v| v - least));
     let mut large = normalized(&shifted, mask, shot.size(), enlarge);
@@ -288,7 +288,7 @@ fn log_ratio(relit: &Image, mask: &Mask, shot: &Shot, enlarge: Enlarge<[f32; 3]>
     large
 }
 
-/// The ratio, interpolated among neighbours that look like the pixel (Kopf 2007).
+/// The ratio, interpolated between neighbours similar to the pixel (Kopf 2007).
 fn joint_bilateral(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
     let (width, height) = shot.size();
     let floor = floor(&shot.look, mask);
@@ -323,7 +323,7 @@ fn joint_bilateral(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
     })
 }
 
-/// The relit picture as a line of the look in each window of 3 × 3 (He 2015, fast guided filter), per channel.
+/// The relit picture as a linear function of the look in each 3 × 3 window (He 2015, fast guided filter), per channel.
 fn guided(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
     let (columns, rows) = relit.size();
     let window = |x: usize, y: usize| {
@@ -407,7 +407,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
                 })
                 .collect();
             let small = ReflectanceField::from_olats(&small);
-            // The truth has units of its own: the exemplars' fine light is in those of the plate.
+            // The truth has its own units; the exemplars' fine light has the plate's.
             let interview = calibration.learnt_light();
             let own = relight(&small, &interview, &lit_lamps(&interview));
             let light = |image: &Image| -> f32 {
@@ -418,7 +418,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             for (e, (name, weights)) in environments.iter().enumerate() {
                 let lit = lit_lamps(weights);
                 let mut relit = relight(&small, weights, &lit);
-                // As the pass `relight` leaves it.
+                // As left by the pass `relight`.
                 extend_edges(&mut relit, &frame.mask);
                 for (m, (_, method)) in METHODS.iter().enumerate() {
                     pictures[m][e].push(method(&relit, &frame.mask, &shot));

@@ -1,8 +1,8 @@
-//! The sum of lamps against the time in which memory can be read, and against NumPy and PyTorch on the
-//! same numbers: `cargo bench --profile dev --bench relight`. `tests/peers/README.md` says more.
+//! The sum of lamps against the memory limit, and against NumPy and PyTorch on the same numbers: `cargo bench --profile
+//! dev --bench relight`. `tests/peers/README.md` has details.
 //!
-//! All take turns, so that what else the machine does falls on all of them. The limit is the time in
-//! which the same threads add up the bytes of a basis of the same size, in the same run.
+//! All take turns, so that other work on the machine affects all alike. The limit is the time in which the same threads
+//! add up the bytes of a basis of the same size, in the same run.
 
 use afterlight::compositor::reference::{lit_lamps, relight, relight_half};
 use afterlight::reflectance::{HalfField, ReflectanceField};
@@ -21,13 +21,13 @@ use std::time::Instant;
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 const PYTHON: &str = "AFTERLIGHT_PYTHON";
-/// Ways in which `tests/peers/relight.py` sums.
+/// Methods of `tests/peers/relight.py`.
 const PEERS: [&str; 4] = ["numpy", "numpy-lamps", "torch", "torch-lamps"];
 
-/// Runs of a turn. The first does not count: it wakes threads while those of the peer before still spin.
+/// Runs of a turn. The first is discarded: it wakes threads while those of the previous peer still spin.
 const TURN: usize = 3;
 
-/// Times the sum of lamps.
+/// Time the sum of lamps.
 #[derive(Parser)]
 struct Options {
     /// Widths and heights of the pictures.
@@ -35,10 +35,10 @@ struct Options {
     size: Vec<usize>,
     #[arg(long, default_value_t = 41)]
     lamps: usize,
-    /// Threads of every peer; 0 takes all that the processor has.
+    /// Threads of every peer; 0 uses all of the processor's.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Turns of each.
+    /// Turns of each method.
     #[arg(long, default_value_t = 21)]
     rounds: usize,
     /// Print JSON instead of a table.
@@ -70,19 +70,19 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Timing of one way to sum at one size.
+/// Timing of one method at one size.
 #[derive(Serialize)]
 struct Row {
     size: usize,
     what: &'static str,
     /// The median.
     ms: f64,
-    /// Bytes of the field that are read in a second.
+    /// Bytes of the field read per second.
     gigabytes_per_second: f64,
     times_the_limit: f64,
 }
 
-/// Times one size, and prints its rows unless JSON is asked for.
+/// Times one size, and prints its rows unless JSON is requested.
 fn race(size: usize, options: &Options) -> Result<Vec<Row>> {
     let lamps = options.lamps;
     let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
@@ -141,7 +141,7 @@ fn race(size: usize, options: &Options) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (i, what) in names.into_iter().chain(PEERS).enumerate() {
         if samples[i].is_empty() {
-            eprintln!("{what} is left out: {PYTHON} names no interpreter.");
+            eprintln!("{what} is left out: {PYTHON} is not set.");
             continue;
         }
         let seconds = median(&mut samples[i]);
@@ -164,7 +164,7 @@ fn race(size: usize, options: &Options) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Adds up memory with all threads, in as many sums as there are registers for.
+/// Adds up memory on all threads, in enough sums to fill the registers.
 fn read(words: &[u32]) -> u32 {
     let add = |words: &[u32]| {
         let mut sums = [0u32; 32];
@@ -178,7 +178,7 @@ fn read(words: &[u32]) -> u32 {
     words.par_chunks(1 << 16).map(add).reduce(|| 0, u32::wrapping_add)
 }
 
-/// Seconds of each run of a turn.
+/// Seconds of each run in a turn.
 fn turn<T>(work: impl Fn() -> T) -> Vec<f64> {
     let run = |_| {
         let start = Instant::now();
@@ -195,7 +195,7 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// A process that speaks the lines of `tests/peers/relight.py`.
+/// A process that answers the commands of `tests/peers/relight.py`.
 struct Peer {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
@@ -230,7 +230,7 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // A peer that is gone already has nothing left to be told.
+        // A peer that has already ended needs no command.
         let _ = writeln!(self.to, "quit");
         let _ = self.child.wait();
     }

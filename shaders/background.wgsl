@@ -8,11 +8,11 @@ struct Params {
     pixel: f32,
     // Yaw in turns, [0, 1).
     turn: f32,
-    // Along each axis of a pixel.
+    // Samples along each axis of a pixel.
     samples: u32,
-    // The subject stands before it: the picture is covered wholly from here on.
+    // The subject stands in front: the picture is fully covered from here on.
     opaque: u32,
-    // From the stage to the environment before its pitch and roll.
+    // From the stage to the environment, before its pitch and roll.
     untilt: mat3x3<f32>,
     // Per channel.
     level: vec3<f32>,
@@ -27,7 +27,7 @@ fn weights(f: f32) -> vec4<f32> {
     return vec4<f32>(g * g * g, inner.x, inner.y, f * f * f) / 6.0;
 }
 
-// Columns wrap; beyond a pole the panorama goes on half a turn away.
+// Columns wrap; beyond a pole the panorama continues half a turn away.
 fn spline(u: f32, v: f32) -> vec3<f32> {
     let size = vec2<i32>(params.panorama);
     let place = vec2<f32>(u, v) * vec2<f32>(size) - 0.5;

@@ -8,7 +8,7 @@ struct Params {
     unused: f32,
 }
 
-// The pixel that stands at `i` where a row of `n` goes on mirrored on both sides.
+// Index of the pixel at `i` in a row of `n` that is mirrored on both sides.
 fn mirrored(i: i32, n: i32) -> i32 {
     let at = ((i % (2 * n)) + 2 * n) % (2 * n);
     return min(at, 2 * n - 1 - at);

@@ -1,6 +1,6 @@
-// Pass `despill`: takes green or blue beyond what is natural out of the rim. What it goes by is made by
-// `openness`, `rim`, `inside` and `guide`, between which `background_blur.wgsl` blurs; `spill` is what it is measured
-// by. The twins on the CPU are the functions of these names in `compositor::despill`.
+// Pass `despill`: removes green or blue beyond its natural maximum from the rim. `openness`, `rim`, `inside` and
+// `guide` make its guide, blurred by `background_blur.wgsl` in between; `spill` measures the need for the pass.
+// The twins on the CPU are the functions of these names in `compositor::despill`.
 
 struct Params {
     size: vec2<u32>,
@@ -15,8 +15,8 @@ fn despill(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = index(id);
-    // `second` is how much a pixel belongs to the rim, and the green and blue over the mean of the other
-    // two that are natural there.
+    // `second` is the degree to which a pixel belongs to the rim, and the natural maxima of green and blue over
+    // the mean of the other two.
     let guide = second[i];
     var pixel = first[i];
     let others = 0.5 * (pixel.r + select(pixel.g, pixel.b, params.channel == 1u));
@@ -55,17 +55,17 @@ fn inside(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let i = index(id);
     let pixel = first[i];
-    // Nothing of the rim: its colour is what is in doubt.
+    // Without the rim: its colour is in doubt.
     let weight = select(pixel.a, 0.0, second[i].r > 0.0);
     result[i] = vec4<f32>(weight * pixel.rgb, weight);
 }
 
 fn natural(green: f32, others: f32, weight: f32) -> f32 {
-    // Too little to go by: a hundredth of the disc, or no light at all.
+    // Too few samples: less than a hundredth of the disc, or no light at all.
     return select(1.0, 1.05 * green / others, weight > 0.01 && others > 0.0);
 }
 
-// `first` is what is inside, blurred; `second` the rim.
+// `first` is the blurred inside; `second` the rim.
 @compute @workgroup_size(8, 8)
 fn guide(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {
@@ -78,8 +78,8 @@ fn guide(@builtin(global_invocation_id) id: vec3<u32>) {
     result[i] = vec4<f32>(second[i].r, green, blue, second[i].a);
 }
 
-// `first` is the subject, `second` the guide: the luminance that green and blue spill have there, and the
-// rim's own.
+// `first` is the subject, `second` the guide. Results: the luminance of green and blue spill, and the
+// rim's own luminance.
 @compute @workgroup_size(8, 8)
 fn spill(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {

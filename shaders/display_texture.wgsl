@@ -1,5 +1,5 @@
 // A finished picture's codes as bytes of a texture that a window draws: RGBA with 8 bits each, opaque, red in the lowest
-// byte. A row begins at a multiple of `stride` words, as the copy into a texture asks for.
+// byte. A row starts at a multiple of `stride` words, as the copy into a texture requires.
 
 struct Params {
     size: vec2<u32>,

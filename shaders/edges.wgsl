@@ -1,22 +1,22 @@
-// What is done to the sum of lamps before it is a subject: NaN and infinite pixels are mended, the matte's edge takes
+// Turns the sum of lamps into the subject: NaN and infinite pixels are repaired, the matte's edge takes
 // the colour of the solid subject next to it, and the subject is cut out. The fourth value of `second` is the subject's
 // matte. The twin on the CPU is `compositor::reference::extend_edges`.
 
 struct Params {
     size: vec2<u32>,
-    // `extend`: how many rings of partly covered pixels lie around the solid ones.
+    // `extend`: number of rings of partly covered pixels around the solid ones.
     rings: u32,
     // `mend`: coverage from which a pixel is solid.
     solid: f32,
 }
 
-// `extend`: the ring of each pixel (0 is solid, the largest number is out of reach), then where each ring
-// ends among what follows: the pixels, ring by ring.
+// `extend`: the ring of each pixel (0 is solid, the largest number is out of reach), then the end of each ring
+// in the list that follows: the pixels, ring by ring.
 @group(0) @binding(0) var<storage, read> rings: array<u32>;
-// How many pixels were mended.
+// Number of repaired pixels.
 @group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>>;
 
-// How far a pixel that is NaN or infinite looks for finite ones.
+// Search distance for finite pixels around a NaN or infinite one.
 const FARTHEST: i32 = 8;
 
 // The mean of the nearest solid pixels that are finite; black if there are none.
@@ -60,7 +60,7 @@ fn mend(@builtin(global_invocation_id) id: vec3<u32>) {
     result[i] = vec4<f32>(color, 1.0);
 }
 
-// One workgroup does all rings, since each reads those before it. `result` is what `mend` left.
+// One workgroup does all rings, since each reads the ones before it. `result` is the output of `mend`.
 @compute @workgroup_size(256)
 fn extend(@builtin(local_invocation_index) local: u32) {
     let size = vec2<i32>(params.size);

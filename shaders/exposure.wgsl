@@ -1,4 +1,4 @@
-// Pass `exposure`: everything is made brighter or darker. The twin on the CPU is
+// Pass `exposure`: brightens or darkens the whole picture. The twin on the CPU is
 // `compositor::reference::scale`.
 
 struct Params {

@@ -4,7 +4,7 @@
 struct Params {
     size: vec2<u32>,
     unused: vec2<u32>,
-    // Red, green, blue and the luminance that a zone ends below; a negative red is grey.
+    // Red, green, blue and the upper luminance of a zone; a negative red is grey.
     zones: array<vec4<f32>, 8>,
     clipped: vec4<f32>,
 }

@@ -3,7 +3,7 @@
 
 struct Params {
     size: vec2<u32>,
-    // Linear light above this is scattered, and how much of it.
+    // Threshold of scattered linear light, and its share.
     white: f32,
     amount: f32,
 }
@@ -27,6 +27,6 @@ fn lay(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = index(id);
-    // `first` is the picture, `second` what was scattered.
+    // `first` is the picture, `second` the scattered light.
     result[i] = first[i] + params.amount * (second[i] - above_white(first[i]));
 }

@@ -1,13 +1,13 @@
-// Pass `grain`: adds the plate's grain to codes. `survey` is what a picture's own grain is measured by. The
+// Pass `grain`: adds the plate's grain to codes. `survey` samples a picture for a measurement of its grain. The
 // twins on the CPU are `compositor::grain` and `Grain::of`.
 
 struct Params {
-    // Of the picture.
+    // Size of the picture.
     size: vec2<u32>,
     frame: u32,
-    // `survey`: the step between the places that are sampled.
+    // `survey`: the step between samples.
     step: u32,
-    // Deviations in codes for eight classes of brightness: on the subject, and behind it.
+    // Deviations in codes for eight classes of brightness: on the subject, and on the background.
     inside: array<vec4<f32>, 8>,
     outside: array<vec4<f32>, 8>,
 }
@@ -46,8 +46,8 @@ fn grain(@builtin(global_invocation_id) id: vec3<u32>) {
     result[i] = pixel;
 }
 
-// At each place, a column of `result`, and in each channel, a row: the smoothed code, the square of its
-// gradient and the high-pass. Places are pixels that have neighbours on all sides.
+// For each place, a column of `result`, and each channel, a row: the smoothed code, the square of its
+// gradient and the high-pass. Places are pixels with neighbours on all sides.
 @compute @workgroup_size(8, 8)
 fn survey(@builtin(global_invocation_id) id: vec3<u32>) {
     let inner = params.size - vec2<u32>(2u);

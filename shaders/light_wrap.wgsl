@@ -1,5 +1,5 @@
 // Pass `light_wrap`: the background's light reaches around the subject's rim. Between `open` and `wrap`
-// the light is blurred by `background_blur.wgsl`. `over` lays the subject over what is behind it. The
+// the light is blurred by `background_blur.wgsl`. `over` lays the subject over its background. The
 // twins on the CPU are `compositor::light_wrap` and `compositor::composition`.
 
 struct Params {
@@ -14,7 +14,7 @@ fn open(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = index(id);
-    // `first` is the subject with its matte as the fourth value, `second` what is behind it.
+    // `first` is the subject with its matte as the fourth value, `second` the background.
     let open = 1.0 - first[i].a;
     result[i] = vec4<f32>(open * finite(second[i]).rgb, open);
 }
@@ -38,6 +38,6 @@ fn over(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let i = index(id);
     let subject = first[i];
-    // What stands before a background covers the whole picture.
+    // A subject in front of a background covers the whole picture.
     result[i] = vec4<f32>(subject.rgb + (1.0 - subject.a) * second[i].rgb, 1.0);
 }

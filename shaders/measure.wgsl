@@ -1,5 +1,5 @@
-// What passes are measured by is brought to little data here, which is then read. What each number is
-// used for stands with its twin on the CPU: `compositor::despill`, `light_wrap`, `glare`, `smoothing`.
+// Reductions of pictures to little data, which is then read. The use of each number is documented with its
+// twin on the CPU: `compositor::despill`, `light_wrap`, `glare`, `smoothing`.
 
 struct Params {
     // `shrink`, `pick`: columns and rows of `result`; `total`, `largest`: of `first`.
@@ -8,7 +8,7 @@ struct Params {
     values: vec2<u32>,
 }
 
-// Workgroups of `total` and `largest`, each of which leaves one value.
+// Workgroups of `total` and `largest`; each leaves one value.
 const GROUPS: u32 = 64u;
 
 var<workgroup> parts: array<vec4<f32>, 64>;
@@ -51,8 +51,8 @@ fn largest(
     }
 }
 
-// The first and last source pixel under a smaller one of one axis, and the shares of those two: all
-// between them count wholly.
+// First and last source pixel under a smaller one along one axis, and the shares of these two: all
+// pixels between them count fully.
 fn span(place: u32, size: u32, source: u32) -> vec4<f32> {
     let ratio = f32(source) / f32(size);
     let start = f32(place) * ratio;
@@ -69,7 +69,7 @@ fn share(at: f32, span: vec4<f32>) -> f32 {
     return select(1.0, span.w, at == span.y);
 }
 
-// The mean of what each pixel covers.
+// Mean over the area of each pixel.
 @compute @workgroup_size(8, 8)
 fn shrink(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {
@@ -89,7 +89,7 @@ fn shrink(@builtin(global_invocation_id) id: vec3<u32>) {
     result[index(id)] = sum / total;
 }
 
-// Every so many pixels one.
+// One pixel per step.
 @compute @workgroup_size(8, 8)
 fn pick(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {

@@ -1,33 +1,33 @@
-// What all shaders from picture to picture share. It is put behind each of them when they are loaded
-// (`compositor::passes::Shader`). Each declares its own `Params`, which begin with `size: vec2<u32>`, the columns and
-// rows that `outside` and `index` go by.
+// Declarations shared by all shaders from picture to picture, appended to each when it is loaded
+// (`compositor::passes::Shader`). Each shader declares its own `Params`, which begin with `size: vec2<u32>`, the columns
+// and rows used by `outside` and `index`.
 
-// Pictures of RGB and coverage, row by row. A shader that reads one picture alone does not use `second`.
+// Pictures of RGB and coverage, row by row. A shader with only one input does not use `second`.
 @group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
 @group(0) @binding(3) var<uniform> params: Params;
 
-// Whether a thread has no pixel: workgroups go over the picture's edge.
+// True for threads without a pixel: workgroups extend beyond the picture's edge.
 fn outside(id: vec3<u32>) -> bool {
     return any(id.xy >= params.size);
 }
 
-// The place of a thread's pixel.
+// Index of a thread's pixel.
 fn index(id: vec3<u32>) -> u32 {
     return id.y * params.size.x + id.x;
 }
 
-// Of linear Rec. 709 light.
+// Luminance of linear Rec. 709 light.
 const LUMINANCE: vec3<f32> = vec3<f32>(0.2126, 0.7152, 0.0722);
 
-// Neither NaN nor infinite.
+// True if neither NaN nor infinite.
 fn is_finite(v: vec3<f32>) -> bool {
     let exponent = bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u);
     return all(exponent != vec3<u32>(0x7f800000u));
 }
 
-// 0 in place of NaN and infinite values: a blur would carry them everywhere.
+// 0 in place of NaN and infinite values: a blur would spread them everywhere.
 fn finite(v: vec4<f32>) -> vec4<f32> {
     let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
     return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));

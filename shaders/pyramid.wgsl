@@ -1,12 +1,12 @@
-// Halving and doubling, on which wide blurs stand. The twin on the CPU is `compositor::pyramid`.
+// Halving and doubling, the base of wide blurs. The twin on the CPU is `compositor::pyramid`.
 
 struct Params {
     // Columns and rows of `result`, and of `first`.
     size: vec2<u32>,
     from_size: vec2<u32>,
-    // Factor on the last column and row of the coarse picture if the fine one's number is odd.
+    // Factor on the last column and row of the coarse picture if the fine one has an odd number.
     odd_end: f32,
-    // `double`: factor on `second`, which what was doubled is added to.
+    // `double`: factor on `second`, to which the doubled picture is added.
     keep: f32,
     unused: vec2<f32>,
 }

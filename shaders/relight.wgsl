@@ -1,9 +1,9 @@
-// Pass `relight`: every pixel of a reflectance field is summed over the lamps that are lit. Each texel of those lamps
+// Pass `relight`: sums every pixel of a reflectance field over the lit lamps. Each texel of these lamps
 // is read once, in runs of neighbouring pixels; the other lamps are not read.
 // `main` reads a field in f32, `main_half` one in f16, two neighbouring pixels at a time, `main_components` one
-// of principal components, each plane once for all channels. `largest` and `halve`, one after the other, make
-// of a field in f32 one in f16.
-// The twins on the CPU are `compositor::reference::relight` and its like, and `HalfField::from`.
+// of principal components, each plane once for all channels. `largest` and `halve`, run in sequence, convert
+// a field from f32 to f16.
+// The twins on the CPU are `compositor::reference::relight` and its variants, and `HalfField::from`.
 
 struct Share {
     weight: vec3<f32>,
@@ -20,11 +20,11 @@ struct Shape {
     padding: u32,
 }
 
-// How a field in f16 is stored.
+// Storage of a field in f16.
 struct Stored {
-    // The bits of the largest finite magnitude, which are in the order of magnitudes.
+    // Bits of the largest finite magnitude, which sort like the magnitudes.
     largest: u32,
-    // What a stored value is times.
+    // Factor on stored values.
     scale: f32,
 }
 
@@ -86,7 +86,7 @@ fn main_half(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// `shares` are the components' here, one for every plane that counts: field[plane · pixels + pixel].
+// `shares` are the components' here, one for every plane with weight: field[plane · pixels + pixel].
 @compute @workgroup_size(64)
 fn main_components(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.x;
@@ -101,7 +101,7 @@ fn main_components(@builtin(global_invocation_id) id: vec3<u32>) {
     relit[pixel] = vec4<f32>(sum, 1.0);
 }
 
-// Bits of an f32 from which on it is infinite or NaN.
+// Smallest bits of an f32 that is infinite or NaN.
 const INFINITE: u32 = 0x7f800000u;
 
 var<workgroup> largest_here: atomic<u32>;
@@ -129,7 +129,7 @@ fn power_of_two(exponent: i32) -> f32 {
     return bitcast<f32>(u32(127 + exponent) << 23u);
 }
 
-// The bits of two halves. What is too large in f32 is so in f16.
+// Bits of two halves. A value too large for f32 is too large for f16.
 fn halves_of(values: vec2<f32>, factor: f32) -> u32 {
     let bits = bitcast<vec2<u32>>(values);
     let magnitude = bits & vec2<u32>(0x7fffffffu);
@@ -150,7 +150,7 @@ fn halve(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let bits = atomicLoad(&search.largest);
-    // The largest comes to [2^14, 2^15), as far as f32 holds both the factor and its inverse.
+    // The largest value is scaled to [2^14, 2^15), as far as f32 holds both the factor and its inverse.
     let exponent = select(min(14 - (i32(bits >> 23u) - 127), 126), 0, bits == 0u);
     if id.x == 0u {
         search.scale = power_of_two(-exponent);

@@ -5,7 +5,7 @@ struct Params {
     size: vec2<u32>,
     // 0 is sRGB, 1 filmic, 2 ACES, 3 the table in `second`.
     curve: u32,
-    // For looking only: light is multiplied by `factor` and raised to `power`.
+    // For viewing only: light is multiplied by `factor` and raised to `power`.
     factor: f32,
     power: f32,
     unused0: u32,
@@ -60,7 +60,7 @@ fn looked_up(light: vec3<f32>) -> vec3<f32> {
     let steps = vec3<u32>(1u, 65u, 4225u);
     var at = below.r + 65u * below.g + 4225u * below.b;
     var codes = second[at].rgb;
-    // From the lower corner to the upper one, along the axis first that has the longest way to go.
+    // From the lower corner to the upper one, along the axis with the largest distance first.
     var way = place - vec3<f32>(below);
     for (var i = 0u; i < 3u; i++) {
         var axis = 0u;

@@ -2,7 +2,7 @@
 
 struct Params {
     size: vec2<u32>,
-    // The squared tangent of the angle at which light comes in, at a distance of one pixel from the middle.
+    // Squared tangent of the angle of incidence, at a distance of one pixel from the middle.
     spread: f32,
     unused: f32,
 }

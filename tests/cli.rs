@@ -1,4 +1,4 @@
-//! The program as a person or a script meets it: the whole way on a small shoot, exit codes, JSON.
+//! The program as a user or a script runs it: a complete small shoot, exit codes, JSON.
 
 mod program;
 
@@ -39,7 +39,7 @@ fn a_small_shoot_goes_all_the_way() {
     has_keys(&lamps[0], &["name", "direction", "energy", "confidence"]);
     assert_eq!(calibration["interview_weights"][0].as_array().unwrap().len(), 3);
 
-    // Before any training the exemplars are carried over, and a message says so.
+    // Before any training the carried-over exemplars are used, and a message says so.
     let untrained =
         ["relight", "film", "--environment", "nave", "--frames", "0", "--to", "untrained.png"];
     let said = afterlight(at, &untrained);
@@ -88,7 +88,7 @@ fn a_small_shoot_goes_all_the_way() {
     let reviewed = succeed(at, &with_truth);
     has_keys(&reviewed["unseen"], &["cases", "psnr_db", "ssim", "flip"]);
     has_keys(&reviewed["worst"][0], &["case", "lamp", "flip"]);
-    // The same OLATs by the same measure: what is pooled over frames is between the frames' figures.
+    // The same OLATs by the same measure: the pooled value lies between the frames' figures.
     let by_frame = scores["olat_psnr_by_frame_db"].as_object().unwrap();
     let by_frame: Vec<f64> = by_frame.values().filter_map(Value::as_f64).collect();
     assert_eq!(reviewed["unseen"]["cases"], by_frame.len());
@@ -100,7 +100,7 @@ fn a_small_shoot_goes_all_the_way() {
     assert_eq!(text.matches("<figure>").count(), 12);
     assert!(text.ends_with("</html>\n") && text.matches("data:image/png").count() == 3 * 12 + 12);
 
-    // Nothing has changed: the page is written again from what is kept.
+    // Nothing has changed, so the page is written again from the saved figures.
     std::fs::remove_file(&page).unwrap();
     let kept = std::fs::metadata(at.join("film/measured.json")).unwrap();
     let from_kept = succeed(at, &with_truth);
@@ -149,7 +149,7 @@ fn a_small_shoot_goes_all_the_way() {
         "--json",
     ];
     let relit = succeed(at, &with_layers);
-    assert_eq!(relit["output"], "out_2.%04d.exr", "what is there is kept");
+    assert_eq!(relit["output"], "out_2.%04d.exr", "existing files are kept");
     has_keys(&relit["layers"], &["layers", "residual", "brightest"]);
     assert_eq!(relit["layers"]["layers"], 12);
     let figure = |name: &str| relit["layers"][name].as_f64().unwrap();
@@ -179,7 +179,7 @@ fn a_small_shoot_goes_all_the_way() {
         assert!(at.join("clip.mp4").metadata().unwrap().len() > 500);
     }
 
-    // More training on all frames makes the truth's frames known to the network. It goes on where no driver of a GPU is found.
+    // More training on all frames shows the network the truth's frames. Training also works without a GPU driver.
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command.args(["train", "film", "--epochs", "2", "--device", "cpu"]);
     for drivers in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"] {
@@ -192,7 +192,7 @@ fn a_small_shoot_goes_all_the_way() {
     assert!(refused.contains("--exclude-frames"), "{refused}");
 }
 
-/// The two frames of a shot with their light layers, as they are handed on.
+/// Checks the two frames of a shot with their light layers, as delivered.
 fn shots_are_certified(at: &Path) {
     let shot = ["check", "out_2.####.exr", "--frames", "2-3"];
     let written = [&shot[..], &["--certificate", "out_2.json", "--strict", "--json"]].concat();
@@ -213,19 +213,19 @@ fn shots_are_certified(at: &Path) {
     assert!(said.contains("2 frames 2-3") && said.lines().count() == 1, "{said}");
     let refused = fail(at, &["check", "out_2.%04d.exr", "--frames", "2-9"]);
     assert!(refused.contains("4-9"), "{refused}");
-    // A frame that another network made, or that was made under other light, is none of the shot.
+    // A frame by another network or under other light does not belong to the shot.
     let frame = at.join("out_2.0003.exr");
     let whole = std::fs::read(&frame).unwrap();
     let other = "relight film --environment nave --frames 3-3 --exposure 1.5 --layers --size 24 --to out_2.%04d.exr --json";
     succeed(at, &other.split(' ').collect::<Vec<_>>());
     let refused = fail(at, &shot);
     assert!(refused.contains("(settings)"), "{refused}");
-    assert!(fail(at, &["check", "out_2.json"]).contains("another picture"));
+    assert!(fail(at, &["check", "out_2.json"]).contains("a different picture"));
     std::fs::write(&frame, whole).unwrap();
     succeed(at, &["check", "out_2.json", "--json"]);
     for (arguments, wanted) in [
-        (&["check", "film", "--frames", "1-2"][..], "no shot"),
-        (&["check", "out_2.json", "--environment", "nave"], "no environment"),
+        (&["check", "film", "--frames", "1-2"][..], "is not a shot"),
+        (&["check", "out_2.json", "--environment", "nave"], "an environment does not apply"),
         (&["check", "none.####.exr"], "none.####.exr"),
         (&["check", "film/project.toml", "out_2.0002.exr"], "different folders"),
     ] {
@@ -234,7 +234,7 @@ fn shots_are_certified(at: &Path) {
     }
 }
 
-/// Colours that an OpenColorIO configuration decides, named or remembered by the project.
+/// Colours set by an OpenColorIO configuration, named or remembered by the project.
 fn configurations_decide_colors(at: &Path) {
     let chosen = succeed(at, &["ocio", "film", "--use", "ocio://default", "--json"]);
     has_keys(&chosen, &["displays", "looks", "roles", "spaces", "working"]);
@@ -248,7 +248,7 @@ fn configurations_decide_colors(at: &Path) {
     };
     let plain = relight("plain.png", &[]);
     relight("shown.png", &["--ocio-display", "sRGB - Display"]);
-    // The files also say what they were made of.
+    // The files also record how they were made.
     let [before, after] =
         ["plain.png", "shown.png"].map(|name| read_encoded(&at.join(name)).unwrap());
     assert!(before != after);
@@ -268,7 +268,7 @@ fn configurations_decide_colors(at: &Path) {
     assert!(grain.contains("grain"), "{grain}");
     assert!(fail(at, &["ocio", "film", "--use", "gone.ocio"]).contains("gone.ocio"));
     assert_eq!(succeed(at, &["ocio", "film", "--use", "none", "--json"])["config"], Value::Null);
-    // A variable that names one changes nothing by itself.
+    // An environment variable that names one changes nothing by itself.
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command.args([
         "relight",
@@ -287,7 +287,7 @@ fn configurations_decide_colors(at: &Path) {
     assert!(String::from_utf8_lossy(&listed).contains("scene_linear = ACEScg"));
 }
 
-/// Relights one frame; what is said of it.
+/// Relights one frame; returns the output on stderr.
 fn relit(at: &Path, arguments: &[&str]) -> String {
     let frame = "relight film --environment nave --frames 1-1 --to one.%04d.png --profile";
     let all: Vec<&str> = frame.split(' ').chain(arguments.iter().copied()).collect();
@@ -297,7 +297,7 @@ fn relit(at: &Path, arguments: &[&str]) -> String {
     said
 }
 
-/// An export that was stopped goes on: what was made of the same stays, everything else is made again.
+/// A stopped export continues: frames with the same inputs are kept, everything else is made again.
 fn exports_go_on(at: &Path) {
     for (to, ending) in [("go.%02d.png", "png"), ("go.%02d.tif", "tif"), ("go.%02d.exr", "exr")] {
         let relight = |yaw: &str| {
@@ -325,13 +325,13 @@ fn exports_go_on(at: &Path) {
         let read = || (1..=4).map(|frame| std::fs::read(file(frame)).unwrap()).collect::<Vec<_>>();
         assert_eq!(relight("10"), 0);
         let whole = read();
-        // A kill leaves some of the frames; a hand may leave half of one.
+        // A kill leaves some of the frames; half a file may be left by hand.
         std::fs::remove_file(file(3)).unwrap();
         std::fs::write(file(1), &whole[0][..20]).unwrap();
         assert_eq!(relight("10"), 2);
         assert!(
             read() == whole,
-            "{ending}: the frames are those of an export that was not stopped"
+            "{ending}: the frames are equal to those of an uninterrupted export"
         );
         assert_eq!(relight("10"), 4);
         assert_eq!(relight("11"), 0, "another look");
@@ -339,14 +339,14 @@ fn exports_go_on(at: &Path) {
     }
     let refused =
         fail(at, &["relight", "film", "--environment", "nave", "--resume", "--to", "x.mp4"]);
-    assert!(refused.contains("written whole"), "{refused}");
-    test_support::shown!(Accidents, "An export of stills is stopped or killed, and asked for again with --resume",
+    assert!(refused.contains("cannot resume"), "{refused}");
+    test_support::shown!(Accidents, "An export of stills is stopped or killed, and run again with --resume",
         danger: "hours are lost, or frames of an older look stay among the new ones",
-        done: "each file says what it was made of; what is the same stays, the rest is made",
-        bound: "the files of an export that was not stopped", measured: "equal bytes");
+        done: "each file records its inputs; frames with the same inputs are kept, the rest is made",
+        bound: "the files of an uninterrupted export", measured: "equal bytes");
 }
 
-/// Keys in a file are what their values are at the frame.
+/// Keys in a file have the effect of their values at the frame.
 fn keys_of_a_file_are_followed(at: &Path) {
     let keys = r#"{"exposure": {"interpolation": "linear", "keys": [{"frame": 0, "value": 0}, {"frame": 2, "value": 3}]},
         "pitch": {"keys": [{"frame": 0, "value": 20}]},
@@ -356,7 +356,7 @@ fn keys_of_a_file_are_followed(at: &Path) {
         let cpu = format!("--device cpu {options}");
         let arguments: Vec<&str> = cpu.split(' ').collect();
         relit(at, &arguments);
-        // The file also says what it was made of.
+        // The file also records how it was made.
         read_encoded(&at.join("one.0001.png")).unwrap()
     };
     let light = |azimuth: i32| format!("--light {azimuth},20,30,3");
@@ -387,7 +387,7 @@ fn fields_are_kept_as_asked(at: &Path) {
     }
 }
 
-/// Timings that burn takes on a GPU are kept in the cache folder: a second run times nothing.
+/// Burn's kernel timings on a GPU are kept in the cache folder: a second run times nothing.
 fn kernels_are_timed_once(at: &Path) {
     let log = at.join("kernels.log");
     // Earlier runs may have used a GPU.
@@ -399,13 +399,13 @@ fn kernels_are_timed_once(at: &Path) {
             return;
         }
         let timed = std::fs::read_to_string(&log).unwrap();
-        // A build without the store times them in every process.
+        // A build without the store times kernels in every process.
         assert_eq!(timed.contains("Fastest result"), first || !cfg!(feature = "keep-autotune"));
         std::fs::remove_file(&log).unwrap();
     }
 }
 
-/// The front of a file is a yaw of its content, said for once or remembered in the project.
+/// The front of a file is a yaw of its content, given once or remembered by the project.
 fn fronts_are_yaws_and_are_remembered(at: &Path) {
     let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| {
         image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3])
@@ -430,7 +430,7 @@ fn fronts_are_yaws_and_are_remembered(at: &Path) {
     assert_eq!((&entry["name"], &entry["front"]), (&"yard".into(), &90.0.into()));
     assert_eq!((&entry["added"], &entry["missing"]), (&true.into(), &false.into()));
     assert_eq!(picture("yard", &[]), turned);
-    assert_eq!(picture("yard.exr", &[]), turned, "it is known by its file too");
+    assert_eq!(picture("yard.exr", &[]), turned, "also by its file name");
     assert_eq!(picture("yard", &["--front", "afterlight"]), plain);
     succeed(at, &["environments", "film", "--remove", "yard", "--json"]);
     assert_eq!(picture("yard.exr", &[]), plain);
@@ -487,7 +487,7 @@ fn a_project_is_checked_and_a_strict_check_stops_a_pipeline() {
     assert_ne!(known["level"], "unknown");
     let text = afterlight(at, &["check", "film"]).stdout;
     let text = String::from_utf8(text).unwrap();
-    // The last line leads to the hard cases.
+    // The last line points to the hard cases.
     assert_eq!(text.lines().count(), known["checks"].as_array().unwrap().len() + 1);
     assert!(text.trim_end().lines().last().unwrap().contains("docs/stability.md"));
     assert!(text.contains("Camera response"), "{text}");
@@ -519,7 +519,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         (&relight, "--grain nan", "from 0 to 4"),
         (&relight, "--size -16", "from 16 to 8192"),
         (&relight, "--light 0,0,nan,1", "AZIMUTH"),
-        (&relight, "--yaw-keys 0:nan", "neither may exceed 1000000000"),
+        (&relight, "--yaw-keys 0:nan", "limited to 1000000000"),
         (&relight, "--front inf", "degrees of yaw"),
         (&probe, "--fov nan", "from 0.1 to 179"),
         (&probe, "--height -1", "from 1 to 4096"),
@@ -546,7 +546,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         Surroundings,
         "An option is NaN, infinite, negative or out of range",
         danger: "black pictures, a network that learns nothing, a crash",
-        done: "it is refused with its range before anything is read or written",
+        done: "refused with its range before anything is read or written",
         bound: "exit code 2",
         measured: format!("{} options", cases.len()),
     );
@@ -577,7 +577,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
     assert!(missing.contains("nowhere") && missing.contains("afterlight import"), "{missing}");
 }
 
-/// A script may close the other end, and a disk may be full.
+/// A script may close the pipe, and a disk may be full.
 #[cfg(target_os = "linux")]
 #[test]
 fn output_that_nobody_takes_is_no_crash() {
@@ -597,12 +597,12 @@ fn output_that_nobody_takes_is_no_crash() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("stdout") && said.contains("work itself is done"), "{said}");
-    // Nothing can be said then, and the exit code still tells.
+    // Without stderr no message is possible, but the exit code still reports the failure.
     let output = check().stdout(full()).stderr(full()).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let output = check().stderr(full()).output().unwrap();
     assert_eq!(output.status.code(), Some(0));
-    // The reader goes before the first line is written.
+    // The reader closes before the first line is written.
     let mut gone = check().stdout(Stdio::piped()).spawn().unwrap();
     drop(gone.stdout.take());
     let said: Vec<String> =
@@ -611,12 +611,12 @@ fn output_that_nobody_takes_is_no_crash() {
     test_support::shown!(
         Surroundings,
         "Output goes to a full disk, or to a program that has ended",
-        danger: "a crash after the work was done",
-        done: "a full disk is named, exit code 1; a reader that has gone is no error",
+        danger: "a crash after the work is done",
+        done: "a full disk is reported with exit code 1; a closed pipe is not an error",
     );
 }
 
-/// Every file under a folder, with what it holds.
+/// Every file under a folder, with its content.
 fn contents(folder: &Path) -> std::collections::BTreeMap<std::path::PathBuf, Vec<u8>> {
     let mut all = std::collections::BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap().flatten() {
@@ -724,7 +724,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
             std::fs::write(path, bytes).unwrap();
         }
     }
-    // A NaN in a linear photograph is mended and counted.
+    // A NaN in a linear photograph is repaired and counted.
     let mut light = image::Rgb32FImage::from_fn(64, 64, |x, y| {
         let r = (x as f32 - 31.5).hypot(y as f32 - 31.5);
         image::Rgb([if r < 24.0 { 0.4 + 0.01 * x as f32 } else { 0.02 }; 3])
@@ -735,7 +735,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
     assert_eq!(succeed(at, &probe)["repaired_pixels"][0], 1);
 }
 
-/// As many lamps as the stage of the paper has, each by itself.
+/// As many lamps as the paper's stage, each in its own bank.
 #[test]
 fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     let folder = tempfile::tempdir().unwrap();
@@ -744,7 +744,7 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     succeed(at, &stage);
     let import = ["import", "film", "--shoot", "shoot", "--size", "16", "--json"];
     assert_eq!(succeed(at, &import)["lamps"], 931);
-    // To fit the response as well takes minutes with so many.
+    // Fitting the response as well takes minutes with this many lamps.
     let truth = std::fs::read_to_string(at.join("shoot/truth.json")).unwrap();
     let truth: Value = serde_json::from_str(&truth).unwrap();
     let gamma = format!("{},{}", truth["g1"], truth["g2"]);
@@ -778,7 +778,7 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("from 4 to 931"));
 }
 
-/// The work of `make` without a display, but with a shorter training.
+/// The work of `make` without a display, with a shorter training.
 #[test]
 fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     if !test_support::ffmpeg() {
@@ -789,7 +789,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     let made = succeed(at, &["demo", "--minutes", "0.05", "--device", "cpu", "--json"]);
     assert!(made["training"]["steps"].as_u64().unwrap() > 0);
     assert_eq!(made["training"]["skipped_steps"], 0);
-    // The exemplars carried over are better than the baseline under every environment, and stay so.
+    // The carried-over exemplars beat the baseline under every environment, and the prediction stays above it.
     let decibels = |method: &str| made[method]["relit_psnr_db"].as_object().unwrap().clone();
     let [prediction, ratio] = ["prediction", "ratio"].map(decibels);
     assert_eq!(prediction.len(), 2);
@@ -815,10 +815,10 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     }
     assert!(report.contains("![") && !report.contains("NaN"), "{report}");
 
-    // What is there is kept: the window opens on it at once.
+    // A second run keeps everything, so that the window opens at once.
     let made = || {
         let mut made = contents(&at.join("demo"));
-        // Who writes to a project that is there holds its lock.
+        // Writing to an existing project takes its lock.
         made.remove(&at.join("demo/project/.lock"));
         made
     };
@@ -858,7 +858,7 @@ fn a_project_that_another_writes_to_is_left_alone() {
 
     let framed = ["frame", "film", "--interview", "-2,3,12", "--padding", "edge", "--json"];
     let figures = succeed(at, &framed);
-    assert_eq!(figures["interview"], figures["exemplars"], "they have one size");
+    assert_eq!(figures["interview"], figures["exemplars"], "they have the same size");
     assert_eq!(figures["interview"]["x"], -2);
     let project = std::fs::read_to_string(at.join("film/project.toml")).unwrap();
     assert!(project.contains("side = 12") && project.contains("padding = \"edge\""), "{project}");

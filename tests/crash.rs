@@ -1,7 +1,7 @@
-//! Everything is left whole when the program is killed, when the disk is full, and when two of them meet.
+//! Everything stays intact when the program is killed, when the disk is full, and when two processes collide.
 //!
-//! `AFTERLIGHT_CRASHES=200` kills each command so often, `AFTERLIGHT_CRASH_SEED` draws other moments, and
-//! `AFTERLIGHT_SHARED_SECONDS=30` has processes share a project for so long.
+//! `AFTERLIGHT_CRASHES=200` sets the number of kills per command, `AFTERLIGHT_CRASH_SEED` draws other moments, and
+//! `AFTERLIGHT_SHARED_SECONDS=30` sets how long processes share a project.
 #![cfg(target_os = "linux")]
 
 #[path = "crash/full.rs"]
@@ -24,7 +24,7 @@ use std::process::{Command, Output};
 use test_shoot::TestShoot;
 use test_support::accident::{age, contents, left_over};
 
-/// A trained project in a folder that also holds what is none of the program's business.
+/// A trained project in a folder that also holds unrelated files.
 struct Ground {
     folder: tempfile::TempDir,
     /// Files outside of the project.
@@ -40,7 +40,7 @@ impl Ground {
         ground
     }
 
-    /// With a small project, not calibrated yet, and links in it to what is outside.
+    /// With a small uncalibrated project, and links in it to files outside.
     fn of_shoot() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let at = |path: &str| folder.path().join(path);
@@ -79,7 +79,7 @@ impl Ground {
         Project::open(&self.film()).unwrap()
     }
 
-    /// The program, in this folder, computing on one core.
+    /// The program in this folder, on one core.
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = afterlight(self.folder.path());
         command.args(arguments);
@@ -103,27 +103,27 @@ impl Ground {
         assert!(output.status.success(), "{arguments:?}: {said}");
     }
 
-    /// Files outside of the project now.
+    /// Current files outside of the project.
     fn now_outside(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut all = contents(&self.at("outside"));
         all.extend(contents(&self.at("shoot")));
         all
     }
 
-    /// Takes the project's lock as the next command does, a minute later; nothing unfinished is left then.
+    /// Takes the project's lock as the next command does, a minute later; then no unfinished file is left.
     fn clean_up(&self, folder: &Path) {
         age(&left_over(folder));
         drop(Lock::take(folder, "a test").unwrap());
     }
 
-    /// Nothing outside of the project changed.
+    /// Asserts that nothing outside of the project changed.
     #[track_caller]
     fn check_outside(&self) {
         assert_eq!(self.now_outside(), self.outside);
     }
 }
 
-/// The program in a folder, which is its cache and its home too, computing on one core.
+/// The program in a folder, which is also its cache and home, on one core.
 fn afterlight(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command

@@ -1,10 +1,10 @@
-//! The walls between the crates: who may know the window's toolkit, the network's and the GPU's. Who may import whom among
-//! our own crates is what the compiler checks.
+//! Borders between crates: the crates that may depend on the window toolkit, the network framework and the GPU. Imports
+//! among our own crates are checked by the compiler.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The names of every crate's dependencies, those of its tests aside.
+/// Names of every crate's dependencies, without those of its tests.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let sources = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("src");
     let folders = |path: &Path| std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
@@ -53,13 +53,13 @@ fn one_crate_knows_open_color_io() {
     assert_eq!(who_knows(&["ocio"]), ["color_config"]);
 }
 
-/// Others hand over by what the export was asked for.
+/// Other crates hand over through the export's settings.
 #[test]
 fn only_who_runs_exports_hands_them_over() {
     assert_eq!(who_knows(&["handover"]), ["farm", "studio", "worker"]);
 }
 
-/// The reference for the network and the compositor must not be made by them.
+/// The reference for the network and the compositor must be independent of both.
 #[test]
 fn the_virtual_stage_uses_neither_calibration_nor_compositor() {
     let ours: BTreeSet<String> = dependencies().into_keys().collect();

@@ -1,4 +1,4 @@
-//! `afterlight device` on whatever machine this is, with little time.
+//! `afterlight device` on the current machine, with a short time limit.
 
 mod program;
 
@@ -25,7 +25,7 @@ fn rows(device: &Value) -> &[Value] {
     device["rows"].as_array().expect("a device has rows")
 }
 
-/// Number of timed rows. Each is positive and within its spread; a row that was not timed says why.
+/// Number of timed rows. Each time is positive and within its spread; a row without a time gives the reason.
 fn sound(device: &Value) -> usize {
     let mut timed = 0;
     for row in rows(device) {
@@ -85,9 +85,9 @@ fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
     assert_eq!(left > 0, table.contains("Left out:"), "{table}");
     shown!(
         Surroundings,
-        "A machine is too slow to be measured in the time that there is",
+        "A machine is too slow for the measuring time",
         danger: "a command that never ends",
-        done: "what does not fit is left out and named, with what it would take; the rest is measured",
+        done: "work that does not fit is left out and listed with its expected time; the rest is measured",
         bound: "24 s",
         measured: format!("{seconds:.0} s: {timed} rows timed, {left} left out"),
     );
@@ -111,13 +111,13 @@ fn the_job_of_the_window_hands_on_what_is_known_after_each_measure() {
         known: Some(known.clone()),
     };
     let Outcome::Machine(report) = job.run(&Progress::silent()).unwrap() else {
-        panic!("it measures a machine");
+        panic!("the job measures a machine");
     };
     assert!(woken.load(Ordering::Relaxed) > 10, "once for each measure");
     let known = known.take().unwrap();
     assert_eq!(known.devices, report.devices);
     let said = Outcome::Machine(report).sentence();
-    assert!(said.starts_with("This machine was measured in 0.1 minutes: "), "{said}");
+    assert!(said.starts_with("Measured this machine in 0.1 minutes: "), "{said}");
 }
 
 #[test]
@@ -131,13 +131,13 @@ fn a_measure_that_cannot_be_read_is_refused_with_a_sentence() {
     assert!(said.contains("from 0.01 to 600"), "{said}");
 }
 
-/// The figures of one measure, as the program asks itself for them; `kernels` is where it keeps kernels.
+/// Figures of one measure, in the program's own protocol; `kernels` is its kernel cache.
 fn asked(measure: &Value, gpu: bool, kernels: &Path) -> Vec<Value> {
     let request = json!({ "measure": measure, "gpu": gpu, "seconds": 0.0 });
     let mut child = Command::new(env!("CARGO_BIN_EXE_afterlight"))
         .args(["device", "--measure", &request.to_string()])
         .env("AFTERLIGHT_KERNELS", kernels)
-        // As long as this is open it goes on.
+        // The process runs while this input is open.
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -174,7 +174,7 @@ fn a_gpu_says_each_figure_as_it_is_known() {
         let pass = passes.iter().find(|pass| pass["what"] == sum).unwrap();
         pass["copy_ms"].as_f64().unwrap() * pass["bytes_per_second"].as_f64().unwrap()
     };
-    // Three values of 41 lamps in four bytes or two, the picture and the matte.
+    // Three values for 41 lamps in four bytes or two, the picture and the matte.
     let bytes = |value: f64| 64.0 * 64.0 * (3.0 * 41.0 * value + 16.0) * 1e3;
     assert!((copying("relight") / bytes(4.0) - 1.0).abs() < 1e-6);
     assert!((copying("relight, f16") / bytes(2.0) - 1.0).abs() < 1e-6);
@@ -205,7 +205,7 @@ fn a_gpu_stands_beside_the_cpu_in_the_report() {
     let arguments = ["device", "--minutes", "0.3", "--device", "gpu", "--json"];
     let report = succeed(folder.path(), &arguments);
     let [gpu, cpu] = report["devices"].as_array().unwrap().as_slice() else {
-        panic!("a GPU and the CPU were to be measured");
+        panic!("expected a GPU and the CPU");
     };
     assert_eq!((&gpu["kind"], &cpu["kind"]), (&"gpu".into(), &"cpu".into()));
     sound(gpu);
@@ -216,7 +216,7 @@ fn a_gpu_stands_beside_the_cpu_in_the_report() {
     }
 }
 
-/// A measuring of some minutes in a folder, and the first figure that it said.
+/// A run of some minutes in a folder, and its first figure.
 #[cfg(target_os = "linux")]
 fn measuring(folder: &Path) -> (Child, Vec<u32>, std::thread::JoinHandle<()>) {
     let arguments = ["device", "--minutes", "5", "--device", "cpu", "--json"];
@@ -231,7 +231,7 @@ fn measuring(folder: &Path) -> (Child, Vec<u32>, std::thread::JoinHandle<()>) {
         .unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     let said = lines.find(|line| line.as_ref().unwrap().starts_with("CPU: sum, f32"));
-    assert!(said.is_some(), "it ended without a figure");
+    assert!(said.is_some(), "the run ended without a figure");
     let drain = std::thread::spawn(move || lines.for_each(drop));
     let tasks = format!("/proc/{0}/task", child.id());
     let children = std::fs::read_dir(tasks).unwrap().flat_map(|task| {
@@ -243,7 +243,7 @@ fn measuring(folder: &Path) -> (Child, Vec<u32>, std::thread::JoinHandle<()>) {
     (child, children, drain)
 }
 
-/// Sends a signal to a measuring that has said a figure, and waits until it and what it started have ended.
+/// Sends a signal to a run after its first figure, and waits until it and its children have ended.
 #[cfg(target_os = "linux")]
 fn ended(folder: &Path, signal: &str) -> Output {
     let (child, children, drain) = measuring(folder);
@@ -278,14 +278,14 @@ fn ctrl_c_ends_the_measures_and_leaves_the_report() {
     assert!(table.contains("| sum, f32 | 512 |"), "{table}");
     let seconds = began.elapsed().as_secs_f64();
 
-    // Killed, it can write nothing more; but nothing that it started goes on.
+    // A killed run writes nothing more, but no child survives it.
     let killed = ended(folder.path(), "-KILL");
     assert!(killed.status.code().is_none() && killed.stdout.is_empty());
     shown!(
         Surroundings,
         "Ctrl-C while a machine is measured",
-        danger: "a measure goes on alone, or what was measured is lost",
-        done: "the measure is ended too, also if the program is killed; what was measured is printed and written",
+        danger: "a measure runs on as an orphan, or figures are lost",
+        done: "the measure ends too, even if the program is killed; all figures are printed and written",
         bound: "300 s",
         measured: format!("{seconds:.0} s of the 5 minutes"),
     );

@@ -1,5 +1,5 @@
-//! A farm's job from its writing to the movie, as engines run it: workers are killed, files are damaged, the project changes
-//! meanwhile, and what comes out is what a single export writes.
+//! A farm job from its files to the movie, as engines run it: workers are killed, files are damaged, the project
+//! changes meanwhile, and the result equals that of a single export.
 
 #[path = "farm/bad_input.rs"]
 mod bad_input;

@@ -1,4 +1,4 @@
-//! The network, or its predictions, and the pass `relight` on one GPU, a software one where there is no other.
+//! The network, or its predictions, and the pass `relight` on one GPU, a software one if there is no other.
 
 mod mapped;
 
@@ -53,7 +53,7 @@ fn both(gpu: &ComputeDevice, precision: Precision) -> [Predictor; 2] {
     [predictor(&network, Precision::Full, &cpu), predictor(&network, precision, &gpu.device)]
 }
 
-/// A ramp of colours behind a matte whose left column is open.
+/// A colour ramp with a matte that is empty in its left column.
 fn frame() -> Frame {
     let ramp = |x: usize, y: usize| {
         let [x, y] = [x, y].map(|v| v as f32 / SIZE as f32);
@@ -70,7 +70,7 @@ fn weights() -> Vec<[f32; 3]> {
     vec![[0.2, 0.5, 1.0], [0.0; 3], [2.0, 1.0, 0.1], [0.3; 3]]
 }
 
-/// A prediction of [`frame`] as the program keeps it on this device.
+/// A prediction of [`frame`] in the program's storage on this device.
 fn kept(predictor: &Predictor, storage: Storage, compute: &ComputeDevice) -> Field {
     let field = predictor.predict_on_device(&frame()).unwrap();
     FieldEncoder::new(storage).encode(field, compute.passes()).unwrap()
@@ -114,14 +114,14 @@ fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
             let field = kept(&predictor, storage, &compute);
             field.relight(&weights()).unwrap()
         };
-        // The first time kernels are timed against each other, which reads clocks.
+        // The first time, kernels are timed against each other, which reads clocks.
         let first = lit();
         let (second, mapped) = mapped_during(lit);
         assert_eq!(first, second);
         let picture = (SIZE * SIZE * 4 * size_of::<f32>()) as u64;
         assert_eq!(mapped, [picture], "{storage:?}");
     }
-    // The log does see the network's own reads.
+    // The log does show the network's own reads.
     let (field, mapped) = mapped_during(|| predictor.predict(&frame()).unwrap());
     let field = (field.values.len() * size_of::<f32>()) as u64;
     // Its reads land in pages, which may be larger.
@@ -165,7 +165,7 @@ fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
     let apart = full.iter().zip(&half).map(|(a, b)| (a - b).abs());
     let apart = apart.fold(0.0, f32::max) / largest;
     println!("apart by {apart:e} of the largest value");
-    // Each of nine layers rounds what it reads and gives to eleven bits: half a unit of 2⁻¹⁰ at most.
+    // Each of nine layers rounds its input and output to eleven bits: half a unit of 2⁻¹⁰ at most.
     let epsilon = 2f32.powi(-10);
     assert!(apart > 0.0 && apart < 9.0 * epsilon, "{apart}");
 }

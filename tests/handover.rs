@@ -1,4 +1,4 @@
-//! A shot handed over: Nuke's script and Blender's rebuild the picture, and editors read the timeline.
+//! Handover of a shot: Nuke's and Blender's scripts rebuild the picture, and editors read the timeline.
 
 #[path = "handover/blender.rs"]
 mod blender;
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tempfile::TempDir;
 
-/// A folder with a trained project of four frames and six lamps, `film`.
+/// Folder with a trained project of four frames and six lamps, `film`.
 static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     for command in [
@@ -35,10 +35,10 @@ static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// File name of a shot, in a folder of its own: a name that is hard to write down.
+/// File name of a shot that is hard to quote; each shot has its own folder.
 const HARD_NAME: &str = "it's \"é\" {1}.%04d.exr";
 
-/// Relights the project and hands it over to a folder of its own; the figures, and that folder.
+/// Relights the project and hands it over in its own folder; returns the figures and that folder.
 fn handed_over(folder: &str, to: &str, options: &str) -> (Value, PathBuf) {
     let at = FOLDER.path();
     let to = format!("{folder}/{to}");
@@ -48,7 +48,7 @@ fn handed_over(folder: &str, to: &str, options: &str) -> (Value, PathBuf) {
     (figures, at.join(folder))
 }
 
-/// The picture's channels of the shot's frame.
+/// The picture channels of a frame in the shot.
 fn picture(folder: &Path, frame: usize) -> exr_file::Channels {
     exr_file::read(&folder.join(HARD_NAME.replace("%04d", &format!("{frame:04}"))))
 }

@@ -1,4 +1,4 @@
-//! From a camera's movie to a relit movie, as a person does it on the command line.
+//! From a camera movie to a relit movie on the command line.
 
 mod program;
 
@@ -13,10 +13,10 @@ use test_support::shown;
 /// Columns and rows of the interview.
 const PLATE: (usize, usize) = (72, 96);
 const FRAMES: usize = 6;
-/// Television's 29.97 frames a second.
+/// Broadcast rate of 29.97 frames a second.
 const RATE: &str = "30000/1001";
 const FRAME_S: f64 = 1001.0 / 30000.0;
-/// The tone in the interview's first half, and in its second.
+/// Tone in the interview's first half, and in its second.
 const TONES_HZ: [f64; 2] = [500.0, 2000.0];
 
 /// Output of a program.
@@ -29,7 +29,7 @@ fn output(program: &str, folder: &Path, arguments: &[&str]) -> Vec<u8> {
     output.stdout
 }
 
-/// Makes the interview what a camera hands over: ProRes 422 HQ at 29.97 frames a second with a drop-frame time code, a reel
+/// Turns the interview into a camera movie: ProRes 422 HQ at 29.97 frames a second with a drop-frame time code, a reel,
 /// and sound whose tone changes in the middle.
 fn as_a_camera_writes_it(shoot: &Path) {
     let [low, high] = TONES_HZ;
@@ -45,7 +45,7 @@ fn as_a_camera_writes_it(shoot: &Path) {
     std::fs::rename(shoot.join("camera.mov"), shoot.join("interview.mov")).unwrap();
 }
 
-/// Report of ffprobe on a movie's pictures and on its sound.
+/// Report of ffprobe on a movie's video and audio.
 fn probed(folder: &Path, movie: &str) -> [Value; 2] {
     ["v", "a"].map(|stream| {
         let words = ["-count_frames", "-select_streams", stream, "-show_streams", "-of", "json"];
@@ -56,7 +56,7 @@ fn probed(folder: &Path, movie: &str) -> [Value; 2] {
     })
 }
 
-/// The frequency of a movie's sound between two moments, by the number of its zeros.
+/// Frequency of a movie's sound between two moments, from its zero crossings.
 fn frequency(folder: &Path, movie: &str, from: f64, to: f64) -> f64 {
     let words = ["-i", movie, "-ac", "1", "-ar", "48000", "-f", "s16le", "-"];
     let bytes = output("ffmpeg", folder, &words);
@@ -68,7 +68,7 @@ fn frequency(folder: &Path, movie: &str, from: f64, to: f64) -> f64 {
     zeros.count() as f64 / 2.0 / (to - from)
 }
 
-/// A movie holds these frames of the interview: their number, rate, size, sound and time code.
+/// Asserts that a movie holds these interview frames: their number, rate, size, sound and time code.
 fn has_frames(folder: &Path, movie: &str, first: usize, codec: &str, time_code: Option<&str>) {
     let [video, audio] = probed(folder, movie);
     let count = FRAMES - first;
@@ -84,7 +84,7 @@ fn has_frames(folder: &Path, movie: &str, first: usize, codec: &str, time_code: 
     assert_eq!(said, time_code, "{movie}");
     let seconds: f64 = audio["duration"].as_str().unwrap().parse().unwrap();
     assert!((seconds - count as f64 * FRAME_S).abs() < 0.001, "{movie}: {seconds} s of sound");
-    // The tone changes with the fourth frame: half a frame off would be heard.
+    // The tone changes at the fourth frame: an offset of half a frame would show.
     let change = (FRAMES as f64 / 2.0 - first as f64) * FRAME_S;
     let (before, after) = (change - 0.5 * FRAME_S, change + 0.5 * FRAME_S);
     for (from, to, tone) in [(before - FRAME_S, before, 0), (after, after + FRAME_S, 1)] {
@@ -116,7 +116,7 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     ));
     let shoot = at.join("shoot");
     as_a_camera_writes_it(&shoot);
-    // What the stage knows of its mattes is kept to compare with.
+    // The stage's own mattes are kept for comparison.
     std::fs::rename(shoot.join("interview_masks"), at.join("true_mattes")).unwrap();
     std::fs::remove_dir_all(shoot.join("exemplar_masks")).unwrap();
 
@@ -158,7 +158,7 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     assert_eq!(relight("review.mov", " --codec h264"), FRAMES);
     has_frames(at, "review.mov", 0, "h264", Some("10:20:59;28"));
 
-    // The person is lit and moves; the background is the environment's, and stands still.
+    // The subject is lit and moves; the background is the environment and stands still.
     let tools = Tools { cache: None, ..Tools::default() };
     let movie = Movie::open(&at.join("all.mov"), &tools).unwrap();
     assert_eq!(movie.info().reel.as_deref(), Some("A007"));
@@ -180,9 +180,9 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     shown!(
         Strangers,
         "An interview is a ProRes movie at 29.97 frames a second with sound and a drop-frame time code, and is relit to a movie",
-        danger: "sound, time code or rate are lost on the way, or frames and sound part",
-        done: "import, matte, calibrate, train and relight go from movie to movie; the export has the interview's rate, \
-               time code, reel and sound, and is cut with it",
+        danger: "sound, time code or rate are lost on the way, or picture and sound drift apart",
+        done: "the whole pipeline goes from movie to movie; the export has the interview's rate, \
+               time code, reel and sound, cut to its frames",
         bound: "a millisecond of sound, no frame of time code, 0.02 of a matte's mean",
         measured: format!("mattes {mattes_off:.3} off in the mean"),
     );

@@ -1,4 +1,4 @@
-//! The packages' statements about the program agree with it, and the notes of a version are its own.
+//! The packages' metadata agrees with the program, and a version has its own release notes.
 #![cfg(target_os = "linux")]
 
 use afterlight::project::Project;
@@ -13,7 +13,7 @@ fn read(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The strings that stand between `before` and `after` in a text, in order.
+/// The strings between `before` and `after` in a text, in order.
 fn between<'a>(text: &'a str, before: &str, after: &str) -> Vec<&'a str> {
     let parts = text.split(before).skip(1);
     parts.filter_map(|part| part.split(after).next()).collect()
@@ -53,7 +53,7 @@ fn what_is_packed_is_there() {
     }
 }
 
-/// All files that dist packs for each system are there, and built as the package for Debian is.
+/// All files that dist packs for each system exist, and its features are those of the Debian package.
 #[test]
 fn the_archives_of_each_system_are_built_of_what_there_is() {
     let dist: toml::Table = read("dist-workspace.toml").parse().unwrap();
@@ -76,7 +76,7 @@ fn the_archives_of_each_system_are_built_of_what_there_is() {
     assert_eq!(cargo["package"]["metadata"]["dist"]["dist"].as_bool(), Some(true));
 }
 
-/// The rules by which desktops know a project, on one that the program wrote.
+/// Desktop rules that recognize a project, tested on one written by the program.
 #[test]
 fn a_project_is_what_its_type_says() {
     let folder = tempfile::tempdir().unwrap();
@@ -134,7 +134,7 @@ fn a_version_of_which_nothing_is_said_has_no_notes() {
     assert!(output.stdout.is_empty());
 }
 
-/// The version that is to be packed has notes.
+/// The version to be packed has notes.
 #[test]
 fn this_version_has_notes() {
     let output = notes(env!("CARGO_PKG_VERSION"), &read("CHANGELOG.md"));

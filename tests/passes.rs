@@ -1,4 +1,4 @@
-//! Whole pictures by the GPU, a software one where there is no other, beside those by the CPU.
+//! Whole pictures by the GPU, a software one if there is no other, against those by the CPU.
 
 mod mapped;
 
@@ -31,9 +31,9 @@ struct Shoot {
     weights: LightWeights,
     environment: Environment,
     grain: Grain,
-    /// One and a half times as wide as the field, and one and a quarter times as high.
+    /// Plate 1.5 times as wide as the field, and 1.25 times as high.
     plate: Plate,
-    /// Of a frame that was darker.
+    /// State of a darker frame.
     before: Option<Steady>,
 }
 
@@ -127,7 +127,7 @@ impl Shoot {
     }
 }
 
-/// Every effect that can be had at once.
+/// Every effect that can be combined.
 fn scene() -> Scene {
     Scene {
         frame: 1,
@@ -174,11 +174,11 @@ fn a_picture_with_every_effect_looks_as_the_cpu_s() {
 
     let [here, there] = make(Output::Linear).map(|picture| picture.linear.unwrap());
     let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
-    // Relative to the value, or to middle grey where that is more.
+    // Relative to the value, or to middle grey if that is larger.
     let apart = pairs.map(|(here, there)| (here - there).abs() / here.max(0.18));
     let most = apart.fold(0.0, f32::max);
     println!("largest relative error {most:.1e}");
-    // The background's arc tangents on GPUs are good to about 1e-4 of a texel, beside the window's edge.
+    // GPU arc tangents in the background are accurate to about 1e-4 of a texel, which shows at the window's edge.
     assert!(most < 1e-3, "{most}");
 }
 
@@ -190,7 +190,7 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     let shoot = Shoot::new(&compute);
     let timed = compute.gpu.as_ref().unwrap().device.features();
     let clock = if timed.contains(wgpu::Features::TIMESTAMP_QUERY) { 8192 } else { 0 };
-    // What was counted, and the times, come in the same copy.
+    // Counts and times come in the same copy.
     let picture = (16 * SIZE * SIZE + 16 + clock) as u64;
     let plain = Scene { effects: Effects::default(), ..scene() };
     let (made, mapped) = mapped_during(|| compose(&plain, &shoot.of(&shoot.gpu)).unwrap());
@@ -198,7 +198,7 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     assert!(made.linear.is_none());
     assert_eq!(mapped, [picture]);
 
-    // An effect that is asked for is measured first, on little data; not again while that stays.
+    // An active effect is measured first, on little data, and not again while its input is unchanged.
     let mut reuse = Reuse::default();
     let mut make = |scene: &Scene| {
         let of = shoot.of(&shoot.gpu);
@@ -214,12 +214,12 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     let more = Scene { effects: Effects { grain: 2.0, ..scene().effects }, ..scene() };
     let (made, mapped) = make(&more);
     assert!(ran(&made).contains(&"grain"));
-    // Whoever hands on what smoothing measured of a frame is not asked to measure it again.
+    // A frame whose smoothing state is passed on is not measured again.
     assert_eq!(mapped.len(), 2, "{mapped:?}");
     assert_eq!(mapped[1], picture);
 }
 
-/// A worker whose one frame lies on the GPU.
+/// A worker with its only frame on the GPU.
 fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
     let gpu = compute.gpu.clone().unwrap();
     let Field::Memory(olats) = &shoot.memory else { unreachable!("the shoot is made in memory") };
@@ -249,7 +249,7 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
             predict: Box::new(frame),
         })
     };
-    // A drag that never rests.
+    // A drag without a pause.
     Worker::within(f64::MAX, Duration::MAX, open, || {})
 }
 
@@ -295,7 +295,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
         let relight = &relit.passes[Pass::Relight as usize];
         assert!(relight.ran, "{relight:?}");
     }
-    // Let go, the picture that is there is read, once, and it is the one that would have been made without a drag.
+    // After the release, the existing picture is read once, and it equals the one without a drag.
     let (rested, mapped) = mapped_during(|| show(180.0, false));
     assert_eq!(mapped.len(), 1, "{mapped:?}");
     let relight = &rested.passes[Pass::Relight as usize];

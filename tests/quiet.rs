@@ -1,12 +1,11 @@
-//! The program in a session that has no folder of its own, as in a container: the graphics driver's complaint
-//! about that is not printed.
+//! Sessions without a runtime folder, as in a container: the graphics driver's complaint about it is not printed.
 #![cfg(target_os = "linux")]
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-/// Output of the program on stderr, where the session names `runtime` as its folder, or none.
+/// Output of the program on stderr, with `runtime` as the session's runtime folder, or without one.
 fn printed(at: &Path, runtime: Option<&str>, arguments: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
     command
@@ -30,7 +29,7 @@ fn a_session_without_a_runtime_folder_is_no_error() {
     printed(at, None, "stage shoot --size 32 --frames 2 --lamps 12");
     printed(at, None, "import film --shoot shoot --size 32");
     printed(at, None, "calibrate film");
-    // The device is chosen here: adapters are listed.
+    // The device choice lists the adapters.
     for runtime in [None, Some(""), Some("relative")] {
         let said = printed(at, runtime, "train film --fresh --epochs 1 --device auto");
         assert!(!said.contains("XDG_RUNTIME_DIR"), "{said}");

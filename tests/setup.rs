@@ -1,4 +1,4 @@
-//! `tools/setup.sh` on systems that are described by stand-ins for the programs that it asks.
+//! `tools/setup.sh` on simulated systems: stand-ins for the programs that it calls.
 #![cfg(target_os = "linux")]
 
 use std::fs::{self, Permissions};
@@ -15,19 +15,19 @@ const LIBRARIES: [&str; 6] = [
     "libXi.so.6",
 ];
 
-/// A system: a folder of programs, which is all that the script finds, its libraries and its drivers.
+/// A system: a folder with the only programs that the script finds, its libraries and its drivers.
 struct System(tempfile::TempDir);
 
 /// Result of the script.
 struct Run {
     code: Option<i32>,
     said: String,
-    /// The lines with which apt-get was called.
+    /// Arguments of each apt-get call.
     apt: Vec<String>,
 }
 
 impl System {
-    /// One where nothing is missing, for an ordinary user without sudo, with apt-get.
+    /// A complete system for an ordinary user without sudo, with apt-get.
     fn whole() -> Self {
         let system = Self(tempfile::tempdir().unwrap());
         for name in ["bin", "drivers"] {
@@ -68,14 +68,14 @@ impl System {
         fs::remove_file(self.at(name)).unwrap();
     }
 
-    /// An apt-get of which each call runs `script`, too.
+    /// An apt-get that also runs `script` on each call.
     fn apt_get(&self, script: &str) {
         self.program("apt-get", &format!("echo \"$*\" >> \"$SYSTEM/apt\"\n{script}"));
     }
 
     fn run(&self) -> Run {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/setup.sh");
-        // No folder of this system's own is left on the script's path but those that it adds itself.
+        // The script's path holds no folder of this system except those that it adds itself.
         let output = Command::new("/bin/sh")
             .arg(script)
             .env_clear()
@@ -176,7 +176,7 @@ fn root_installs_what_is_missing_and_says_what_and_why() {
     );
     assert!(run.said.contains("ffmpeg: reads and writes movies"), "{}", run.said);
     assert!(run.said.contains("Installing them: mesa-vulkan-drivers ffmpeg"), "{}", run.said);
-    // And never again.
+    // A second run does nothing.
     assert_eq!(system.run().apt.len(), 2);
 }
 

@@ -1,4 +1,4 @@
-//! Every shader is valid WGSL as the GPU is given it, and named after its pass.
+//! Every shader is valid WGSL with its prelude, and named after its pass.
 
 use afterlight::compositor::{Pass, shaders};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -10,7 +10,7 @@ fn every_shader_is_valid() {
         let (name, source) = (shader.name, shader.source());
         let module = naga::front::wgsl::parse_str(&source)
             .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
-        // Halves are unpacked to f32, which every WebGPU device can do.
+        // Halves are unpacked to f32, which every WebGPU device supports.
         let capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)
@@ -30,7 +30,7 @@ fn every_shader_s_file_is_used_and_named_after_its_pass() {
     for shader in shaders() {
         let name = shader.name;
         assert!(files.remove(&format!("{name}.wgsl")), "{name}: {files:?}");
-        // What several passes stand on, or follows them, has a name of its own.
+        // Code shared by several passes, or run after them, has a name of its own.
         let shared = ["display_texture", "edges", "measure", "pyramid"].contains(&name);
         let known = shared || Pass::ALL.iter().any(|pass| pass.name() == name);
         assert!(known, "there is no pass {name}");

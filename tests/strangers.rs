@@ -1,5 +1,5 @@
-//! Files and texts that are changed at random, given to every reader that knows the network, its training or the window. The
-//! others are in `tests/fuzz`.
+//! Fuzzing of every reader that depends on the network, its training or the window. The other readers are in
+//! `tests/fuzz`.
 
 use afterlight::cli::Cli;
 use afterlight::evaluation::review::{Marks, Means, Metric, Review};
@@ -52,7 +52,7 @@ fn save_checkpoint(folder: &Path) {
     checkpoint::save(folder, &info, &network, &state).unwrap();
 }
 
-/// Loads a checkpoint in every way; errors may be about any of its files.
+/// Loads a checkpoint in every way; errors may name any of its files.
 fn load_checkpoint(folder: &Path, changed: &Path) -> Outcome {
     let device = Device::flex();
     let read = || {
@@ -73,9 +73,9 @@ fn a_checkpoint_s_table_of_any_content_is_loaded_or_refused() {
     let measured = fuzz::run!(Target::of_text("table", path, vec![table]), |path: &Path| {
         load_checkpoint(folder.path(), path)
     });
-    shown!(Strangers, "A `checkpoint.toml` of any content",
-        danger: "a huge network is made, or a file elsewhere is read",
-        done: "a network must fit the size of its file before memory is taken for it",
+    shown!(Strangers, "A `checkpoint.toml` with arbitrary content",
+        danger: "a huge network is allocated, or a file elsewhere is read",
+        done: "a network must fit the size of its file before it is allocated",
         bound: "4 GiB at once", measured: measured);
 }
 
@@ -85,7 +85,7 @@ fn weights_of_any_content_are_loaded_or_refused() {
     save_checkpoint(folder.path());
     let table = folder.path().join("checkpoint.toml");
     let text = std::fs::read_to_string(&table).unwrap();
-    // As a stranger may write it: without checksums, and with one file for all.
+    // As a stranger may write it: without checksums, and with a single file for all.
     let (start, rest) = text.split_once("[checksums]").unwrap();
     let info = &rest[rest.find("[info]").unwrap()..];
     let start = start.replace("live-", "weights-");
@@ -95,20 +95,20 @@ fn weights_of_any_content_are_loaded_or_refused() {
     let measured = fuzz::run!(Target::of_bytes("weights", path, vec![seed]), |path: &Path| {
         load_checkpoint(folder.path(), path)
     });
-    shown!(Strangers, "Weights (`.bpk`) of any content, without a checksum",
+    shown!(Strangers, "Weights (`.bpk`) with arbitrary content and no checksum",
         danger: "a crash, all memory taken, weights that are NaN",
-        done: "they are read within their file's size, must fit the network and be finite",
+        done: "sizes must fit the file and the network, and values must be finite",
         bound: "4 GiB at once", measured: measured);
 }
 
-/// A file of two tensors.
+/// A safetensors file of two tensors.
 fn safetensors() -> Vec<u8> {
     let header = br#"{"features.0.weight":{"dtype":"F32","shape":[2,3],"data_offsets":[0,24]},"b":{"dtype":"F16","shape":[4],"data_offsets":[24,32]}}"#;
     let data = [0u8, 0, 0x80, 0x3f].repeat(8);
     [&(header.len() as u64).to_le_bytes()[..], header, &data].concat()
 }
 
-/// The pickle of such a file in PyTorch's format: a dictionary with a tensor of 2 × 3 values.
+/// Pickle of such a file in PyTorch's format: a dictionary with a tensor of 2 × 3 values.
 fn pickle() -> Vec<u8> {
     let word =
         |text: &str| [b"X", &(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
@@ -125,7 +125,7 @@ fn pickle() -> Vec<u8> {
     .concat()
 }
 
-/// A ZIP archive of files as they are, which PyTorch's format is.
+/// An uncompressed ZIP archive, the container of PyTorch's format.
 fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
     let (mut bytes, mut directory) = (Vec::new(), Vec::new());
     for (name, content) in files {
@@ -159,7 +159,7 @@ fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
     bytes
 }
 
-/// A pickle in the archive that holds its values.
+/// Wraps a pickle in the archive that holds its values.
 fn packed(file: &mut Vec<u8>) {
     if !file.starts_with(b"PK") {
         let values = [0u8, 0, 0x80, 0x3f].repeat(6);
@@ -172,9 +172,9 @@ fn packed(file: &mut Vec<u8>) {
     }
 }
 
-/// Opens a file of features and reads a tensor of it.
+/// Opens a file of features and reads one of its tensors.
 fn read_features(path: &Path) -> Outcome {
-    // The file holds none of the networks that are known, which is no fault of its own.
+    // The file holds none of the known networks; that is not its fault.
     assert!(Features::open(path, &Device::flex()).is_err());
     let file = WeightFile::open(path).map_err(|e| e.to_string())?;
     let read = file.parameter("features.0.weight", [2, 3], &Device::flex());
@@ -196,9 +196,9 @@ fn feature_weights_of_any_content_are_loaded_or_refused() {
         ..Target::of_bytes("pth", folder.path().join("vgg.pth"), vec![whole, pickle()])
     };
     let second = fuzz::run!(target, read_features);
-    shown!(Strangers, "Feature weights (`.safetensors`, `.pth`) of any content",
-        danger: "a crash, all memory taken, a program in them that is run",
-        done: "nothing in them is run; sizes must fit the file",
+    shown!(Strangers, "Feature weights (`.safetensors`, `.pth`) with arbitrary content",
+        danger: "a crash, all memory taken, execution of embedded code",
+        done: "nothing in them is executed; sizes must fit the file",
         bound: "4 GiB at once", measured: format!("{first}; {second}"));
 }
 
@@ -224,7 +224,7 @@ fn a_farm_s_job_of_any_content_is_run_or_refused() {
     farm::write_job(&project, &settings, &farm, &chunks, &silent).unwrap();
     let path = job.join("job.json");
     let seed = std::fs::read(&path).unwrap();
-    // No frame is there: what can be said of a job that is understood is which have to be written.
+    // No frame exists: for a valid job the message lists all frames to write.
     let read = |path: &Path| {
         let said = farm::assemble(&job, None, &silent).unwrap_err().to_string();
         match said.contains("have to be written again: ") {
@@ -234,9 +234,9 @@ fn a_farm_s_job_of_any_content_is_run_or_refused() {
         }
     };
     let measured = fuzz::run!(Target::of_text("job", path, vec![seed]), read);
-    shown!(Strangers, "A farm's `job.json` of any content",
+    shown!(Strangers, "A farm's `job.json` with arbitrary content",
         danger: "a worker that crashes, or writes outside of the job",
-        done: "names are those of files within the job, frames those of the interview; all else is an error that names the file",
+        done: "names must be files within the job, frames those of the interview; everything else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
 }
 
@@ -256,8 +256,8 @@ fn training_logs_of_any_content_are_drawn_or_refused() {
         assert!(history.seconds_per_step().is_none_or(f64::is_finite));
         Ok(())
     });
-    shown!(Strangers, "A `training.csv` of any content", danger: "a crash, or a curve that is NaN",
-        done: "lines that are no step are left out", bound: "finite curves", measured: measured);
+    shown!(Strangers, "A `training.csv` with arbitrary content", danger: "a crash, or a curve that is NaN",
+        done: "invalid lines are skipped", bound: "finite curves", measured: measured);
 }
 
 #[test]
@@ -294,7 +294,7 @@ fn a_review_of_any_content_is_shown_or_refused() {
         marks.of("frame_005", "a");
         Ok(())
     });
-    shown!(Strangers, "A `measured.json` and a `review.toml` of any content", danger: "a crash",
+    shown!(Strangers, "A `measured.json` and a `review.toml` with arbitrary content", danger: "a crash",
         done: "an error that names the file", bound: "4 GiB at once", measured: format!("{first}; {second}"));
 }
 
@@ -342,8 +342,8 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
             Ok(())
         }
     );
-    shown!(Strangers, "A `look.json`, stored looks and preferences of any content", danger: "the studio does not open, or shows NaN",
-        done: "numbers are bounded; a file that is not understood is renamed",
+    shown!(Strangers, "A `look.json`, stored looks and preferences with arbitrary content", danger: "the studio does not open, or shows NaN",
+        done: "numbers are bounded; an unreadable file is renamed",
         bound: "finite light, turns and effects", measured: format!("{first}; {second}; {third}"));
 }
 
@@ -387,5 +387,5 @@ fn a_command_of_any_words_is_parsed_or_refused() {
         Ok(())
     });
     shown!(Strangers, "Malformed command lines, settings and time codes", danger: "a crash",
-        done: "what cannot be is a usage error", bound: "exit code 2", measured: measured);
+        done: "an impossible value is a usage error", bound: "exit code 2", measured: measured);
 }

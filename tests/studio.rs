@@ -1,4 +1,4 @@
-//! The real window, driven headless: what a person does, and what they then see.
+//! The real window, driven headless: user actions and their visible results.
 
 #[path = "studio/aiming.rs"]
 mod aiming;
@@ -77,14 +77,14 @@ use std::time::{Duration, Instant};
 use test_shoot::TestShoot;
 use test_support::PATIENCE;
 
-/// Largest difference of a pixel of a snapshot (YIQ distance), and number of pixels that may differ more: drivers
-/// round the edges of text differently.
+/// Largest difference of a snapshot pixel (YIQ distance), and number of pixels that may exceed it: drivers round the
+/// edges of text differently.
 const SNAPSHOT: (f32, usize) = (0.6, 40);
 
 type Window = Harness<'static, StudioApp>;
 
-/// A folder that is gone after the test. Its name is as wide in every run, digits being of one width: lines that
-/// hold it break at the same places.
+/// A temporary folder. Its name has the same width in every run, since all digits are equally wide: lines that contain
+/// it break at the same places.
 fn temporary() -> tempfile::TempDir {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -97,7 +97,7 @@ fn window(make: impl FnOnce(&egui::Context) -> StudioApp) -> Window {
     Harness::builder()
         .with_size(vec2(1280.0, 720.0))
         .with_step_dt(0.25)
-        // `run` ends when nothing asks for a frame; the threads behind the window may ask for a few.
+        // `run` ends when no frame is requested; the threads behind the window may still request a few.
         .with_max_steps(60)
         .build_eframe(|cc| make(&cc.egui_ctx))
 }
@@ -111,10 +111,10 @@ fn clay_window(folder: &Path) -> Window {
     window
 }
 
-/// A shoot with balls large enough to be looked at.
+/// A shoot with balls large enough for calibration.
 const SHOOT: TestShoot = TestShoot { frames: 3, lamps: 12, size: 64, working_size: 64 };
 
-/// Steps the window until `seen`, as a person would wait.
+/// Steps the window until `seen`, as a user would wait.
 fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
     let started = Instant::now();
     while !seen(window.state()) {
@@ -155,13 +155,13 @@ fn drop_onto(window: &mut Window, path: impl Into<std::path::PathBuf>) {
     window.run_steps(2);
 }
 
-/// Scrolls to what has this label.
+/// Scrolls to the element with this label.
 fn scroll_to(window: &mut Window, label: &str) {
     window.get_by_label(label).scroll_to_me();
     window.run_steps(4);
 }
 
-/// Waits until the picture is the one that the state asks for.
+/// Waits until the picture matches the state.
 fn until_shown(window: &mut Window) {
     window.run_steps(2);
     until(window, "picture of the state", |app| {
@@ -176,19 +176,19 @@ fn picture(window: &Window) -> Vec<u8> {
     window.state().relit().unwrap().rgb.clone()
 }
 
-/// The sum of a picture's codes.
+/// Sum of a picture's codes.
 fn brightness(rgb: &[u8]) -> u64 {
     rgb.iter().map(|&code| u64::from(code)).sum()
 }
 
-/// Presses a key that goes to a frame, and waits for its picture.
+/// Presses a key that moves to a frame, and waits for its picture.
 fn go(window: &mut Window, key: Key, frame: usize) {
     window.key_press(key);
     until(window, "the frame", |app| app.state().frame == frame);
     until_shown(window);
 }
 
-/// Types in place of all that stands in the field that has the focus.
+/// Replaces the text of the focused field.
 fn retype(window: &mut Window, text: &str) {
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
     window.run_steps(2);
@@ -196,7 +196,7 @@ fn retype(window: &mut Window, text: &str) {
     window.run_steps(2);
 }
 
-/// Types in place of all that stands in a field, and Enter.
+/// Replaces the text of a field and presses Enter.
 fn type_into(window: &mut Window, (role, field): (Role, &str), text: &str) {
     window.get_by_role_and_label(role, field).scroll_to_me();
     window.run_steps(4);
@@ -207,7 +207,7 @@ fn type_into(window: &mut Window, (role, field): (Role, &str), text: &str) {
     window.run_steps(4);
 }
 
-/// Moves the pointer to `x` points right of the middle of the picture, or presses or lets go its button there.
+/// Moves the pointer to `x` points right of the middle of the picture, or presses or releases its button there.
 fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
     let pos = MIDDLE + vec2(x, 0.0);
     window.event(match pressed {
@@ -221,7 +221,7 @@ fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
     });
 }
 
-/// Drags with the first button alone.
+/// Drags with the primary button only.
 fn plain_drag(window: &mut Window, from: Pos2, to: Pos2) {
     drag(window, from, to, PointerButton::Primary, Modifiers::NONE);
 }
@@ -240,7 +240,7 @@ fn drag(window: &mut Window, from: Pos2, to: Pos2, button: PointerButton, modifi
     window.run_steps(2);
 }
 
-/// Clicks twice, as fast as a person does.
+/// Double-clicks as fast as a user does.
 fn double_click(window: &mut Window, at: Pos2) {
     window.event(Event::PointerMoved(at));
     window.run_steps(2);
@@ -255,7 +255,7 @@ fn double_click(window: &mut Window, at: Pos2) {
         });
         window.step();
     }
-    // The clock goes on by itself.
+    // The clock advances by itself.
     window.input_mut().time = None;
     window.event(Event::PointerGone);
     window.run_steps(3);
@@ -327,7 +327,7 @@ fn play_goes_through_the_frames_and_around() {
     assert!(!window.state().state().playing);
     for (key, frame) in [(Key::End, clay::FRAMES - 1), (Key::ArrowLeft, clay::FRAMES - 2)] {
         window.key_press(key);
-        // The window takes in one event a step, and a release may still be on its way.
+        // The window handles one event per step, and a release may still be pending.
         until(&mut window, "the frame that the key asks for", |app| {
             app.state().frame == frame && app.relit().is_some_and(|r| r.scene.frame == frame)
         });
@@ -349,7 +349,7 @@ fn environments_are_chosen_by_click_and_by_key() {
     assert_eq!(window.state().relit().unwrap().environment, "window");
     assert_eq!(picture(&window), before);
     assert_eq!(window.state().state().frame, 0, "Alt+← is not ←");
-    // Those that are built in come after the shoot's.
+    // Built-in environments come after the shoot's.
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
     until_shown(&mut window);
     assert_eq!(window.state().relit().unwrap().environment, "Nave");
@@ -389,7 +389,7 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
     assert!(mean(&lit, 1) > mean(&before, 1) + 1.0);
     window.get_by_label("Light 1 on the panorama").scroll_to_me();
     window.run_steps(4);
-    // Its dot is dragged across the panorama, from camera-left to camera-right.
+    // Drags its dot across the panorama, from camera-left to camera-right.
     let dot = window.get_by_label("Light 1 on the panorama").rect().center();
     drag(&mut window, dot, dot + vec2(180.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
@@ -451,7 +451,7 @@ fn a_window_that_nobody_touches_asks_for_no_frame() {
     until_shown(&mut window);
     window.run();
     let newest = window.state().relit().unwrap().clone();
-    // Whoever asks for a repaint at any later time would show up here.
+    // A request for a later repaint would show up here.
     for _ in 0..5 {
         std::thread::sleep(Duration::from_millis(50));
         assert!(!window.ctx.has_requested_repaint());
@@ -465,8 +465,8 @@ fn a_window_that_nobody_touches_asks_for_no_frame() {
 /// Instruction to a job for its next step.
 type Word = fn(&Progress);
 
-/// Starts a job that does as it is told, and steps the window until it shows it. Without words it
-/// waits; it ends when they do, or when it is asked to stop.
+/// Starts a controlled job, and steps the window until it is shown. The job waits for instructions; it ends when the
+/// sender is dropped or the job is stopped.
 fn told_job(window: &mut Window) -> Sender<Word> {
     let (tell, told) = channel::<Word>();
     let worker = window.state().worker().unwrap();
@@ -709,19 +709,20 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     window.get_by_label("Not calibrated yet");
 }
 
-/// Compares the window with its picture, without the times, which differ from run to run.
+/// Compares the window with its snapshot, without the times, which differ from run to run.
 fn snapshot(window: &mut Window, name: &str) {
     snapshot_without(window, name, &[]);
 }
 
-/// Places from `left` to `right` of all that says `word`: what differs from run to run, as a folder's name.
+/// Areas from `left` to `right` of every label with `word`, for content that differs from run to run, such as a
+/// folder's name.
 fn lines_with(window: &Window, word: &str, left: f32, right: f32) -> Vec<egui::Rect> {
     let found = window.query_all_by_label_contains(word);
     let lines = found.map(|line| egui::Rect::from_x_y_ranges(left..=right, line.rect().y_range()));
     lines.collect()
 }
 
-/// The same without what is in `places`.
+/// Compares the window with its snapshot, without the contents of `places`.
 fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
     let need = test_support::Need::Gpu;
     if !test_support::require(need, vulkan_adapter(), "no Vulkan adapter to draw with") {
@@ -749,11 +750,11 @@ fn vulkan_adapter() -> bool {
     !pollster::block_on(adapters).is_empty()
 }
 
-/// Environment in which nothing can show a file dialog.
+/// Environment in which no file dialog can open.
 const NO_DIALOGS: [(&str, &str); 2] =
     [("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"), ("PATH", "/nonexistent")];
 
-/// Runs the named test of this program once more, alone in a process of its own. True in that process, where the test goes on.
+/// Runs the named test of this program again, alone in its own process. True in that process, where the test continues.
 fn alone(test: &str, variables: &[(&str, &str)]) -> bool {
     const ALONE: &str = "AFTERLIGHT_ALONE";
     if std::env::var_os(ALONE).is_some() {

@@ -1,4 +1,4 @@
-//! Training as a whole, on a shoot small enough for seconds.
+//! End-to-end training, on a shoot small enough to take seconds.
 
 use afterlight::calibration::Calibration;
 use afterlight::footage::Frame;
@@ -19,13 +19,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use test_shoot::TestShoot;
 
-/// The backend's random generator is one for the process, so runs that are compared take turns.
+/// Burn's random generator is global to the process, so compared runs take turns.
 fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A project in `folder`, of the one shoot that is there.
+/// A project in `folder`, of the shared shoot.
 fn project(folder: &Path, name: &str) -> (Project, Calibration) {
     let shoot = TestShoot { frames: 4, working_size: 16, ..TestShoot::default() };
     shoot.calibrate(folder, name)
@@ -66,7 +66,7 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
     a_resumed_run_equals_an_unstopped_one(small());
 }
 
-/// The true features that a resumed run has not met yet are those that an unstopped one remembers.
+/// True features first computed after a resume equal those cached by an uninterrupted run.
 #[test]
 fn so_it_does_with_features_from_a_file_and_sampled_lamps() {
     let weights = "data/weights/squeezenet1_1_lpips_v0_1.safetensors";
@@ -112,7 +112,7 @@ fn what_is_computed_anew_on_the_way_back_changes_nothing() {
     assert_eq!(networks[0], networks[1]);
 }
 
-/// Trains so for 30 epochs, after which the loss has fallen and the output is neither black nor NaN.
+/// Trains for 30 epochs; then the loss has fallen and the output is neither black nor NaN.
 fn learns(folder: &Path, name: &str, config: TrainingConfig) {
     let (project, calibration) = project(folder, name);
     let report = run(&project, &calibration, TrainingConfig { epochs: 30, ..config });
@@ -147,7 +147,7 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
     }
 }
 
-/// Batch normalisation as the paper has it, with one picture a step.
+/// Batch normalisation as in the paper, with one picture per step.
 fn batch(statistics: Statistics) -> TrainingConfig {
     TrainingConfig {
         normalization: Normalization::Batch,
@@ -171,7 +171,7 @@ fn a_resumed_run_has_the_running_statistics_of_an_unstopped_one() {
     a_resumed_run_equals_an_unstopped_one(batch(Statistics::Running));
 }
 
-/// A rate far too high saturates the sigmoid, and the run says which lamps no longer learn.
+/// An excessive rate saturates the sigmoid, and the run lists the lamps that no longer learn.
 #[test]
 fn outputs_that_have_died_are_named() {
     let _turn = turn();
@@ -209,8 +209,8 @@ fn outputs_that_have_died_are_named() {
     );
 }
 
-/// Killed again and again without warning, with a checkpoint after every step, a run always finds a
-/// readable one that is no older than the last.
+/// Killed repeatedly without warning, with a checkpoint after every step, a run always finds a readable one that is no
+/// older than the last.
 #[test]
 fn a_killed_run_leaves_a_readable_checkpoint() {
     let _turn = turn();
@@ -229,9 +229,9 @@ fn a_killed_run_leaves_a_readable_checkpoint() {
     let mut step = 0;
     for attempt in 0..8 {
         let mut run = start();
-        // Once it goes on from where it was, at another point of its work each time.
+        // Killed after it resumes, at a different point each time.
         let deadline = Instant::now() + Duration::from_secs(60);
-        // The first is long enough for a pose to have judged: from then on there is one more file.
+        // The first run is long enough for a score of the held-out pose: from then on there is one more file.
         let far = |info: CheckpointInfo| info.step > step && info.held_out.is_some();
         while !checkpoint::info(&checkpoint).is_ok_and(far) {
             assert!(run.try_wait().unwrap().is_none() && Instant::now() < deadline);
@@ -264,22 +264,22 @@ fn a_training_says_what_it_adds_to_a_pose_that_was_held_out() {
     assert_eq!(found["pose"], 1);
     let [carried, corrected] =
         ["carried_db", "corrected_db"].map(|key| found[key].as_f64().unwrap());
-    // The network takes part, but a few steps give it a share of next to nothing.
+    // The network takes part, but after a few steps its share is close to zero.
     assert!(carried > 15.0 && corrected != carried && (corrected - carried).abs() < 0.5, "{found}");
     assert!(train(&[])["prediction"].is_null());
 }
 
-/// All bytes of a folder's checkpoint: the table's figures, and each weight file that it names.
+/// Bytes of a folder's checkpoint: the table's figures, and each weight file that it names.
 fn contents(folder: &Path) -> (CheckpointInfo, Vec<Vec<u8>>) {
     let table = std::fs::read_to_string(folder.join("checkpoint.toml")).unwrap();
-    // The checksums, whose keys are names in quotes, are not among these.
+    // The checksums, whose keys are quoted names, are not included.
     let named = (table.lines()).filter_map(|line| line.split_once(" = \"")?.1.strip_suffix('"'));
     let files = named.filter(|name| name.ends_with(".bpk"));
     let bytes = files.map(|name| std::fs::read(folder.join(name)).unwrap());
     (checkpoint::info(folder).unwrap(), bytes.collect())
 }
 
-/// Back and forth restores every byte, the logs too, and what is learnt after going back is what was learnt
+/// Going back and forth restores every byte, also of the logs, and training after going back gives the same result as
 /// the first time.
 #[test]
 fn a_run_that_goes_back_learns_again_what_it_learnt() {
@@ -318,8 +318,7 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
     assert!(refused.contains("77") && refused.contains("afterlight checkpoints"), "{refused}");
 }
 
-/// A run that starts over puts the old network aside with its curves, and however often training saves, the
-/// list stays short.
+/// A fresh run sets the old network aside with its curves, and however often training saves, the list stays short.
 #[test]
 fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
     let _turn = turn();
@@ -348,8 +347,8 @@ fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
     assert_eq!(contents(&project.checkpoint_path()), old);
 }
 
-/// Killed again and again while it goes back and forth, a project always has a readable checkpoint, the one or
-/// the other, and loses neither.
+/// Killed repeatedly while it goes back and forth, a project always has one of the two checkpoints, readable, and loses
+/// neither.
 #[test]
 fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
     let _turn = turn();
@@ -374,7 +373,7 @@ fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
     for attempt in 0..40 {
         let to = usize::from(checkpoint::info(&present).unwrap().step == steps[0]);
         let mut back = go(steps[to]);
-        // At another point of its work each time, from its beginning to beyond its end.
+        // At a different point each time, from its beginning to beyond its end.
         std::thread::sleep(whole.mul_f32(1.2 * attempt as f32 / 39.0));
         back.kill().unwrap();
         back.wait().unwrap();
@@ -389,7 +388,7 @@ fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
     assert_eq!(seen, [true; 2]);
 }
 
-/// A pause keeps the checkpoint, does not count as training, and changes nothing in what is learnt.
+/// A pause keeps the checkpoint, does not count as training, and does not change the result.
 #[test]
 fn a_paused_run_goes_on_as_if_it_had_not_been() {
     let _turn = turn();
@@ -427,8 +426,8 @@ fn a_paused_run_goes_on_as_if_it_had_not_been() {
     assert_eq!(predicted(&paused, &calibration).values, predicted(&straight, &calibration).values);
 }
 
-/// The network that predicts is the one that did best on the unseen pose, and training goes on from the
-/// latest all the same.
+/// The predicting network is the one with the best score on the held-out pose, while training continues from the
+/// latest.
 #[test]
 fn a_pose_held_out_judges_and_does_not_teach() {
     let _turn = turn();
@@ -491,7 +490,7 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     assert!(refused.contains("--fresh"), "{refused}");
 }
 
-/// The mean change of a prediction's light when a frame is moved by two pixels to the right.
+/// Mean change of a prediction's light when a frame moves two pixels to the right.
 fn moved_change(project: &Project, calibration: &Calibration) -> f32 {
     let frame = Frame::load(project, &calibration.response, 3).unwrap();
     let (w, h) = frame.mask.size();

@@ -1,4 +1,5 @@
-//! Reflectance transfer on shoots of the virtual stage: beside the truth, beside the sketch that it follows, and in hard cases.
+//! Reflectance transfer on shoots of the virtual stage: against the truth, against the reference sketch, and in hard
+//! cases.
 
 use afterlight::calibration::Calibration;
 use afterlight::compositor::{FineLight, Plate};
@@ -21,7 +22,7 @@ struct Stage {
     calibration: Calibration,
     poses: Vec<PlatePose>,
     frames: Vec<Frame>,
-    /// A frame whose true OLATs are known, and these.
+    /// A frame with true OLATs, and those OLATs.
     known: usize,
     truth: Vec<Image>,
 }
@@ -54,7 +55,7 @@ fn transfer() -> Transfer {
     Transfer::new(&STAGE.poses, &calibration.rig, calibration.learnt_light())
 }
 
-/// PSNR in decibels of encoded luminance inside the matte: the truth's brightest twentieth at one half.
+/// PSNR in decibels of encoded luminance inside the matte, with the truth's brightest twentieth at one half.
 fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
     let inside: Vec<usize> = (0..mask.pixels.len()).filter(|&p| mask.pixels[p] > 0.5).collect();
     let truths: Vec<Vec<f32>> = truth
@@ -65,7 +66,7 @@ fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
     all.sort_unstable_by(f32::total_cmp);
     let gain = 0.5 / all[all.len() * 95 / 100];
     let code = |v: f32| f64::from((gain * v).clamp(0.0, 1.0).powf(1.0 / 2.2));
-    // The truth has units of its own.
+    // The truth has its own units.
     let bright = |lamp: usize| -> f32 {
         let olat = field.olat(lamp);
         inside.iter().map(|&p| luminance(olat.pixels[p])).sum()
@@ -113,14 +114,14 @@ fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
     let field = transfer().carry(&frame).field;
     let brightest = frame.plate.pixels.iter().flatten().copied().fold(0.0, f32::max);
     for (p, plate) in frame.plate.pixels.iter().enumerate() {
-        // At the matte's edge the plate shows what is behind the subject.
+        // At the matte's edge the plate shows the background.
         if frame.mask.pixels[p] > 0.0 && frame.mask.pixels[p] < 0.95 {
             continue;
         }
         let found = sum(&field, &stage.calibration.learnt_light(), p);
         for c in 0..3 {
             let expected = if frame.mask.pixels[p] > 0.0 { plate[c] } else { 0.0 };
-            // Where hardly any light is, nothing is divided by.
+            // Where there is hardly any light, the quotient is skipped.
             let dark = if expected < 0.01 * brightest { 0.01 * brightest } else { 0.0 };
             assert!(
                 (found[c] - expected).abs() <= 1e-4 * brightest + dark,
@@ -155,7 +156,7 @@ fn the_number_of_threads_changes_no_bit() {
     assert_eq!(carried(1), carried(3));
 }
 
-/// A frame with grain of its own.
+/// A frame with its own grain.
 fn grainy(frame: &Frame, seed: u32) -> Frame {
     let mut state = seed;
     let mut grain = || {
@@ -169,7 +170,7 @@ fn grainy(frame: &Frame, seed: u32) -> Frame {
     frame
 }
 
-/// Root mean square of the change of the light from one field to another, of the ratio to the plate under each lamp.
+/// Root mean square change of the light between two fields, as a ratio to the plate under each lamp.
 fn change(fields: [&ReflectanceField; 2], plates: [&Image; 2], mask: &Mask) -> f64 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for lamp in 0..fields[0].lamps {
@@ -197,14 +198,14 @@ fn frames_beside_a_frame_steady_its_light() {
         transfer.carry_beside(&frames[t], &beside).field
     };
     let steady = changed([1, 2].map(among));
-    shown!(Pictures, "The same head in four frames with grain of their own",
-        danger: "exemplars are found elsewhere in each frame: light crawls over the skin",
-        done: "places in the exemplars are the mean along the motion",
+    shown!(Pictures, "The same head in four frames with different grain",
+        danger: "matches in the exemplars jump from frame to frame: light crawls over the skin",
+        done: "matches are averaged along the motion",
         bound: "0.7 of the change without",
         measured: format!("light changes by {:.1} %, {:.1} % without", 100.0 * steady, 100.0 * alone));
     assert!(steady < 0.7 * alone, "{steady} with, {alone} without");
 
-    // A cut, a pose that jumps and a frame of another size say nothing.
+    // A cut, a jumping pose and a frame of another size give no information.
     let black = Frame { plate: Image::filled(64, 64, [0.0; 3]), ..frame.clone() };
     let jump = &STAGE.poses[5];
     let jump = Frame { index: 0, plate: jump.plate.clone(), mask: jump.exemplar.mask.clone() };
@@ -235,7 +236,7 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     for index in [2, 0, 3] {
         assert!(open().predict(&frame(index)).unwrap() == fields[index]);
     }
-    // A frame that lacks neighbours, or whose picture was changed since, is carried over all the same.
+    // A frame without neighbours, or with a changed picture, is still carried over.
     let mut other = frame(2);
     other.plate = other.plate.map(|pixel| pixel.map(|v| 0.5 * v));
     assert!(sequence.predict(&other).unwrap() != fields[2]);
@@ -275,7 +276,7 @@ fn hard_frames_and_exemplars_give_finite_olats() {
     let one = Transfer::new(&stage.poses[..1], &stage.calibration.rig, light());
     finite(&one, &frame);
     finite(&Transfer::new(&[], &stage.calibration.rig, light()), &frame);
-    // Lamps that no ball shows, and poses without light.
+    // Lamps missing from every ball, and poses without light.
     let mut unseen: Rig = stage.calibration.rig.clone();
     unseen.lamps.iter_mut().for_each(|lamp| lamp.confidence = 0.0);
     finite(&Transfer::new(&stage.poses, &unseen, light()), &frame);
@@ -287,7 +288,7 @@ fn hard_frames_and_exemplars_give_finite_olats() {
         })
         .collect();
     finite(&Transfer::new(&black, &stage.calibration.rig, light()), &frame);
-    shown!(Pictures, "Frames black, white, NaN, upside down or half cut; exemplars one, none, black, or under lamps no ball shows",
+    shown!(Pictures, "Frames black, white, NaN, upside down or half cut; exemplars one, none, black, or under lamps that no ball shows",
         danger: "OLATs carried over are NaN, infinite or wildly bright",
         done: "weights and sums have floors; no exemplar means black OLATs");
 }
@@ -306,7 +307,7 @@ fn the_sketch_is_reached() {
     frame.plate = grey(&frame.plate);
     let light = stage.calibration.learnt_light();
     let weights: Vec<[f32; 3]> = light.iter().map(|w| [luminance(*w); 3]).collect();
-    // One energy for all lamps, as the sketch has it.
+    // One energy for all lamps, as in the sketch.
     let mut rig = stage.calibration.rig.clone();
     rig.lamps.iter_mut().for_each(|lamp| lamp.energy = [1.0; 3]);
     let poses: Vec<PlatePose> = (stage.poses.iter())
@@ -367,7 +368,7 @@ fn the_sketch_is_reached() {
     println!("{found:.2} dB, the sketch {expected:.2} dB");
 }
 
-/// Exemplars photographed at three times the working size show what a pixel of it hides.
+/// Exemplars at three times the working size add detail within its pixels.
 #[test]
 fn light_finer_than_the_working_size_is_carried_over() {
     let shoot = TestShoot { frames: 4, lamps: 12, size: 96, working_size: 32 };
@@ -406,7 +407,7 @@ fn light_finer_than_the_working_size_is_carried_over() {
         [&fine, &plain].map(|plate| decibels(&shown(plate), &truths, &plate.matte));
     assert!(with > without + 0.5, "{with:.2} dB with fine light, {without:.2} dB without");
 
-    // Linear in the light, and nearly nothing under the interview's own.
+    // Linear in the light, and close to zero under the interview's own.
     let ratio = |weights: &[[f32; 3]]| of.clone().fine_light(&plain).ratio(weights).unwrap();
     let size = |image: &Image| image.pixels.iter().flatten().map(|v| v.abs()).sum::<f32>();
     let both: Vec<[f32; 3]> = alone(2, 0.7)

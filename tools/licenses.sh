@@ -1,16 +1,16 @@
 #!/bin/sh
-# Prints what the program is built of: every crate with its licence, and the licences' texts, each once.
+# Lists the software in the program: every crate with its licence, and each licence text once.
 # Usage: tools/licenses.sh [ARGUMENTS FOR cargo tree, such as --features F]
 set -eu
 sources="${CARGO_HOME:-$HOME/.cargo}/registry/src"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# Our own crates are where they are built; the others come from the registry.
+# Our own crates are in this repository; the others come from the registry.
 ${CARGO:-cargo} tree --locked -e normal --prefix none --format '{p}|{l}' "$@" |
 	sed 's/ (\*)//; s/ (proc-macro)//' | grep -v -e '(/' -e '^|' -e '^$' | sort -u >"$work/crates"
 mkdir "$work/texts"
 : >"$work/list"
-# text FILE: gives a licence's text a number, the same where only the spacing differs.
+# text FILE: numbers a licence text; texts that differ only in spacing share a number.
 text() {
 	sum=$(tr -s '[:space:]' ' ' <"$1" | cksum | tr ' ' -)
 	known=$(grep "^$sum " "$work/sums" 2>/dev/null | cut -d ' ' -f 2) || true

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Builds the program for others and packs it: a .deb, a tarball that runs from any folder, and the notes of
-# this version, in target/package. Started by `make package`.
+# Builds and packs a release in target/package: a .deb, a tarball that runs from any folder, and the release
+# notes. Run by `make package`.
 set -eu
 for tool in dpkg-deb dpkg-shlibdeps xz; do
 	command -v "$tool" >/dev/null 2>&1 && continue
@@ -24,10 +24,10 @@ tools/release_notes.sh "$version" >"$out/RELEASE-NOTES.md"
 cp "$out/RELEASE-NOTES.md" "$release/package/"
 CARGO=$CARGO tools/licenses.sh --features "$features" >"$release/package/THIRD-PARTY.txt"
 
-# The folders of this machine do not show in what is shipped.
+# Keeps this machine's folder names out of the release.
 flags=$(printf -- '--remap-path-prefix=%s=crates\037--remap-path-prefix=%s=afterlight' \
 	"${CARGO_HOME:-$HOME/.cargo}/registry/src" "$PWD")
-# Generic functions that came out alike are kept once, where Rust links with its own linker.
+# Merges identical generic functions, if Rust links with its own linker.
 if [ "$machine" = x86_64 ]; then
 	flags=$(printf '%s\037-Clink-arg=-Wl,--icf=all' "$flags")
 fi
@@ -38,7 +38,7 @@ if ! [ -x "$target/tools/bin/cargo-deb" ]; then
 fi
 PATH="$target/tools/bin:$PATH" $CARGO deb --locked --no-build --no-strip --output "$out/"
 
-# What the .deb holds, by the same table, under a folder of its own.
+# The .deb's files, by the same table, under one folder.
 deb=$(echo "$out"/afterlight_*.deb)
 dpkg-deb -x "$deb" "$out/root"
 mv "$out/root/usr" "$out/$name"

@@ -2,7 +2,7 @@
 """The weights of MediaPipe's selfie segmentation under the names of src/shoot/person: person_weights.py MODEL.tflite OUT.safetensors
 
 MODEL is selfie_segmentation.tflite (general, 256 × 256) of the npm package @mediapipe/selfie_segmentation. Its half floats
-are kept as they are; axes go from height, width, channels to burn's channels, height, width. Needs numpy, safetensors and
+are kept unchanged; axes go from height, width, channels to burn's channels, height, width. Needs numpy, safetensors and
 tflite from PyPI."""
 
 import sys

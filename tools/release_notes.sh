@@ -1,5 +1,5 @@
 #!/bin/sh
-# Prints what CHANGELOG.md says of a version: its section, or the unreleased one as long as it has none.
+# Prints a version's section of CHANGELOG.md, or the unreleased one if it has none yet.
 # Usage: tools/release_notes.sh VERSION [CHANGELOG]
 set -eu
 if [ $# = 0 ]; then
@@ -15,7 +15,7 @@ awk -v version="$1" -v file="$changelog" '
 		if (part == "released" && match($0, /[0-9]+-[0-9]+-[0-9]+$/)) date = ", " substr($0, RSTART)
 		next
 	}
-	# Links at the end of the file belong to no section.
+	# Links at the end of the file do not belong to a section.
 	/^\[[^]]*\]: / { part = "" }
 	part != "" { text[part] = text[part] $0 "\n" }
 	END {

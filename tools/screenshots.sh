@@ -1,5 +1,5 @@
 #!/bin/sh
-# Starts the studio on a project in a display of its own, goes the main path by keys and mouse, and
+# Starts the studio on a project in a virtual display, follows the main path by keys and mouse, and
 # writes a picture of each step into docs/guide/. Usage: tools/screenshots.sh AFTERLIGHT PROJECT
 set -eu
 if [ $# != 2 ]; then
@@ -18,7 +18,7 @@ fi
 out=docs/guide
 mkdir -p "$out"
 settings=$(mktemp -d)
-# A person's own arrangement stays as it is, and does not show in the pictures.
+# Keeps the user's own window layout untouched and out of the pictures.
 XDG_CONFIG_HOME="$settings" "$1" studio "$2" &
 studio=$!
 trap 'kill $studio 2>/dev/null; rm -rf "$settings"' EXIT
@@ -30,14 +30,14 @@ done
 [ -n "$window" ] || { echo "The studio's window did not open" >&2; exit 1; }
 xdotool windowsize "$window" 1280 720
 xdotool windowmove "$window" 0 0
-# The window takes keys while the cursor is in it: there is no window manager.
+# Without a window manager, the window takes keys while the cursor is in it.
 xdotool mousemove 640 330 windowfocus "$window"
 key() { xdotool key --clearmodifiers "$@"; sleep 1; }
 shot() {
 	sleep "${2:-3}"
 	kill -0 "$studio" 2>/dev/null || { echo "The studio ended before $1" >&2; exit 1; }
 	import -window root -crop 1280x720+0+0 +repage "$out/$1.png"
-	# A window that was not drawn is one colour.
+	# An undrawn window has a single colour.
 	colors=$(convert "$out/$1.png" -format %k info:)
 	[ "$colors" -gt 200 ] || { echo "$out/$1.png is nearly empty: $colors colours" >&2; exit 1; }
 	echo "$out/$1.png"
@@ -79,7 +79,7 @@ xdotool mousemove 476 586 click 1
 shot curve
 xdotool mousemove 640 330
 key ctrl+z ctrl+z
-# Nothing is pointed at from here on.
+# From here on the cursor points at nothing.
 xdotool mousemove 640 708
 key ctrl+1
 shot calibrate 8

@@ -1,10 +1,10 @@
 #!/bin/sh
-# Checks what building and running Afterlight needs of a Linux system. Where all of it is there, it says
-# nothing and touches nothing. Otherwise it installs what is missing, where it may (Debian and its like, as
-# root or with a sudo that asks for no password), or prints the one line to run.
+# Checks a Linux system for the packages that building and running Afterlight needs. If all are there, it is
+# silent and changes nothing. Otherwise it installs the missing ones if it may (on Debian and derivatives, as
+# root or with a sudo that needs no password), or prints the one command to run.
 set -u
 [ "$(uname -s)" = Linux ] || exit 0
-# ldconfig is there for everybody, but not on everybody's path.
+# Every system has ldconfig, but not always on the path.
 PATH="$PATH:/usr/sbin:/sbin"
 # Seconds to wait for another program that installs packages.
 PATIENCE=600
@@ -18,7 +18,7 @@ library() {
 	*"$1 ("*) return 0 ;;
 	?*) return 1 ;;
 	esac
-	# No table of libraries: the folders themselves.
+	# Without a table of libraries, look in the folders.
 	for folder in /lib /lib64 /usr/lib /usr/lib64 /usr/local/lib; do
 		[ -e "$folder/$1" ] && return 0
 	done
@@ -83,13 +83,13 @@ check() {
 		ffmpeg ffmpeg-free ffmpeg ffmpeg
 	need program cc "links the program" \
 		gcc gcc gcc gcc
-	# Without what it only recommends, Debian's gcc has no C library to link with.
+	# Debian's gcc only recommends the C library that it links with.
 	case $installer:$missing in
 	apt-get:*" gcc") missing="$missing libc6-dev" ;;
 	esac
 }
 
-# apt-get itself waits for one lock (DPkg::Lock), but not for those of its lists and of its downloads.
+# apt-get itself waits for only one lock (DPkg::Lock), not for those of its lists and downloads.
 apt() {
 	waited=0
 	until output=$($as env LC_ALL=C DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=10 "$@" 2>&1); do

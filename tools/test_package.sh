@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs the packages of `make package` on a fresh Debian without Rust or a source tree, as a person would, and
-# uses the program there: commands, a movie, the window. Usage, as root: tools/test_package.sh [FOLDER]
+# Installs the packages of `make package` on a fresh Debian without Rust or a source tree, as a user would, and
+# runs the program there: commands, a movie, the window. Usage, as root: tools/test_package.sh [FOLDER]
 # FOLDER holds the .deb and the tarball. SUITE chooses the Debian release, else it is this system's.
 # Nothing outside $TMPDIR and the cache of the fresh system beside FOLDER is written.
 set -eu
@@ -21,7 +21,7 @@ deb=$(echo "$packages"/afterlight_*.deb)
 tarball=$(echo "$packages"/afterlight-*.tar.xz)
 [ -f "$deb" ] || fail "$packages has no afterlight_*.deb; run make package"
 [ -f "$tarball" ] || fail "$packages has no afterlight-*.tar.xz; run make package"
-# What is mounted below goes with this process.
+# The mounts below end with this process.
 if [ -z "${INSIDE_TEST_PACKAGE:-}" ]; then
 	export INSIDE_TEST_PACKAGE=yes
 	exec unshare --mount --propagation private "$0" "$@"
@@ -59,7 +59,7 @@ if ! [ -f "$base" ]; then
 	rm -rf "$work/base"
 fi
 
-# A fresh system in $root, with a person of its own.
+# A fresh system in $root, with its own user.
 fresh() {
 	root=$work/$1
 	mkdir "$root"
@@ -86,7 +86,7 @@ in_root() {
 install() {
 	in_root apt-get install -y -qq --no-install-recommends "$@"
 }
-# Becomes a person's own command, in the home folder.
+# Runs a command as that user, in the home folder.
 become() {
 	exec chroot --userspec=person:person "$root" env -i PATH=/usr/bin:/bin HOME=/home/person LC_ALL=C.UTF-8 \
 		DISPLAY="$display" sh -c 'cd && exec "$@"' sh "$@"
@@ -116,11 +116,11 @@ window() {
 			fail "the studio ended by itself"
 		}
 		import -display "$display" -window root "$picture"
-		# A window that was not drawn is one colour.
+		# An undrawn window has a single colour.
 		[ "$(identify -format %k "$picture")" -le 200 ] || break
 	done
 	[ "$(identify -format %k "$picture")" -gt 200 ] || fail "$picture shows no window after a minute"
-	# Until the first picture is lit, and a little on.
+	# Until the first picture is lit, and a little longer.
 	sleep 10
 	kill -0 "$studio" || fail "the studio ended by itself"
 	import -display "$display" -window root "$picture"

@@ -1,4 +1,4 @@
-//! Words about the run, made from what was measured and what was not.
+//! Section about the run: what was measured, and what is missing.
 
 use crate::page::{Page, builds, of_shoot};
 use crate::summary::{Step, steps};
@@ -6,18 +6,18 @@ use serde_json::Value;
 use std::fmt::Write as _;
 use tradeoff::Ledger;
 
-/// Steps of networks that should have made the same may differ by this factor without a word: epochs are whole.
+/// Tolerated ratio between steps of networks that should have made the same number: epochs are whole.
 const SAME: f64 = 1.03;
 
-/// Facts about the runs that measured.
+/// Facts about the measuring runs.
 pub struct About {
-    /// A record of each run, as [`crate::Clock::record`] makes it.
+    /// Record of each run, as made by [`crate::Clock::record`].
     pub runs: Vec<Value>,
-    /// The build that writes the page.
+    /// Build that writes the page.
     pub build: String,
-    /// Seeds that were asked for.
+    /// Requested number of seeds.
     pub seeds: u64,
-    /// Sections that are not there because nothing was measured with this build.
+    /// Sections left out because this build has not measured them.
     pub left_out: Vec<String>,
 }
 
@@ -43,23 +43,23 @@ pub fn section(page: &Page) -> String {
     if !about.left_out.is_empty() {
         let _ = writeln!(
             text,
-            "- Not measured yet, and so not here: {}. The next `make accuracy` goes on.",
+            "- Not measured yet and left out: {}. The next `make accuracy` continues.",
             about.left_out.join("; ")
         );
     }
     text + "\n"
 }
 
-/// Time spent measuring, and the machine's other work meanwhile.
+/// Measuring time, and the machine's other work meanwhile.
 fn runs(runs: &[Value]) -> String {
     let minutes: f64 = runs.iter().filter_map(|run| run["minutes"].as_f64()).sum();
     let mut text = match runs.len() {
         0 => {
-            return "Runs that were stopped measured what is here: how long they took is not known."
+            return "Measured in runs that were stopped before their end; their duration is unknown."
                 .to_owned();
         }
-        1 => format!("One run of {minutes:.0} minutes measured what is here."),
-        count => format!("{count} runs of {minutes:.0} minutes together measured what is here."),
+        1 => format!("Measured in one run of {minutes:.0} minutes."),
+        count => format!("Measured in {count} runs, {minutes:.0} minutes in total."),
     };
     let others: Vec<f64> = runs.iter().filter_map(|run| run["others"].as_f64()).collect();
     let least = others.iter().copied().fold(f64::INFINITY, f64::min);
@@ -81,12 +81,12 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
     let count = |step: &Step| step.seeds.len() as u64;
     let fewer: Vec<&Step> = steps.iter().filter(|step| count(step) < seeds).collect();
     let mut text = match ladder.left() {
-        0 => "everything that was planned is measured.".to_owned(),
-        left => format!("{left} of {} planned measurements are not made yet.", ladder.planned),
+        0 => "all planned measurements are complete.".to_owned(),
+        left => format!("{left} of {} planned measurements are missing.", ladder.planned),
     };
     if fewer.is_empty() {
         let plural = if seeds == 1 { "" } else { "s" };
-        let _ = write!(text, " Every rung that is measured has {seeds} seed{plural}.");
+        let _ = write!(text, " Every measured rung has {seeds} seed{plural}.");
         return text;
     }
     let whole: Vec<&str> =
@@ -104,8 +104,8 @@ fn trained(ladder: &Ledger) -> String {
     let unevenness = unevenness(ladder);
     let by_steps = match ladder.base_step_ms {
         Some(ms) => format!(
-            "Networks were trained by steps, so that other work costs them none: a step of the base takes {ms:.1} ms if nothing \
-             slows it down."
+            "Networks were trained by steps, so that other work costs them none: a step of the base takes {ms:.1} ms on a \
+             quiet machine."
         ),
         None => {
             "Networks were trained by the clock, so that other work cost them steps.".to_owned()
@@ -113,8 +113,8 @@ fn trained(ladder: &Ledger) -> String {
     };
     match unevenness {
         Some(times) if times > SAME => format!(
-            "{by_steps} Networks of the same kind and minutes made up to {times:.1} times as many steps as others: what differs \
-             by little is not told apart."
+            "{by_steps} Networks of the same kind and minutes made up to {times:.1} times as many steps as others: small \
+             differences are not significant."
         ),
         Some(_) => format!(
             "{by_steps} Networks of the same kind and minutes made the same number of steps."
@@ -123,7 +123,7 @@ fn trained(ladder: &Ledger) -> String {
     }
 }
 
-/// The most over the least steps of networks of one rung with different seeds; None without two seeds.
+/// Ratio between the most and the fewest steps of one rung's networks with different seeds; None without two seeds.
 fn unevenness(ladder: &Ledger) -> Option<f64> {
     let several = steps(ladder).into_iter().filter(|step| step.seeds.len() > 1);
     let ratios = several.filter_map(|step| {

@@ -1,21 +1,22 @@
-//! The sections about `confidence`: what the poses that it names are worth, and whether the errors that it expects hold.
+//! Sections about `confidence`: the benefit of the poses that it suggests, and a test of its expected errors.
 
 use crate::page::builds;
 use crate::poses::{Added, Reached};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const POSES: &str = "Shoots of the virtual stage at 64 × 64 with three poses and 48 frames. `confidence` names frames that are least like the
-poses; two of them are photographed as further poses, and beside that two frames drawn at random, three times. Cells are
-the PSNR of the OLATs and the mean of the relit frames', in decibels, on the frames of the truth, which are neither named nor
-drawn; in brackets are the frames.
+const POSES: &str = "Shoots of the virtual stage at 64 × 64 with three poses and 48 frames. `confidence` suggests the frames that are least
+like the poses; two of them are photographed as further poses, and for comparison two random frames, three times. Cells are
+the PSNR of the OLATs and the mean PSNR of the relit frames, in decibels, on the truth frames, which are never suggested nor
+drawn; the added frames are in brackets.
 ";
-const ERRORS: &str = "The same three shoots: `confidence` predicts each of the three poses from the others and says of each part of a frame, 1/16 of
-the picture wide, within which error it is: usually, and with a chance of 3 in 4. 80 % of the parts are asked for. Cells count, on the frames of the truth, how many parts are within what was said of them. The last columns are of the
-parts in four groups of as many, by the error that was said of them: how many are within what is usual.
+const ERRORS: &str = "The same three shoots: `confidence` predicts each of the three poses from the others and gives each part of a frame, 1/16 of
+the picture wide, two error bounds: the usual one, and one that holds with a chance of 3 in 4. Each should hold for 80 % of the
+parts. Cells count, on the truth frames, the parts within their bounds. The last columns split the parts into four groups of
+equal size by predicted error, and count those within the usual bound.
 ";
 
-/// Worth of the poses that `confidence` names, beside others.
+/// Benefit of the poses that `confidence` suggests, against random ones.
 pub fn section(added: &[Added]) -> String {
     let Some(first) = added.first() else {
         return String::new();
@@ -53,14 +54,14 @@ pub fn section(added: &[Added]) -> String {
     };
     let _ = writeln!(
         text,
-        "\nOn average the named poses are worth {:+.2} dB more than drawn ones in OLATs and {:+.2} dB in relit frames.",
+        "\nOn average the suggested poses are worth {:+.2} dB more than drawn ones in OLATs and {:+.2} dB in relit frames.",
         over(|r| r.olats),
         over(|r| r.relit)
     );
     text
 }
 
-/// Check of the errors that `confidence` expected; empty if nobody was asked.
+/// Test of the errors that `confidence` expected; empty without one.
 pub fn errors(added: &[Added]) -> String {
     let judged: Vec<(&Added, &Value)> = (added.iter())
         .map(|one| (one, &one.judged))

@@ -1,4 +1,4 @@
-//! The benches whose tables are on the page. They are measured again with every build and on every machine.
+//! Benches whose tables are on the page. They are measured again for every build and machine.
 
 use crate::kept::Kept;
 use crate::{Clock, Options, printed};
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fmt::Write as _;
 use std::process::Command;
 
-/// Their names, and what is given to them.
+/// Names and arguments of the benches.
 const BENCHES: [(&str, &[&str]); 2] = [("passes", &["--software"]), ("relight", &[])];
 
 const PASSES: &str = "## What each pass costs
@@ -19,17 +19,17 @@ passes run there, not how fast a GPU is; [device.md](device.md) has those.
 ";
 const RELIGHT: &str = "## The sum of lamps
 
-The sum alone, beside NumPy and PyTorch on the same data where they are there (`-lamps`: lamp by lamp). The limit reads the
+The sum alone, against NumPy and PyTorch on the same data if installed (`-lamps`: lamp by lamp). The limit reads the
 field once.
 ";
 
-/// A bench and what it printed.
+/// A bench and its output.
 pub struct Bench {
     pub name: &'static str,
     pub kept: Kept,
 }
 
-/// Runs the benches that were not run with this build. None is begun when the time is over.
+/// Runs the benches that this build has not run. Starts none when the time is up.
 ///
 /// # Errors
 /// When one fails.
@@ -45,14 +45,14 @@ pub fn measure(options: &Options, clock: &Clock) -> Result<()> {
         command.args(extra);
         println!("bench {name}");
         let text = printed(&mut command)?;
-        // What an older build printed is replaced.
+        // Replaces the output of an older build.
         let _ = std::fs::remove_file(&path);
         Kept::or(&path, options.build(), || Ok(text))?;
     }
     Ok(())
 }
 
-/// Output of the benches, as far as this build ran them on this machine: figures of other code are not shown.
+/// Output of the benches by this build on this machine; figures of other builds are not shown.
 pub fn all(options: &Options) -> Vec<Bench> {
     let machine = serde_json::to_value(base::machine::Machine::this()).unwrap_or_default();
     let kept = BENCHES.iter().filter_map(|(name, _)| {
@@ -64,7 +64,7 @@ pub fn all(options: &Options) -> Vec<Bench> {
 }
 
 impl Bench {
-    /// Its section of the page.
+    /// Section of the page.
     pub fn section(&self) -> String {
         let result = &self.kept.result;
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();

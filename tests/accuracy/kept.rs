@@ -1,4 +1,4 @@
-//! Measurements kept on disk, with the build of the program that made them.
+//! Saved measurements, with the build of the program behind them.
 
 use base::files::{self, write_beside};
 use base::{Error, Result};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::path::Path;
 
-/// A result and the build that it is of.
+/// A result and its build.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     pub build: String,
@@ -14,7 +14,7 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// The result kept in a file; None if nothing was kept, or it is not what this program writes.
+    /// The result saved in a file; None without one, or if it is not a saved result.
     pub fn read(path: &Path) -> Option<Self> {
         let text = files::read_text(path, files::MOST_TEXT).ok()?;
         let kept: Value = serde_json::from_str(&text).ok()?;
@@ -24,7 +24,7 @@ impl Kept {
         })
     }
 
-    /// The result kept in a file, or the JSON that `make` prints, which is kept there.
+    /// The result saved in a file, or otherwise the JSON that `make` prints, which is then saved.
     ///
     /// # Errors
     /// When `make` fails, prints something else, or the file cannot be written.
@@ -34,7 +34,7 @@ impl Kept {
         }
         let printed = make()?;
         let result = serde_json::from_str(&printed).map_err(|e| {
-            Error::codec("read", path, e.to_string(), "The program printed no JSON; see above")
+            Error::codec("read", path, e.to_string(), "The program did not print JSON; see above")
         })?;
         let kept = Self { build: build.to_owned(), result };
         let text = json!({"build": kept.build, "result": kept.result}).to_string();

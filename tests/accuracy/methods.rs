@@ -1,4 +1,4 @@
-//! The methods that the prediction is compared with, and its pictures beside theirs.
+//! Methods to compare the prediction with, and its pictures beside theirs.
 
 use crate::kept::Kept;
 use crate::shoots::{Source, minutes};
@@ -7,34 +7,34 @@ use base::Result;
 use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
 
-/// As `evaluate --with` names them, in the order of the page.
+/// Names as in `evaluate --with`, in page order.
 pub const METHODS: [&str; 7] =
     ["nearest", "ratio", "harmonics", "transfer", "texler", "sun", "truth-olats"];
-/// Those of them that learn when they are measured.
+/// Methods that are trained during the measurement.
 const LEARNING: [&str; 2] = ["texler", "sun"];
-/// The limit of this rig, which no method can exceed.
+/// The rig's limit, an upper bound for every method.
 pub const LIMIT: &str = "truth-olats";
 
-/// A method that was measured.
+/// A measured method.
 pub struct Scored {
     pub method: &'static str,
-    /// Seed and minutes of learning; None of a method that does not learn.
+    /// Seed and training minutes; None for a method without training.
     pub learnt: Option<(u64, f64)>,
-    /// Its scores, as `evaluate --json` prints them, and the build of the program.
+    /// Scores as printed by `evaluate --json`, and the program's build.
     pub kept: Kept,
-    /// Its relit frames as they were compared, and their truths.
+    /// Folder of the compared relit frames and their truths.
     pub pictures: PathBuf,
 }
 
 impl Scored {
-    /// Minutes of learning.
+    /// Minutes of training.
     pub fn minutes(&self) -> Option<f64> {
         self.learnt.map(|(_, minutes)| minutes)
     }
 }
 
-/// Measures the methods with one seed, counted from the first: those that learn for as long as the base, or as the network that was trained for longest.
-/// What was measured before is not measured again, and nothing is begun when the time is over.
+/// Measures the methods with one seed, counted from the first. Methods with training get the base's minutes, or those
+/// of the longest-trained network. Earlier measurements are reused, and nothing starts after the time is up.
 ///
 /// # Errors
 /// When the program fails.
@@ -96,7 +96,7 @@ fn first_seed(ladder: &Ledger) -> u64 {
     ladder.rungs.first().map_or(0, |measured| measured.seed)
 }
 
-/// Names a method's files.
+/// Base name of a method's files.
 fn name(method: &str, learnt: Option<(u64, f64)>) -> String {
     match learnt {
         Some((seed, minutes)) => format!("{method}-seed-{seed}-for-{minutes:.4}-minutes"),
@@ -104,7 +104,7 @@ fn name(method: &str, learnt: Option<(u64, f64)>) -> String {
     }
 }
 
-/// Scores of the measured methods, with every seed and both lengths of learning.
+/// Scores of the measured methods, for every seed and both training times.
 pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
     let Some((base, most)) = minutes(ladder) else {
         return Vec::new();
@@ -131,8 +131,8 @@ pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
     found
 }
 
-/// The prediction of the rung that was trained for so many minutes with the first seed, with its pictures: the project
-/// takes the rung over for that. Measured once; None if there is no such rung, or no time for it.
+/// The prediction of the rung trained for these minutes with the first seed, with its pictures; the project applies the
+/// rung for this. Measured once; None if there is no such rung, or no time.
 ///
 /// # Errors
 /// When the program fails.

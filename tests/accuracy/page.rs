@@ -1,4 +1,4 @@
-//! The page: words that stay, and tables and plots of what was measured.
+//! The page: fixed text, and tables and plots of the measurements.
 
 use crate::about::{self, About};
 use crate::bench::Bench;
@@ -15,7 +15,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tradeoff::{Knob, Ledger};
 
-/// A shoot with a truth, and what was measured on it.
+/// A shoot with a truth, and its measurements.
 pub struct Shoot {
     pub name: String,
     /// Working size in pixels.
@@ -23,15 +23,15 @@ pub struct Shoot {
     pub ladder: Ledger,
     /// Methods to compare the network with.
     pub methods: Vec<Scored>,
-    /// Networks whose pictures are shown beside theirs, the longest trained last.
+    /// Networks whose pictures are shown beside the methods', the longest-trained last.
     pub networks: Vec<Scored>,
-    /// The folder of its sheet, if its pictures belong to others; None for the page's.
+    /// Folder of its sheet, if its pictures may not be published; None for the page's folder.
     pub elsewhere: Option<PathBuf>,
 }
 
 impl Shoot {
-    /// The network, then the methods, for the sheet: those that learn had as many minutes as the network. The longest time that
-    /// all of them had, or else the shortest; None if no network's pictures are there.
+    /// Columns of the sheet: the network, then the methods; those with training got the network's minutes. Uses the
+    /// longest time that all of them had, or otherwise the shortest; None without a network's pictures.
     pub fn compared(&self) -> Option<Vec<&Scored>> {
         let beside = |network: &'_ Scored| -> Vec<&Scored> {
             let same = |other: &&Scored| other.learnt.is_none() || other.learnt == network.learnt;
@@ -48,7 +48,7 @@ impl Shoot {
     }
 }
 
-/// Everything that the page shows.
+/// Contents of the page.
 pub struct Page {
     pub shoots: Vec<Shoot>,
     pub added: Vec<Added>,
@@ -57,11 +57,11 @@ pub struct Page {
 }
 
 const HEAD: &str = include_str!("head.md");
-/// Stands in the head where the words about the run belong.
+/// Placeholder in the head for the section about the run.
 const ABOUT: &str = "<!-- about -->\n";
 
 impl Page {
-    /// Writes the page to `path`, and its plots, tables and pictures into the folder of the same name beside it.
+    /// Writes the page to `path`, and its plots, tables and pictures into the folder of that name beside it.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -76,7 +76,7 @@ impl Page {
             let steps = steps(&shoot.ladder);
             let file = plain(&shoot.name);
             plot::write(&folder.join(format!("{file}.svg")), &shoot.name, &steps)?;
-            // Nobody else has the folder that the figures were measured in.
+            // The path of the measuring folder would mean nothing to readers.
             let table = tradeoff::csv(&Ledger {
                 compared_with: format!("truth of the {}", shoot.name),
                 ..shoot.ladder.clone()
@@ -97,7 +97,7 @@ impl Page {
     }
 }
 
-/// Builds of the program that measured some figures, and the number of figures of each: one sentence.
+/// Sentence that lists the builds behind some figures, with the number of figures of each.
 pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     of.for_each(|build| *counts.entry(build).or_default() += 1);
@@ -114,14 +114,14 @@ pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
                 _ => format!("{} ({count} figures)", name(build)),
             });
             format!(
-                "**Builds differ, and so may what they measure: {}.**",
+                "**Builds differ, so figures may not be comparable: {}.**",
                 all.collect::<Vec<_>>().join(", ")
             )
         }
     }
 }
 
-/// Section about a shoot; plot and table are beside the page, named `stem`.
+/// Section of a shoot; plot and table are beside the page, named `stem`.
 fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     let Shoot { name, size, ladder, .. } = shoot;
     let base = ladder.rungs.first();
@@ -142,7 +142,7 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     text += &methods(shoot, steps);
     let _ = writeln!(
         text,
-        "\n![Time for a frame against error]({stem}.svg)\n\nRungs too close to others to be named there are in the table below; every seed of every rung, with its settings, is in [a file for other programs]({stem}.csv).\n"
+        "\n![Time for a frame against error]({stem}.svg)\n\nRungs too close to others for a label are in the table below; every seed of every rung, with its settings, is in [a CSV table]({stem}.csv).\n"
     );
     text += &rungs::table(steps);
     for failure in &ladder.failures {
@@ -151,14 +151,14 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     text
 }
 
-/// The builds of a shoot's figures.
+/// Builds behind a shoot's figures.
 pub fn of_shoot(shoot: &Shoot) -> impl Iterator<Item = &str> {
     let rungs = shoot.ladder.rungs.iter().map(|measured| measured.build.as_str());
     let all = shoot.methods.iter().chain(&shoot.networks);
     rungs.chain(all.map(|of| of.kept.build.as_str()))
 }
 
-/// Other methods beside the network after each length of training.
+/// Table of the other methods, and of the network after each training time.
 fn methods(shoot: &Shoot, steps: &[Step]) -> String {
     let environments: Vec<String> = shoot
         .ladder

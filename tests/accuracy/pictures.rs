@@ -1,4 +1,4 @@
-//! The page that shows which method wins where: a sheet and the error in each region of the subject.
+//! Page of the best method by region: a sheet of pictures, and the error in each region of the subject.
 
 use crate::methods::{LIMIT, Scored};
 use crate::page::{self, Shoot};
@@ -10,28 +10,29 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-/// The page's name in the folder of plots and tables.
+/// File name of the page in the folder of plots and tables.
 pub const NAME: &str = "pictures.md";
 
 const HEAD: &str = "# Which method wins where
 
-This page shows the prediction beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the
-same light. `make accuracy` writes it, its pictures and its sentences from what it measured.
+This page compares the prediction with the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the
+same light. `make accuracy` writes it, its pictures and its sentences from its measurements.
 
-Pictures are as they are compared: the measure's exposure and codes, over black. In each light there are the frames in which
-the prediction is nearest to the truth and farthest from it. Under each picture is its difference from the truth, four times, about
-grey. The best picture of a row is framed; the rig's limit (true OLATs) does not take part.
+Pictures have the measure's exposure and codes, over black. For each light, the sheet shows the frames in which
+the prediction is closest to the truth and farthest from it. Under each picture is its difference from the truth, times four, about
+grey. The best picture of a row is framed; the rig's limit (true OLATs) is not ranked.
 
-Tables have the PSNR in each region of the subject, in decibels, over all frames of the truth, and in brackets the region's share
-of the subject. *Edge* is the subject's outermost 1/64 of the picture. *Highlights* are what is brighter than half of white at
-the measure's exposure, *shadow* what is a tenth as bright or less, *lit* the rest. The regions cover the subject, and none
-overlaps another. The best is bold. The limit is known of frames alone whose true OLATs are there; the sheets show such frames.
+Tables show the PSNR in each region of the subject, in decibels, over all truth frames, and in brackets the region's share
+of the subject. *Edge* is the subject's outermost 1/64 of the picture. *Highlights* are brighter than half of white at
+the measure's exposure, *shadow* is a tenth as bright or less, *lit* the rest. The regions cover the subject without
+overlap. The best is bold. The limit exists only for frames with true OLATs; the sheets show such frames.
 ";
 
 /// Smallest distance to the limit that is reported, in decibels.
 const TELLING: f64 = 0.05;
 
-/// Writes the page and its sheets into the folder, for the shoots whose prediction was compared. No page is written if there is none.
+/// Writes the page and its sheets into the folder, for shoots whose prediction was compared. Writes nothing if there
+/// are none.
 ///
 /// # Errors
 /// When a picture is missing, or a file cannot be written.
@@ -48,7 +49,7 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
         let shown = match shoot.elsewhere {
             None => format!("![Truth, prediction and methods]({name})"),
             Some(_) => format!(
-                "Its pictures belong to others and are not shown here: `make accuracy` writes them to `{}`.",
+                "Its pictures may not be published here: `make accuracy` writes them to `{}`.",
                 file.display()
             ),
         };
@@ -83,7 +84,7 @@ fn section(shoot: &Shoot, compared: &[&Scored], shown: &str) -> String {
     text
 }
 
-/// Training time and steps of the methods that learn.
+/// Training time and steps of the methods with training.
 fn learnt(compared: &[&Scored]) -> String {
     let learning = compared.iter().filter_map(|of| {
         let scores = &of.kept.result;
@@ -91,21 +92,21 @@ fn learnt(compared: &[&Scored]) -> String {
         let steps = scores["training_steps"].as_u64()?;
         Some(format!("{} {minutes:.1} min, {steps} steps", page::words(of.method)))
     });
-    format!("Learning: {}.", learning.collect::<Vec<_>>().join("; "))
+    format!("Training: {}.", learning.collect::<Vec<_>>().join("; "))
 }
 
-/// One region in one light.
+/// A region in a light.
 struct Cell {
     environment: String,
     region: String,
-    /// Of the subject's pixels.
+    /// Share of the subject's pixels.
     share: f64,
-    /// Decibels that each method reached.
+    /// Decibels of each method.
     reached: Vec<Option<f64>>,
 }
 
 impl Cell {
-    /// The method that is nearest to the truth; the limit of the rig is none.
+    /// The method closest to the truth; the rig's limit does not count.
     fn best(&self, compared: &[&Scored]) -> Option<usize> {
         let all = self.reached.iter().enumerate();
         let comparable = all.filter(|(number, _)| compared[*number].method != LIMIT);
@@ -115,7 +116,7 @@ impl Cell {
     }
 }
 
-/// The regions that the first method has, in each light.
+/// Regions of the first method, in each light.
 fn cells(compared: &[&Scored]) -> Vec<Cell> {
     let regions = |of: &Scored, environment: &str| -> Vec<Value> {
         let all = of.kept.result["relit_regions"][environment].as_array();
@@ -145,11 +146,11 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
     cells
 }
 
-/// The best method of each region, and the prediction's largest distance from the limit.
+/// Sentences about the best method of each region, and the prediction's largest distance from the limit.
 fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
     let wins = |number: usize| cells.iter().filter(move |cell| cell.best(compared) == Some(number));
     let mut found = vec![format!(
-        "Of {} regions and lights, the prediction is nearest to the truth in {}.",
+        "Of {} regions and lights, the prediction is closest to the truth in {}.",
         cells.len(),
         wins(0).count()
     )];
@@ -172,7 +173,7 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
             found.push(format!("{}{rest} wins in {}.", first.to_uppercase(), won.join(", ")));
         }
     }
-    // Of other frames the limit would say nothing.
+    // The limit of other frames would be meaningless.
     let same = |of: &Scored| of.kept.result["frames"] == compared[0].kept.result["frames"];
     let limit = compared.iter().position(|of| of.method == LIMIT && same(of));
     let behind = limit.and_then(|limit| {
@@ -255,7 +256,7 @@ mod tests {
         let sentences = sentences(&all, &cells).join(" ");
         assert_eq!(
             sentences,
-            "Of 2 regions and lights, the prediction is nearest to the truth in 1. Ratio image wins in edge under nave (25.5 dB, the \
+            "Of 2 regions and lights, the prediction is closest to the truth in 1. Ratio image wins in edge under nave (25.5 dB, the \
              prediction 24.0). The prediction is farthest from the rig's limit in edge under nave: 7.0 dB."
         );
         let table = table(&all, &cells);

@@ -1,4 +1,4 @@
-//! The ladder as a plot: time for a frame against error, both on logarithmic axes.
+//! Plot of the ladder: time per frame against error, both on logarithmic axes.
 
 use crate::summary::Step;
 use base::{Error, Result};
@@ -9,7 +9,7 @@ use tradeoff::Knob;
 
 const SIZE: (u32, u32) = (760, 470);
 
-/// Colours of knobs, distinct for people with red-green colour blindness too.
+/// Colours of knobs, distinct with red-green colour blindness too.
 const COLORS: [RGBColor; 7] = [
     RGBColor(200, 100, 30),
     RGBColor(31, 111, 180),
@@ -24,7 +24,7 @@ fn color(knob: Option<Knob>) -> RGBColor {
     knob.map_or(BLACK, |knob| COLORS[knob as usize % COLORS.len()])
 }
 
-/// A logarithmic axis with ticks at round numbers, within a decade too.
+/// A logarithmic axis with ticks at round numbers, also within a decade.
 fn logarithmic(range: std::ops::Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
     const ROUND: [f64; 11] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
     let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
@@ -33,7 +33,7 @@ fn logarithmic(range: std::ops::Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
     range.log_scale().with_key_points(ticks)
 }
 
-/// A part of the plot in pixels.
+/// A box in the plot, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Area {
     left: i32,
@@ -43,12 +43,12 @@ struct Area {
 }
 
 impl Area {
-    /// A point's own.
+    /// Box of a point's marker.
     fn around((x, y): (i32, i32)) -> Self {
         Self { left: x - 4, top: y - 4, right: x + 4, bottom: y + 4 }
     }
 
-    /// Places for a point's name: right, left, above and below.
+    /// Candidate positions of a point's label: right, left, above and below.
     fn beside((x, y): (i32, i32), name: &str) -> [Self; 4] {
         let width = 6 * name.len() as i32;
         [(6, -5), (-6 - width, -5), (-width / 2, -16), (-width / 2, 6)].map(|(by_x, by_y)| Self {
@@ -74,15 +74,15 @@ impl Area {
     }
 }
 
-/// An error in per cent of white, of a PSNR.
+/// Error in per cent of white, from a PSNR.
 fn percent(decibels: f64) -> f64 {
     100.0 * 10f64.powf(-decibels / 20.0)
 }
 
-/// Writes the plot: bars are from the lowest to the highest seed, and from the tenth to the ninetieth of a hundred frames.
+/// Writes the plot. Bars span the lowest to the highest seed, and the 10th to the 90th percentile of the frames.
 ///
 /// # Errors
-/// When there is nothing to draw, or the file cannot be written.
+/// When there is nothing to plot, or the file cannot be written.
 pub fn write(path: &Path, title: &str, steps: &[Step]) -> Result<()> {
     draw(path, title, steps).map_err(|e| {
         Error::codec("write", path, e.to_string(), "Check that the folder can be written")
@@ -141,7 +141,7 @@ fn draw(
         let radius = if step.on_front { 4 } else { 3 };
         chart.draw_series([Circle::new(at, radius, color.filled())])?;
     }
-    // The most telling first: what lies too close to others to be read gets no name.
+    // The most informative first: a point too close to others gets no label.
     let mut named = shown.clone();
     named.sort_by_key(|step| (!step.on_front, step.knob.is_some()));
     let at = |step: &Step| (step.place().0, percent(step.place().1));

@@ -1,4 +1,4 @@
-//! Worth of the frames that `confidence` names as poses, beside others, on shoots of the virtual stage.
+//! Benefit of the poses that `confidence` suggests, against random ones, on shoots of the virtual stage.
 
 use crate::kept::Kept;
 use crate::{Clock, Options};
@@ -10,20 +10,20 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use training::Preset;
 
-/// Seeds of the shoots, which nothing was chosen with.
+/// Seeds of the shoots; nothing was tuned on them.
 pub const SEEDS: [u64; 3] = [1001, 1002, 1003];
-/// Poses photographed before, and added.
+/// Number of initial poses, and of added ones.
 const BEFORE: usize = 3;
 const ADDED: usize = 2;
-/// Number of times that others are drawn.
+/// Number of random draws.
 const DRAWS: u64 = 3;
 const FRAMES: usize = 48;
 const SIZE: usize = 64;
 
-/// Accuracy of a network with some poses added.
+/// Accuracy of a network with added poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached {
-    /// Frames that the added poses are like.
+    /// Frames of the added poses.
     pub like: Vec<usize>,
     /// PSNR of the OLATs, and the mean of the environments' relit PSNR, in decibels.
     pub olats: f64,
@@ -39,14 +39,14 @@ pub struct Added {
     pub before: Reached,
     pub chosen: Reached,
     pub drawn: Vec<Reached>,
-    /// Verdict of `confidence --truth` on the errors that it expected of the network with the first poses.
+    /// Result of `confidence --truth` for the network with the initial poses.
     pub judged: Value,
-    /// Builds of the program that measured it.
+    /// Builds of the measuring program.
     pub builds: Vec<String>,
 }
 
-/// Measures the shoots until the time is over, as far as they were not measured before; without a clock what was measured.
-/// Shoots that are not measured whole are left out.
+/// Measures the shoots that are not measured yet until the time is up; without a clock, only reads earlier results.
+/// Incomplete shoots are left out.
 ///
 /// # Errors
 /// When the program fails.
@@ -74,7 +74,7 @@ struct Shoot<'a> {
 }
 
 impl Shoot<'_> {
-    /// The result that was kept, or the one that `make` prints, if there is time for it.
+    /// The saved result, or otherwise the one that `make` prints, if there is time.
     fn kept(&self, path: &Path, make: impl FnOnce() -> Result<String>) -> Result<Option<Kept>> {
         match Kept::read(path) {
             Some(kept) => Ok(Some(kept)),
@@ -93,7 +93,7 @@ impl Shoot<'_> {
         };
         let frames = scores.result["frames"].as_array().cloned().unwrap_or_default();
         let truth: Vec<usize> = frames.iter().filter_map(as_frame).collect();
-        // With more poses a network makes as many steps, however busy the machine is by then.
+        // Networks with more poses get the same number of steps, however busy the machine is by then.
         let steps = scores.result["training_steps"].as_u64().unwrap_or_default();
         let epochs = Preset::Quick.config().for_steps(steps, BEFORE + ADDED, FRAMES - truth.len());
         let epochs = Some(epochs.epochs);
@@ -128,13 +128,13 @@ impl Shoot<'_> {
         }))
     }
 
-    /// Output of `confidence` for the shoot with the first poses.
+    /// Output of `confidence` for the shoot with the initial poses.
     fn named(&self) -> Result<Option<Kept>> {
         self.kept(&self.folder.join("named.json"), || {
             let at = self.folder.join("like-none");
             let (project, shoot) = (at.join("project"), at.join("shoot"));
             let (project, shoot) = (project.to_string_lossy(), shoot.to_string_lossy());
-            // The truth's frames are not taken, so more are asked for.
+            // The truth's frames are skipped, so ask for more.
             let count = (ADDED + 4).to_string();
             self.options.afterlight(&[
                 "confidence",
@@ -148,7 +148,7 @@ impl Shoot<'_> {
         })
     }
 
-    /// A network that had poses like these frames, what it reached and its scores. It is trained for so many epochs, or by the
+    /// Accuracy and scores of a network with poses like these frames. It is trained for a number of epochs, or by the
     /// clock.
     fn reached(&self, like: &[usize], epochs: Option<u32>) -> Result<Option<(Reached, Kept)>> {
         let names: Vec<String> = like.iter().map(usize::to_string).collect();
@@ -171,11 +171,11 @@ impl Shoot<'_> {
         Ok(Some((reached, kept)))
     }
 
-    /// Makes a shoot with further poses like these frames, trains a network on it and prints its scores.
+    /// Writes a shoot with further poses like these frames, trains a network on it and prints its scores.
     fn trained(&self, at: &Path, like: &[String], epochs: Option<u32>) -> Result<String> {
         let options = self.options;
         if at.exists() {
-            // It was stopped half way.
+            // An earlier run was stopped half-way.
             std::fs::remove_dir_all(at)
                 .map_err(|e| Error::io("remove", at, e, "Remove it yourself"))?;
         }
@@ -212,7 +212,7 @@ impl Shoot<'_> {
     }
 }
 
-/// Frames that are drawn at random, in order.
+/// Random frames, in ascending order.
 fn drawn(frames: &[usize], seed: u64) -> Vec<usize> {
     let mut like = frames.to_vec();
     like.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));

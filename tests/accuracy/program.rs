@@ -1,8 +1,8 @@
-//! Measures shoots that have a truth, and writes `docs/accuracy.md` with all its tables and plots: `make accuracy`.
+//! Measures shoots with a truth, and writes `docs/accuracy.md` with all its tables and plots: `make accuracy`.
 //!
-//! The program itself does it, as a person would: `stage`, `import`, `calibrate`, `tradeoff`, `evaluate`. What was measured
-//! before is not measured again. Everything has to fit into a budget by the clock; what is most telling comes first, and the
-//! page says what is missing.
+//! All measurements go through the program, as a user would run it: `stage`, `import`, `calibrate`, `tradeoff`,
+//! `evaluate`. Earlier measurements are reused. Everything must fit a time budget; the most informative comes first,
+//! and the page lists what is missing.
 
 mod about;
 mod added;
@@ -34,52 +34,52 @@ use std::path::PathBuf;
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::OnceLock;
 
-/// Measures shoots with a truth and writes the page. A run that was stopped goes on.
+/// Measures shoots with a truth and writes the page. Continues a stopped run.
 #[derive(Debug, Parser)]
 struct Options {
-    /// Minutes by the clock for everything. Only the base's networks are trained in any case.
+    /// Minutes by the clock for everything. Only the base's networks are always trained.
     #[arg(long, default_value_t = 90.0)]
     budget: f64,
     /// Minutes of training for the base [default: as before, or a 90th of the budget].
     #[arg(long)]
     minutes: Option<f64>,
-    /// Seeds of each rung, and of each method that learns.
+    /// Seeds of each rung, and of each method with training.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=20))]
     seeds: u64,
     /// Working size in pixels.
     #[arg(long, default_value_t = 128)]
     size: usize,
-    /// A folder with other shoots and weights; left out where it is missing.
+    /// Folder with other shoots and weights; skipped if missing.
     #[arg(long, default_value = "../shared/data")]
     shared: PathBuf,
-    /// A further shoot with a truth. Can be given several times.
+    /// Further shoot with a truth; repeatable.
     #[arg(long, value_name = "NAME=DIR")]
     shoot: Vec<String>,
-    /// Measure nothing: write the page with what is there.
+    /// Measure nothing: write the page from earlier results.
     #[arg(long)]
     no_ladder: bool,
-    /// Minutes of training for each of 15 networks that say what chosen poses are worth; 0 for none.
+    /// Training minutes for each of 15 networks that test the suggested poses; 0 for none.
     #[arg(long, default_value_t = 0.5)]
     pose_minutes: f64,
-    /// Do not run the benches of passes and sums.
+    /// Skip the benches of passes and sums.
     #[arg(long)]
     no_benches: bool,
-    /// The program that measures.
+    /// Program to measure.
     #[arg(long, default_value = "target/debug/afterlight")]
     program: PathBuf,
     /// Folder of projects and figures.
     #[arg(long, default_value = "target/accuracy")]
     work: PathBuf,
-    /// The page to write; its plots go into a folder of its name.
+    /// Page to write; its plots go into a folder of that name.
     #[arg(long, default_value = "docs/accuracy.md")]
     page: PathBuf,
     #[arg(skip)]
     build: OnceLock<String>,
 }
 
-/// The weights of LPIPS among the shared data.
+/// LPIPS weights in the shared data.
 const LPIPS: &str = "weights/squeezenet1_1_lpips_v0_1.safetensors";
-/// The share of the time that is left for poses and the errors that are expected, before the ladders go on.
+/// Share of the time reserved for poses and expected errors before the ladders continue.
 const POSES_SHARE: f64 = 0.3;
 
 fn main() -> ExitCode {
@@ -96,7 +96,7 @@ fn run(options: &Options) -> Result<()> {
     let clock = Clock::start(options.budget);
     let sources = shoots::sources(options)?;
     if !options.no_ladder {
-        // A run that fails has measured too.
+        // A failed run has also taken measuring time.
         let measured = measure(options, &sources, &clock);
         options.note(&clock)?;
         measured?;
@@ -107,8 +107,9 @@ fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Measures in the order in which a page that is cut short tells most: the base with every seed, the methods and their pictures,
-/// the benches, the methods' other seeds, the poses, the ladders, and the methods with as much time as the longest network.
+/// Measures in order of information, so that an incomplete page says most: the base with every seed, the methods and
+/// their pictures, the benches, the methods' other seeds, the poses, the ladders, and the methods with as much time as
+/// the longest-trained network.
 fn measure(options: &Options, sources: &[Source], clock: &Clock) -> Result<()> {
     for source in sources {
         source.climb(options, 0.0)?;
@@ -133,14 +134,14 @@ fn measure(options: &Options, sources: &[Source], clock: &Clock) -> Result<()> {
         methods::measure(options, source, clock, (0, true))?;
         pictured(options, source, clock)?;
     }
-    // What was left of the poses' share.
+    // Uses what is left of the poses' share.
     if options.pose_minutes > 0.0 {
         poses::measured(options, Some(clock))?;
     }
     Ok(())
 }
 
-/// Makes the pictures of the base's network and of the one that was trained for longest.
+/// Renders the pictures of the base's network and of the longest-trained one.
 fn pictured(options: &Options, source: &Source, clock: &Clock) -> Result<()> {
     if let Some((base, most)) = source.ladder()?.as_ref().and_then(shoots::minutes) {
         methods::network(options, source, base, Some(clock))?;
@@ -179,7 +180,7 @@ impl Options {
                 ladder,
                 methods,
                 networks,
-                // What the program made itself may be shown.
+                // The program's own footage may be published.
                 elsewhere: (source.folder != shoots::stage(self)).then(|| source.work.clone()),
             });
         }
@@ -210,20 +211,20 @@ impl Options {
         })
     }
 
-    /// Build of the program that measures.
+    /// Build of the measuring program.
     fn build(&self) -> &str {
         let named = || evaluation::build_of(&self.program);
         self.build.get_or_init(|| named().unwrap_or_else(|_| "unknown".to_owned()))
     }
 
-    /// Records of the runs that measured.
+    /// Records of the measuring runs.
     fn runs(&self) -> Vec<Value> {
         let text = files::read_text(&self.work.join("runs.json"), files::MOST_TEXT);
         let runs = text.ok().and_then(|text| serde_json::from_str(&text).ok());
         runs.unwrap_or_default()
     }
 
-    /// Keeps a record of this run.
+    /// Saves a record of this run.
     fn note(&self, clock: &Clock) -> Result<()> {
         let mut runs = self.runs();
         runs.push(clock.record(self.build()));
@@ -231,7 +232,7 @@ impl Options {
         write_beside(&self.work.join("runs.json"), |out| out.write_all(text.as_bytes()))
     }
 
-    /// The weights of LPIPS, which may be missing.
+    /// LPIPS weights; None if missing.
     fn lpips(&self) -> PathBuf {
         self.shared.join(LPIPS)
     }
@@ -243,20 +244,20 @@ impl Options {
     }
 }
 
-/// A name as that of a file.
+/// A name as a file name.
 fn plain(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     name.chars().map(plain).collect()
 }
 
-/// Output of a command; its errors are shown.
+/// Output of a command; its errors are passed through.
 fn printed(command: &mut Command) -> Result<String> {
     let shown = format!("{command:?}");
     let output = command.stderr(Stdio::inherit()).output().map_err(|e| {
         Error::invalid(format!("{shown} cannot be run: {e}"), "Build it first: make build")
     })?;
     if !output.status.success() {
-        return Err(Error::invalid(format!("{shown} failed"), "What it says stands above"));
+        return Err(Error::invalid(format!("{shown} failed"), "See its output above"));
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }

@@ -1,9 +1,9 @@
-//! The table of a ladder's rungs.
+//! Table of a ladder's rungs.
 
 use crate::summary::Step;
 use std::fmt::Write as _;
 
-/// The rungs, the fastest first.
+/// The rungs, fastest first.
 pub fn table(steps: &[Step]) -> String {
     let mut order: Vec<&Step> = steps.iter().collect();
     order.sort_by(|a, b| a.place().0.total_cmp(&b.place().0));

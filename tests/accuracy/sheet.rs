@@ -1,4 +1,4 @@
-//! The sheet of a shoot: the truth, the network and the methods beside each other, on the same frames, in the same light.
+//! Sheet of a shoot: the truth, the network and the methods side by side, on the same frames, in the same light.
 
 use crate::methods::{LIMIT, Scored};
 use base::Result;
@@ -11,26 +11,26 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
 
-/// Pixels of the longer side of a picture on the sheet.
+/// Longer side of a picture on the sheet, in pixels.
 const SIDE: usize = 152;
-/// A sheet has at most so many bytes.
+/// Size limit of a sheet in bytes.
 const MOST_BYTES: usize = 390_000;
-/// The frame around the best picture: its width in pixels, and its codes.
+/// Frame around the best picture: its width in pixels, and its codes.
 const FRAME: usize = 3;
 const AMBER: [f32; 3] = [1.0, 0.72, 0.2];
-/// Factor that differences are multiplied by.
+/// Factor on differences.
 const GAIN: f32 = 4.0;
-/// The power that the pictures are encoded by.
+/// Exponent that encodes the pictures.
 const GAMMA: f32 = 2.2;
 
-/// One row of pictures: a frame in a light.
+/// A row of pictures: a frame in a light.
 struct Row {
     environment: String,
     frame: u64,
 }
 
-/// Writes the sheet as a JPEG. In each light it has the frames in which the first method, the network, is nearest to the truth
-/// and farthest from it; under each picture is its difference from the truth, and the best is framed.
+/// Writes the sheet as a JPEG. For each light it shows the frames in which the first method, the network, is closest to
+/// the truth and farthest from it. Under each picture is its difference from the truth, and the best is framed.
 ///
 /// # Errors
 /// When a picture is missing, or the file cannot be written.
@@ -69,7 +69,7 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
     }
     let tiles: Vec<Tile> = (tiles.iter()).map(|(label, picture)| Tile { label, picture }).collect();
     let sheet = contact_sheet(&tiles, methods.len() + 1)?;
-    // As good as fits.
+    // The best quality that fits the size limit.
     let mut bytes = Vec::new();
     for quality in (40..=92).rev().step_by(4) {
         bytes = jpeg_bytes(&sheet, quality)?;
@@ -80,7 +80,7 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
     write_beside(path, |out| out.write_all(&bytes))
 }
 
-/// The frames that are shown, of those that all methods have: in each light the best and the worst of the first.
+/// Frames to show, out of those that all methods have: in each light the first method's best and worst.
 fn rows(methods: &[&Value]) -> Vec<Row> {
     let frames_of = |scores: &Value| -> Vec<u64> {
         let frames = scores["frames"].as_array().into_iter().flatten();
@@ -90,7 +90,7 @@ fn rows(methods: &[&Value]) -> Vec<Row> {
         return Vec::new();
     };
     let frames = frames_of(network);
-    // The limit is only known where the frame's OLATs are.
+    // The limit exists only for frames with true OLATs.
     let others: Vec<Vec<u64>> = methods.iter().map(|scores| frames_of(scores)).collect();
     let is_common = |frame: &u64| others.iter().all(|frames| frames.contains(frame));
     let mut rows = Vec::new();
@@ -115,7 +115,7 @@ fn rows(methods: &[&Value]) -> Vec<Row> {
 }
 
 impl Row {
-    /// Decibels that a method reached there.
+    /// PSNR of a method for this row.
     fn decibels(&self, of: &Scored) -> Option<f64> {
         let scores = &of.kept.result;
         let frames = scores["frames"].as_array()?;
@@ -124,7 +124,7 @@ impl Row {
     }
 }
 
-/// The method that is nearest to the truth; the limit of the rig is none.
+/// The method closest to the truth; the rig's limit does not count.
 fn best(methods: &[&Scored], reached: &[Option<f64>]) -> Option<usize> {
     let comparable = (methods.iter().zip(reached).enumerate())
         .filter(|(_, (of, _))| of.method != LIMIT)
@@ -133,7 +133,7 @@ fn best(methods: &[&Scored], reached: &[Option<f64>]) -> Option<usize> {
     best.map(|(number, _)| number)
 }
 
-/// Decibels as a label has them.
+/// Decibels for a label.
 fn words(decibels: f64) -> String {
     if decibels >= evaluation::metrics::MAX_DECIBELS {
         "exact".to_owned()
@@ -142,7 +142,7 @@ fn words(decibels: f64) -> String {
     }
 }
 
-/// A picture at the sheet's size. Light is averaged, not codes.
+/// A picture at the sheet's size. Averages light, not codes.
 fn small(picture: &Encoded) -> Encoded {
     let linear = picture.0.map(|pixel| pixel.map(|code| code.powf(GAMMA)));
     let (width, height) = size_of(&picture.0);
@@ -157,7 +157,7 @@ fn size_of(picture: &Raster<[f32; 3]>) -> (usize, usize) {
     (side(picture.width), side(picture.height))
 }
 
-/// The difference of codes, enlarged, about a middle grey.
+/// The amplified difference of codes, about a middle grey.
 fn small_difference(picture: &Encoded, truth: &Encoded) -> Encoded {
     let mut difference = picture.0.clone();
     for (pixel, truth) in difference.pixels.iter_mut().zip(&truth.0.pixels) {
@@ -214,7 +214,7 @@ mod tests {
         let results: Vec<&Value> = all.iter().map(|of| &of.kept.result).collect();
         let found: Vec<u64> = rows(&results).iter().map(|row| row.frame).collect();
         assert_eq!(found, [3, 8]);
-        // A frame that one of them lacks is not shown.
+        // A frame that one method lacks is not shown.
         let fewer = json!({"frames": [8]});
         let shown = rows(&[results[0], &fewer]);
         assert_eq!(shown.iter().map(|row| row.frame).collect::<Vec<_>>(), [8]);
@@ -224,7 +224,7 @@ mod tests {
         let bytes = std::fs::metadata(&path).unwrap().len();
         assert!(bytes > 1000 && bytes <= MOST_BYTES as u64, "{bytes}");
         let sheet = read_encoded(&path)?.0;
-        // Amber is at the left of the network's first picture, and of the ratio's second. Between tiles are four pixels.
+        // The amber frame is around the network's first picture and the ratio's second. Tiles are four pixels apart.
         let amber = |tile: usize, y: usize| {
             let pixel = sheet.at(4 + tile * (SIDE + 4) + 1, y);
             pixel[0] > 0.8 && pixel[2] < 0.5

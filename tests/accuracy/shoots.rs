@@ -1,4 +1,4 @@
-//! The shoots that are measured: made, imported, calibrated, and their ladders.
+//! The measured shoots: written, imported, calibrated, and their ladders.
 
 use crate::{Clock, Options, plain};
 use base::{Error, Result};
@@ -6,7 +6,7 @@ use project::Project;
 use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
 
-/// A share of the budget that the base is trained for if nothing else is asked for: about a hundred networks are.
+/// Share of the budget for the base's training by default: about a hundred networks are trained.
 const BASE_SHARE: f64 = 1.0 / 90.0;
 const BASE_MINUTES: std::ops::RangeInclusive<f64> = 0.02..=10.0;
 
@@ -19,15 +19,15 @@ pub struct Source {
 }
 
 impl Source {
-    /// Its project.
+    /// Path of its project.
     pub fn project(&self) -> PathBuf {
         self.work.join("project")
     }
 
-    /// Measurements of its ladder.
+    /// Measurements of its ladder, if any.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// When they cannot be read.
     pub fn ladder(&self) -> Result<Option<Ledger>> {
         if !self.project().join("project.toml").exists() {
             return Ok(None);
@@ -35,7 +35,7 @@ impl Source {
         Ledger::load(&Project::open(&self.project())?)
     }
 
-    /// Measures its ladder for so many minutes; the base with all seeds in any case.
+    /// Measures its ladder for a number of minutes; the base always with all seeds.
     ///
     /// # Errors
     /// When the program fails.
@@ -67,12 +67,12 @@ impl Source {
     }
 }
 
-/// Path of the virtual stage's shoot.
+/// Folder of the virtual stage's shoot.
 pub fn stage(options: &Options) -> PathBuf {
     options.work.join("stage")
 }
 
-/// The shoots, each imported and calibrated. The virtual stage's is made if it is not there.
+/// The shoots, imported and calibrated. The virtual stage's is written if missing.
 ///
 /// # Errors
 /// When the program fails.
@@ -88,12 +88,12 @@ pub fn sources(options: &Options) -> Result<Vec<Source>> {
     if scan.join("manifest.json").exists() {
         named.push(("head scan".to_owned(), scan));
     } else {
-        println!("{} is left out: it is not there", scan.display());
+        println!("Skipped {}: it is missing", scan.display());
     }
     for shoot in &options.shoot {
         let (name, folder) = shoot.split_once('=').ok_or_else(|| {
             Error::invalid(
-                format!("{shoot:?} names no shoot"),
+                format!("{shoot:?} does not name a shoot"),
                 "Write it as NAME=DIR, such as portrait=shoots/portrait",
             )
         })?;
@@ -114,7 +114,7 @@ pub fn sources(options: &Options) -> Result<Vec<Source>> {
     ready.collect()
 }
 
-/// Climbs the ladders further, as long as there is time, which they share.
+/// Measures the ladders further while there is time, which they share.
 ///
 /// # Errors
 /// When the program fails.
@@ -128,7 +128,7 @@ pub fn climb_all(options: &Options, sources: &[Source], clock: &Clock) -> Result
     Ok(())
 }
 
-/// The minutes of the base, and those of the network that was trained for longest.
+/// Training minutes of the base, and of the longest-trained network.
 pub fn minutes(ladder: &Ledger) -> Option<(f64, f64)> {
     let base = ladder.rungs.first()?.rung.minutes;
     let lengths = (ladder.rungs.iter())

@@ -1,8 +1,8 @@
-//! Rungs of several seeds as one.
+//! Rungs with several seeds, combined.
 
 use tradeoff::{Knob, Ledger, Measured};
 
-/// A figure over the seeds.
+/// A figure over several seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     pub mean: f64,
@@ -22,7 +22,7 @@ impl Figure {
         })
     }
 
-    /// The mean and, where seeds differ, the lowest and the highest.
+    /// The mean, with the lowest and highest in brackets if they differ.
     pub fn text(self, digits: usize) -> String {
         let (low, high) = (format!("{:.digits$}", self.low), format!("{:.digits$}", self.high));
         if low == high {
@@ -37,17 +37,17 @@ pub struct Step<'a> {
     pub name: &'a str,
     pub knob: Option<Knob>,
     pub seeds: Vec<&'a Measured>,
-    /// No other is both faster and nearer to the truth, by the means.
+    /// True if no other rung is both faster and closer to the truth, by the means.
     pub on_front: bool,
 }
 
 impl Step<'_> {
-    /// A figure of the rung over its seeds; None where it is not known.
+    /// A figure of the rung over its seeds; None if unknown.
     pub fn figure(&self, of: impl Fn(&Measured) -> Option<f64>) -> Option<Figure> {
         Figure::of(self.seeds.iter().filter_map(|measured| of(measured)))
     }
 
-    /// Milliseconds for a frame, and decibels.
+    /// Milliseconds per frame, and decibels.
     pub fn place(&self) -> (f64, f64) {
         let mean = |of: fn(&Measured) -> f64| {
             let figure = self.figure(|m| Some(of(m)));
@@ -61,7 +61,7 @@ impl Step<'_> {
     }
 }
 
-/// The ladder's rungs, each over its seeds, in the order in which they were measured.
+/// The ladder's rungs, each over its seeds, in measuring order.
 pub fn steps(ladder: &Ledger) -> Vec<Step<'_>> {
     let mut steps: Vec<Step> = Vec::new();
     for measured in &ladder.rungs {

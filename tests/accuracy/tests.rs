@@ -1,5 +1,5 @@
-//! The page of a ladder that was measured elsewhere: figures are means over seeds, every rung has its line, and what is
-//! missing is said.
+//! The page of a ladder measured elsewhere: figures are means over seeds, every rung has its line, and missing parts
+//! are listed.
 
 use crate::about::About;
 use crate::bench::Bench;
@@ -29,7 +29,7 @@ fn figures_of_several_builds_are_never_mixed_without_a_word() {
     let mixed = builds(["b", "a", "a", ""].into_iter());
     assert_eq!(
         mixed,
-        "**Builds differ, and so may what they measure: older versions (1 figure), a (2 figures), b (1 figure).**"
+        "**Builds differ, so figures may not be comparable: older versions (1 figure), a (2 figures), b (1 figure).**"
     );
 }
 
@@ -110,18 +110,18 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
         "## The sum of lamps",
         "| +1.50 / +0.00 |",
         "worth +1.50 dB more",
-        // What is missing is said.
-        "2 runs of 40 minutes together measured what is here. Other work took 10 to 42 % of the processor's time meanwhile.",
+        // Missing parts are listed.
+        "Measured in 2 runs, 40 minutes in total. Other work took 10 to 42 % of the processor's time meanwhile.",
         "**Builds differ",
         "No rung has 3 seeds yet; base (2),",
         "the same number of steps.",
-        "Not measured yet, and so not here: what each pass costs.",
+        "Not measured yet and left out: what each pass costs.",
         "| seed 7 | 4 | 81 % | 93 % | 75 % | +0.4 | 70 % ≤ 2.0 % | 80 % ≤ 2.0 % |",
     ] {
         assert!(text.contains(expected), "{expected} is not in\n{text}");
     }
     assert!(!text.contains("<!--"), "{text}");
-    // Each line of a table has as many cells as its head.
+    // Each row of a table has as many cells as its header.
     let mut cells = None;
     for line in text.lines() {
         let count = line.starts_with('|').then(|| line.matches('|').count());

@@ -1,4 +1,4 @@
-//! A disk that is full at any byte.
+//! A disk that fills up at any byte.
 
 use crate::{Ground, afterlight};
 use ::afterlight::calibration::Calibration;
@@ -21,14 +21,15 @@ const COMMANDS: [&str; 5] = [
     "relight film --device cpu --environment nave --to out/clip.mp4",
 ];
 
-/// A command's words; numbers that make each call another one come from `number`.
+/// Words of a command, made unique for each call by `number`.
 fn words(command: &str, number: u32) -> Vec<String> {
     let command = command.replace("NUMBER", &number.to_string());
     let command = command.replace("EPOCHS", &(2 + number).to_string());
     command.split_whitespace().map(str::to_owned).collect()
 }
 
-/// It succeeded, or ended with a sentence that names a file and says that there is no room; whether it failed.
+/// Asserts that the program succeeded, or failed with a message that names a file and the lack of room; returns true if
+/// it failed.
 fn is_refused(output: &Output, folder: &Path) -> bool {
     let said = String::from_utf8_lossy(&output.stderr);
     match output.status.code() {
@@ -49,7 +50,7 @@ fn is_refused(output: &Output, folder: &Path) -> bool {
     }
 }
 
-/// All that is there is whole.
+/// Asserts that all remaining files are intact.
 fn check(ground: &Ground, folder: &Path, step: u64) -> u64 {
     let project = Project::open(&folder.join("film")).unwrap();
     Calibration::load(&project).unwrap();
@@ -70,7 +71,7 @@ fn check(ground: &Ground, folder: &Path, step: u64) -> u64 {
     now.info.step
 }
 
-/// Nothing unfinished is left but what the next save of a training removes.
+/// Asserts that no unfinished file is left except those that the next training save removes.
 fn check_left_over(folder: &Path) {
     let left = left_over(folder);
     let hidden = |path: &Path| path.components().any(|part| part.as_os_str() == "checkpoints");
@@ -88,9 +89,9 @@ fn a_file_that_can_grow_no_more_at_any_byte_ends_every_command_with_a_sentence()
     let (mut refused, mut step) = (0, 1);
     for number in 0..moments.count {
         let command = COMMANDS[number as usize % COMMANDS.len()];
-        // Small files are as likely to be hit as large ones: from 1 byte to 1 MB.
+        // Small files are as likely to be hit as large ones: limits from 1 byte to 1 MB.
         let bytes = 10f64.powf(6.0 * moments.share()) as u64;
-        // The system's signal would end the program before it can say anything.
+        // The system's signal would end the program before it could print a message.
         let script = format!("trap '' XFSZ; exec prlimit --fsize={bytes} \"$@\"");
         let program = ground.command(&[]).get_program().to_owned();
         let mut limited = Command::new("sh");
@@ -112,10 +113,10 @@ fn a_file_that_can_grow_no_more_at_any_byte_ends_every_command_with_a_sentence()
     eprintln!("{measured}");
     test_support::shown!(
         Accidents,
-        "A file that may grow no more, at any byte",
-        danger: "half a file, or an end without a sentence",
-        done: "files are written beside and renamed; the sentence names the file and what to do",
-        bound: "exit code 1 with that sentence; what was there is whole, and nothing unfinished is left",
+        "A file size limit reached at any byte",
+        danger: "half a file, or an exit without a message",
+        done: "files are written beside and renamed; the message names the file and the remedy",
+        bound: "exit code 1 with that message; earlier files are intact, and no unfinished file is left",
         measured: measured
     );
 }
@@ -139,7 +140,7 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
         let copied = Command::new("cp").arg("-a").arg(ground.film()).arg(folder).status();
         assert!(copied.unwrap().success());
         std::os::unix::fs::symlink(ground.at("shoot"), folder.join("shoot")).unwrap();
-        // As far away as the shoot is from there.
+        // Relative path from the copied project to the original shoot.
         let shoot = relative(&folder.join("film"), &ground.at("shoot")).unwrap();
         Project::change(&folder.join("film"), |project| {
             project.settings.shoot.folder = shoot;
@@ -151,7 +152,7 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
         let command = COMMANDS[number as usize % COMMANDS.len()];
         let mut program = afterlight(folder);
         program.args(words(command, number));
-        // What burn keeps for itself is kept elsewhere.
+        // Burn's own cache is kept elsewhere.
         program.env("XDG_CACHE_HOME", ground.at("cache"));
         program.env("CUBECL_DEBUG_LOG", ground.at("kernels.log"));
         let output = program.output().unwrap();
@@ -164,14 +165,14 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
     test_support::shown!(
         Accidents,
         "A disk that fills at any time",
-        danger: "half a file, a lost checkpoint, or an end without a sentence",
-        done: "files are written beside and renamed; the sentence names the file and what to do",
-        bound: "exit code 1 with that sentence; what was there is whole, and nothing unfinished is left",
+        danger: "half a file, a lost checkpoint, or an exit without a message",
+        done: "files are written beside and renamed; the message names the file and the remedy",
+        bound: "exit code 1 with that message; earlier files are intact, and no unfinished file is left",
         measured: measured
     );
 }
 
-/// Writes a file until the disk is full, and takes `room` bytes off it again.
+/// Fills the disk with a file, then frees `room` bytes.
 fn fill(path: &Path, room: u64) {
     let mut file = std::fs::File::create(path).unwrap();
     while std::io::Write::write_all(&mut file, &[0; 4096]).is_ok() {}
@@ -179,7 +180,7 @@ fn fill(path: &Path, room: u64) {
     file.set_len(length - room).unwrap();
 }
 
-/// Bytes of the pages of a folder's files.
+/// Disk usage of a folder's files in bytes, in whole pages.
 fn size(folder: &Path) -> u64 {
     let entries = std::fs::read_dir(folder).unwrap().flatten();
     let sizes = entries.map(|entry| {

@@ -12,7 +12,7 @@ fn ctrl_c_ends_an_export_whose_ffmpeg_hangs() {
     let text =
         format!("#!/bin/sh\necho $$ >{0}.new; mv {0}.new {0}\nsleep 100000\n", started.display());
     std::fs::write(ground.at("hanging"), text).unwrap();
-    // A file that this process wrote may still be open in a child of another test, and cannot be started then.
+    // A file that this process wrote may still be open in a child of another test; it could not be started then.
     let installed =
         Command::new("install").arg(ground.at("hanging")).arg(tools.join("ffmpeg")).status();
     assert!(installed.unwrap().success());
@@ -35,6 +35,6 @@ fn ctrl_c_ends_an_export_whose_ffmpeg_hangs() {
         Surroundings,
         "Ctrl-C while ffmpeg hangs",
         danger: "the program waits for ffmpeg for ever",
-        done: "ffmpeg is killed, its file removed, and a sentence says that no movie was written"
+        done: "ffmpeg is killed, its file removed, and a message says that no movie was written"
     );
 }

@@ -1,4 +1,4 @@
-//! An import that fails, or that the program cannot finish.
+//! An import that fails, or that cannot be completed.
 
 use crate::Ground;
 use std::os::unix::ffi::OsStrExt;
@@ -16,8 +16,8 @@ fn an_import_that_fails_leaves_no_project_and_can_be_tried_again() {
     assert_eq!(project.settings.shoot.lamps.len(), 4);
     test_support::shown!(
         Accidents,
-        "An import that asks for more lamps than there are",
-        danger: "the project.toml that it leaves blocks the next try",
+        "An import of more lamps than the shoot has",
+        danger: "a leftover project.toml blocks the next attempt",
         done: "project.toml is written last, once everything has succeeded"
     );
 }
@@ -27,7 +27,7 @@ fn a_shoot_whose_path_is_not_utf_8_is_refused_in_words() {
     let ground = Ground::of_shoot();
     let odd = std::ffi::OsStr::from_bytes(b"caf\xe9");
     std::os::unix::fs::symlink(ground.at("shoot"), ground.folder.path().join(odd)).unwrap();
-    // A link is followed; the folder itself is what project.toml names.
+    // A link is followed; project.toml names the folder itself.
     let mut linked = ground.command(&["import", "linked", "--size", "16", "--shoot"]);
     let output = linked.arg(odd).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

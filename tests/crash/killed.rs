@@ -10,17 +10,17 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 use test_support::accident::{End, Moments, age, left_over};
 
-/// Results of killing a command again and again.
+/// Results of killing a command repeatedly.
 #[derive(Default)]
 struct Tally {
     killed: u32,
     finished: u32,
-    /// Kills that left something unfinished.
+    /// Kills that left an unfinished file.
     unfinished: u32,
 }
 
 impl Tally {
-    /// A command was to be killed; it may have been faster, and must have succeeded then.
+    /// Counts a run that was to be killed; if it ended sooner, it must have succeeded.
     fn add(&mut self, end: End, left_over: usize) {
         match end {
             End::Killed => self.killed += 1,
@@ -35,7 +35,7 @@ impl Tally {
 
     fn sentence(&self) -> String {
         let Self { killed, finished, unfinished } = self;
-        // For those who run it with another number of kills.
+        // For runs with another number of kills.
         let sentence = format!(
             "{killed} kills, {unfinished} of them with something unfinished; {finished} runs ended before"
         );
@@ -44,7 +44,7 @@ impl Tally {
     }
 }
 
-/// Run time of a command that nobody kills.
+/// Run time of a command without a kill.
 fn measured(command: &mut Command) -> Duration {
     let started = Instant::now();
     let output = command.output().unwrap();
@@ -66,7 +66,7 @@ fn a_killed_import_leaves_no_project_or_a_whole_one() {
         let end = moments.next(whole, &[&root]).kill(&mut import(&format!("import-{i}")));
         tally.add(end, left_over(&root).len());
         if !root.join("project.toml").exists() {
-            // Nothing that is left stands in the way.
+            // Leftovers do not block another import.
             age(&left_over(&root));
             ground.succeed(&["import", &format!("import-{i}"), "--shoot", "shoot", "--size", "16"]);
         }
@@ -79,8 +79,8 @@ fn a_killed_import_leaves_no_project_or_a_whole_one() {
         Accidents,
         "`import` is killed",
         danger: "half a project, or one that blocks the next import",
-        done: "project.toml is written beside and renamed, last",
-        bound: "each is whole or not there, and can be imported again",
+        done: "project.toml is written last, beside and renamed",
+        bound: "each project is complete or absent, and can be imported again",
         measured: tally.sentence()
     );
 }
@@ -108,7 +108,7 @@ fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
         assert!(known.iter().any(|(_, bytes)| *bytes == now));
         assert_eq!(ground.project().settings, settings);
         Calibration::load(&ground.project()).unwrap();
-        // The next one to calibrate removes it.
+        // The next calibration removes it.
         age(&left_over(&ground.film()));
     }
     ground.clean_up(&ground.film());
@@ -118,7 +118,7 @@ fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
         Accidents,
         "`calibrate` is killed",
         danger: "half a calibration, or none",
-        done: "calibration.toml is written beside and renamed; the next command removes what is unfinished",
+        done: "calibration.toml is written beside and renamed; the next command removes unfinished files",
         bound: "the old calibration or the new one, byte for byte; no file outside the project changed",
         measured: tally.sentence()
     );
@@ -147,7 +147,7 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     let train = || ground.command(&settings);
     let folder = ground.at("film/checkpoint");
     let step = || checkpoint::info(&folder).map_or(0, |info| info.step);
-    // How long it takes until it goes on; then it goes on for ever.
+    // Measures the time until training resumes; then training runs for ever.
     let started = Instant::now();
     let mut first = train().spawn().unwrap();
     test_support::wait_for(|| (step() > 2).then_some(()));
@@ -162,9 +162,9 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     let (mut before, mut resumed) = (step(), 0);
     while tally.killed < moments.count || resumed == 0 {
         if tally.killed >= moments.count {
-            // The machine has got other work since, and no run had the time to go on.
+            // The machine has had other work since, and no run had the time to resume.
             whole *= 2;
-            assert!(whole < test_support::PATIENCE, "no run went on");
+            assert!(whole < test_support::PATIENCE, "no run resumed");
         }
         let moment = moments.next(whole, &[&folder, &checkpoints, &film]);
         let end = moment.kill(&mut train());
@@ -187,12 +187,12 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
         danger: "a checkpoint that cannot be read, or an older one",
         done: "weights are written before the table that names them; each file is written beside and renamed",
         bound: "the step never goes back; every kept checkpoint loads; no file outside the project changed",
-        measured: format!("{}; {resumed} runs went on", tally.sentence())
+        measured: format!("{}; {resumed} runs resumed", tally.sentence())
     );
 }
 
 impl Ground {
-    /// Training goes on from `step`, its log has each step once, and nothing unfinished is left.
+    /// Training continues from `step`, its log has each step once, and no unfinished file is left.
     fn check_training(&self, step: u64, settings: &[&str]) {
         let folder = self.at("film/checkpoint");
         let mut last = self.command(settings).spawn().unwrap();
@@ -206,7 +206,7 @@ impl Ground {
             (log.lines().skip(1)).filter_map(|line| line.split(',').next()?.parse().ok()).collect();
         assert!(steps.is_sorted_by(|a, b| a < b), "{steps:?}");
         self.clean_up(&self.film());
-        // What training itself leaves, the next save removes.
+        // The next save removes what training itself leaves.
         let left = left_over(&self.film());
         let hidden = |path: &Path| path.parent().is_some_and(|at| at.ends_with("checkpoints"));
         let (folders, files): (Vec<_>, Vec<_>) = left.iter().partition(|path| hidden(path));
@@ -246,8 +246,8 @@ fn killed_stills_are_whole_or_not_there() {
     test_support::shown!(
         Accidents,
         "`relight` is killed while it writes stills",
-        danger: "half a picture under the name of a whole one",
-        done: "each still is written beside and renamed; the next export to the folder removes what is unfinished",
+        danger: "half a picture under its final name",
+        done: "each still is written beside and renamed; the next export to the folder removes unfinished files",
         bound: "each still is the old one or the new one, byte for byte",
         measured: tally.sentence()
     );
@@ -280,12 +280,12 @@ fn a_killed_movie_is_the_old_one() {
     measured(&mut export());
     assert!(left_over(&out).is_empty() && left_over(&ground.film()).is_empty());
     ground.check_outside();
-    // Nobody has to wait for a dead one's lock.
+    // The lock of a dead process is released at once.
     drop(Lock::take(&ground.film(), "a test").unwrap());
     test_support::shown!(
         Accidents,
         "`relight` is killed while ffmpeg writes a movie",
-        danger: "half a movie under the name of a whole one; ffmpeg goes on for ever",
+        danger: "half a movie under its final name; ffmpeg runs for ever",
         done: "ffmpeg writes beside the movie and ends when its input does; the next export removes its file",
         bound: "the movie has all its frames; no process and no file is left",
         measured: tally.sentence()

@@ -1,4 +1,4 @@
-//! File systems that lack what others have.
+//! File systems with missing features.
 
 use crate::Ground;
 use afterlight::training::checkpoints;
@@ -12,7 +12,7 @@ const TRAIN: [&str; 8] =
 #[test]
 fn checkpoints_are_copied_where_the_disk_refuses_links() {
     let ground = Ground::new();
-    // Another disk takes no hard links to this one's files.
+    // Hard links to another disk's files are refused.
     let Some(disk) = SmallDisk::mount(64 * 1024) else {
         return;
     };
@@ -54,14 +54,14 @@ fn checkpoints_are_copied_where_the_disk_refuses_links() {
     test_support::shown!(
         Accidents,
         "A disk that refuses hard links",
-        danger: "checkpoints to go back to cannot be kept",
-        done: "they are copied and synced instead",
-        bound: "going back and forth gives each checkpoint back, and training goes on",
+        danger: "earlier checkpoints cannot be kept",
+        done: "files are copied and synced instead",
+        bound: "going back and forth restores each checkpoint, and training continues",
         measured: format!("{} checkpoints", all.len())
     );
 }
 
-/// All folders' names that only their case tells apart, below a folder.
+/// Names below a folder that differ only in case.
 fn twins(folder: &Path, found: &mut Vec<String>) {
     let mut names = BTreeSet::new();
     for entry in std::fs::read_dir(folder).unwrap().flatten() {
@@ -89,6 +89,6 @@ fn no_names_that_the_program_gives_differ_in_case_alone() {
         Accidents,
         "A disk that does not tell upper case from lower case",
         danger: "one of the program's files replaces another",
-        done: "no two names that it gives differ in case alone"
+        done: "no two file names differ only in case"
     );
 }

@@ -1,4 +1,4 @@
-//! Several processes that work on one project at a time.
+//! Several processes on one project at a time.
 
 use crate::Ground;
 use afterlight::calibration::Calibration;
@@ -9,10 +9,10 @@ use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 use test_support::accident::left_over;
 
-/// Environment variable with the seconds for which they do so.
+/// Environment variable with the seconds of shared use.
 const SECONDS: &str = "AFTERLIGHT_SHARED_SECONDS";
 
-/// Runs a command; it must end.
+/// Runs a command, which must end in time.
 fn ended(ground: &Ground, arguments: &[&str]) -> Output {
     let mut command = ground.command(arguments);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -21,8 +21,7 @@ fn ended(ground: &Ground, arguments: &[&str]) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// Number of times that a command was done and that it was refused, until `over`; it fails for no other reason than that
-/// another writes.
+/// Number of completed and of refused runs of a command until `over`. The only accepted failure is a project in use.
 fn hammer<'a>(
     ground: &Ground,
     over: impl Fn() -> bool,
@@ -57,7 +56,7 @@ fn programs_that_share_a_project_lose_nothing_and_never_hang() {
     let first = checkpoint::info(&folder).unwrap().step;
     let (calibrated, trained, listed, relit, changed) = std::thread::scope(|threads| {
         let calibrate = threads.spawn(|| hammer(&ground, over, |_| words("calibrate film")));
-        // Each goes on for one epoch more.
+        // Each training adds one epoch.
         let train = threads.spawn(|| {
             hammer(&ground, over, |done| {
                 let epochs = 2 + done;
@@ -123,10 +122,10 @@ fn programs_that_share_a_project_lose_nothing_and_never_hang() {
     eprintln!("{measured}");
     test_support::shown!(
         Accidents,
-        "Several programs write into one project at a time",
-        danger: "one overwrites what another wrote; they wait for each other for ever",
-        done: "one at a time holds the project's lock; changes to project.toml are made under a lock of their own",
-        bound: "every change is there; commands fail only because the project is in use",
+        "Several processes write into one project at a time",
+        danger: "one overwrites what another wrote; a deadlock",
+        done: "the project's lock admits one writer at a time; changes to project.toml have a lock of their own",
+        bound: "every change is saved; commands fail only because the project is in use",
         measured: measured
     );
 }

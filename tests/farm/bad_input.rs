@@ -1,4 +1,4 @@
-//! Faults on farms: nothing is lost, nothing is double, and each has its sentence.
+//! Faults on farms: nothing is lost or doubled, and each has its message.
 
 use crate::job::{FRAMES, Ground};
 use crate::program::{afterlight, fail, succeed};
@@ -16,7 +16,7 @@ fn written() -> Option<Ground> {
     })
 }
 
-/// Changes a file as an editor does: a new one takes its place.
+/// Replaces a file as an editor does: with a new one.
 fn replace(path: &Path, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
     let bytes = change(std::fs::read(path).unwrap());
     std::fs::remove_file(path).unwrap();
@@ -28,7 +28,7 @@ fn a_project_that_changes_while_its_job_runs_changes_nothing_in_it() {
     let Some(ground) = written() else { return };
     ground.export("alone.mov");
     ground.chunk("a job", "0-5");
-    // More training, another calibration, another name: all that an artist may do meanwhile.
+    // More training, another calibration, another name: changes that an artist may make meanwhile.
     let train = "train;my film;--epochs;3;--device;cpu;--set;width=8;--set;most-channels=16;--json";
     succeed(ground.path(), &train.split(';').collect::<Vec<_>>());
     succeed(ground.path(), &["calibrate", "my film", "--gamma", "srgb", "--json"]);
@@ -38,8 +38,8 @@ fn a_project_that_changes_while_its_job_runs_changes_nothing_in_it() {
     ground.assemble("a job");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     shown!(Accidents, "A project is trained and calibrated while its job runs on a farm",
-        danger: "half of the movie is made by another network",
-        done: "a job reads a snapshot of its own", bound: "the movie of one export", measured: "equal bytes");
+        danger: "half of the movie comes from another network",
+        done: "a job reads its own snapshot", bound: "the movie of one export", measured: "equal bytes");
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn a_worker_of_another_version_is_refused_by_both_names() {
     let mut job: Value = serde_json::from_str(&text).unwrap();
     let ours = job["program"]["sha256"].as_str().unwrap()[..12].to_owned();
     job["program"] = serde_json::json!({ "version": "0.0.9", "sha256": "f".repeat(64) });
-    // Settings that this version does not know are no reason to fail before.
+    // Unknown settings must not fail before the version check.
     job["work"] = serde_json::json!({ "dream": {} });
     std::fs::write(&file, job.to_string()).unwrap();
     for command in [&["farm-chunk", "a job", "--frames", "0-5"][..], &["farm-assemble", "a job"]] {
@@ -61,7 +61,7 @@ fn a_worker_of_another_version_is_refused_by_both_names() {
     assert!(ground.frames("a job").is_empty());
     shown!(Surroundings, "A worker of a farm has another version of the program",
         danger: "frames that differ, in one movie",
-        done: "the job names its program by version and hash; another one is refused, both are named");
+        done: "the job names its program by version and hash; another one is refused, and the message names both");
 }
 
 #[test]
@@ -91,13 +91,13 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     assert!(said.contains("6 of 12") && said.contains("6-11 are missing"), "{said}");
     assert!(said.contains("afterlight farm-chunk 'a job' --frames 6-11"), "{said}");
     ground.chunk("a job", "6-11");
-    // Half a frame, another frame's file, and one that is gone.
+    // Half a frame, a frame with another's content, and a missing frame.
     let frame = |number| ground.frame("a job", number);
     replace(&frame(2), |bytes| bytes[..bytes.len() * 2 / 3].to_vec());
     std::fs::copy(frame(7), frame(8)).unwrap();
     std::fs::remove_file(frame(11)).unwrap();
     let said = fail(ground.path(), &["farm-assemble", "a job"]);
-    for words in ["3 of 12", "2 is not whole", "8 was made of another", "11 is missing"] {
+    for words in ["3 of 12", "2 is damaged", "8 was made from another", "11 is missing"] {
         assert!(said.contains(words), "{said}");
     }
     assert!(!ground.at("joined.mov").exists());
@@ -111,9 +111,9 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     }
     ground.assemble("a job");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
-    shown!(Accidents, "A chunk of a farm writes half a frame, or loses one",
+    shown!(Accidents, "A farm chunk writes half a frame, or loses one",
         danger: "a movie with a hole, hours later",
-        done: "every frame is decoded before the movie is made; those that have to be made again are named with their command",
+        done: "every frame is decoded before the movie is made; bad frames are listed with the command that makes them again",
         bound: "the movie of one export", measured: "equal bytes");
 }
 
@@ -132,9 +132,9 @@ fn a_lost_worker_s_frames_are_kept_and_two_workers_at_one_chunk_do_no_harm() {
     });
     let kept: Vec<usize> = both.iter().map(|r| r["kept"].as_u64().unwrap() as usize).collect();
     assert!(kept.contains(&left), "{kept:?}: {left} were there");
-    assert!(kept.contains(&6), "{kept:?}: the other one finds all");
+    assert!(kept.contains(&6), "{kept:?}: the other one finds all frames");
     ground.chunk("a job", "6-11");
-    // Clocks of workers and of the disk differ: nothing depends on when a file was written.
+    // Clocks of workers and of the disk differ: nothing depends on file times.
     for frame in 0..FRAMES {
         let file = std::fs::File::options().write(true).open(ground.frame("a job", frame)).unwrap();
         file.set_modified(std::time::UNIX_EPOCH + std::time::Duration::from_secs(frame as u64))
@@ -144,9 +144,9 @@ fn a_lost_worker_s_frames_are_kept_and_two_workers_at_one_chunk_do_no_harm() {
     assert_eq!(again["kept"], 12);
     ground.assemble("a job");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
-    shown!(Accidents, "A worker of a farm is killed, and two workers are given the same chunk",
-        danger: "frames that two wrote at once, or that are made twice",
-        done: "frames that are whole are kept; the second worker waits for the first, and each file is renamed once it is whole",
+    shown!(Accidents, "A farm worker is killed, and two workers get the same chunk",
+        danger: "frames written by two workers at once, or made twice",
+        done: "complete frames are kept; the second worker waits for the first, and each file is renamed once complete",
         bound: "the movie of one export", measured: "equal bytes");
 }
 
@@ -165,7 +165,7 @@ fn footage_that_changes_is_noticed_and_footage_elsewhere_is_found() {
     plates.sort();
     std::fs::copy(&plates[4], &plates[5]).unwrap();
     let said = fail(ground.path(), &["farm-assemble", "a job", "--shoot", "moved"]);
-    assert!(said.contains("1 of 12") && said.contains("5 was made of another"), "{said}");
+    assert!(said.contains("1 of 12") && said.contains("5 was made from another"), "{said}");
 }
 
 #[test]
@@ -187,16 +187,16 @@ fn a_lost_layer_a_new_first_frame_and_another_field_are_made_again() {
         .unwrap();
     std::fs::remove_file(&layer).unwrap();
     let said = fail(ground.path(), &["farm-assemble", "a job"]);
-    assert!(said.contains("4 is not whole"), "{said}");
+    assert!(said.contains("4 is damaged"), "{said}");
     assert_eq!(ground.chunk("a job", "4")["kept"], 0);
     assert!(layer.is_file());
-    // What was kept says nothing new: times and bytes are counted once.
+    // Kept frames add nothing: times and bytes are counted once.
     assert_eq!(ground.chunk("a job", "0-5")["kept"], 6);
     let again = ground.assemble("a job");
     assert_eq!(again["frame_bytes"], report["frame_bytes"]);
     let record = &again["chunks"].as_array().unwrap()[0];
     assert_eq!(record["seconds"].as_f64(), Some(took));
-    // Another way to keep OLATs makes other files.
+    // Another storage format of OLATs makes other files.
     let other = [&more[..], &["--field", "f32"]].concat();
     ground.write_job("other", "shot/a.%02d.exr", &other);
     let said = fail(ground.path(), &["farm-assemble", "other"]);
@@ -221,7 +221,7 @@ fn a_full_disk_is_a_sentence_and_loses_nothing() {
     assert!(said.contains("room") && said.contains("frames are kept"), "{said}");
     let there = disk.names().len() as u64;
     assert!(there > 0);
-    // What was finished is whole, and is not made again.
+    // Finished frames are complete and are not made again.
     let output = afterlight(ground.path(), &["farm-chunk", "a job", "--frames", "0-0", "--json"]);
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["kept"], 1, "it is {there} files");
@@ -238,7 +238,7 @@ fn a_job_is_written_into_an_empty_folder_alone_and_to_its_end() {
     assert_eq!(std::fs::read_dir(ground.at("taken")).unwrap().count(), 1);
     let said = fail(ground.path(), &["farm-chunk", "taken", "--frames", "0"]);
     assert!(said.contains("job.json"), "{said}");
-    // A job that cannot be written leaves its folder as it was.
+    // A job that cannot be written leaves its folder unchanged.
     let asked =
         "farm;my film;--environment;nave;--output;a%d.png;--lut;gone.cube;--engine;slurm;--to;half";
     let said = fail(ground.path(), &asked.split(';').collect::<Vec<_>>());

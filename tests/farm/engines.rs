@@ -1,11 +1,11 @@
-//! Jobs as the engines themselves run them: Open Job Description's reference implementation, and Slurm on this machine alone.
+//! Jobs run by real engines: Open Job Description's reference implementation, and Slurm on this machine.
 
 use crate::job::{FRAMES, Ground, kill_the_worker};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use test_support::{Slurm, shown};
 
-/// Output of `openjd`; it has to end so.
+/// Output of `openjd`, which must succeed or fail as stated.
 fn openjd(program: &Path, succeeds: bool, arguments: &[&str]) -> String {
     let output = Command::new(program).args(arguments).output().unwrap();
     let said = said(&output);
@@ -31,7 +31,7 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
     openjd(&program, true, &["check", &template]);
     let summary = openjd(&program, true, &["summary", &template]);
     assert!(summary.contains("Relight") && summary.contains("Assemble"), "{summary}");
-    // The first chunk is killed in the middle; its engine says that it failed.
+    // The first chunk is killed half-way; its engine reports the failure.
     let tasks = r#"[{"Frame": 0}]"#;
     let first = ["run", &template, "--step", "Relight", "--tasks", tasks];
     let running = Command::new(&program)
@@ -46,14 +46,14 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
     assert!(!output.status.success(), "{}", said(&output));
     let left = ground.frames("a job");
     assert!((1..6).contains(&left.len()), "{left:?}");
-    // All of it again, with other chunks: the job's parameters say so.
+    // Runs everything again with other chunks, set by a job parameter.
     let whole = ["run", &template, "--step", "Assemble", "--run-dependencies", "-p", "ChunkSize=4"];
     let told = openjd(&program, true, &whole);
-    assert!(told.contains(&format!("({} were before)", left.len().min(4))), "{told}");
+    assert!(told.contains(&format!("({} existed before)", left.len().min(4))), "{told}");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
-    shown!(Accidents, "A farm's worker is killed under Open Job Description, and the job is run again",
-        danger: "the movie cannot be joined, or is another one",
-        done: "what was finished is kept, the rest is made",
+    shown!(Accidents, "A farm worker is killed under Open Job Description, and the job is run again",
+        danger: "the movie cannot be joined, or differs",
+        done: "finished frames are kept, the rest is made",
         bound: "the movie of one export", measured: "equal bytes");
 }
 
@@ -76,7 +76,7 @@ fn open_job_description_s_templates_say_what_they_need() {
         &["run", &ground.text("one/template.json"), "--step", "Assemble", "--run-dependencies"],
     );
     assert!(ground.at("one.0003.png").is_file());
-    // A template that is none is refused by the same program.
+    // The same program refuses an invalid template.
     std::fs::write(ground.at("one/template.json"), text.replace("INT", "IMT")).unwrap();
     openjd(&program, false, &["check", &ground.text("one/template.json")]);
 }
@@ -107,7 +107,7 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     assert!(told.contains("tasks 0 to 1"), "{told}");
     let job = ground.at("a job").canonicalize().unwrap();
     kill_the_worker(&job, &ground.frame("a job", 0));
-    // The last step waits for chunks that succeed: it never comes, and is taken out of the queue.
+    // The last step waits for chunks to succeed: it never starts, and is cancelled in the queue.
     let ended = test_support::wait_for(|| {
         let queue = slurm.command("squeue").args(["-h", "-o", "%j %r"]).output().unwrap();
         let queue = String::from_utf8_lossy(&queue.stdout).into_owned();
@@ -125,8 +125,8 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     assert!(ground.at("joined.mov").exists(), "{told:?}");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     assert!(told[2].contains("All 12 frames"), "{told:?}");
-    shown!(Accidents, "A farm's worker is killed under Slurm, and the job is submitted again",
-        danger: "the movie cannot be joined, or is another one",
-        done: "the last step waits for chunks that succeed; what was finished is kept",
+    shown!(Accidents, "A farm worker is killed under Slurm, and the job is submitted again",
+        danger: "the movie cannot be joined, or differs",
+        done: "the last step waits for chunks to succeed; finished frames are kept",
         bound: "the movie of one export", measured: "equal bytes");
 }

@@ -1,4 +1,4 @@
-//! The start of all tests of the farm: a project with a network that has hardly learnt anything, and its export.
+//! Setup of all farm tests: a project with a barely trained network, and its export.
 
 use crate::program::{afterlight, fail, succeed};
 use serde_json::Value;
@@ -11,7 +11,7 @@ use test_support::wait_for;
 
 /// Frames of the interview.
 pub const FRAMES: usize = 12;
-/// Options for the look of all exports. Names have spaces, as people's have.
+/// Look options of all exports. Names have spaces, as users' names do.
 const LOOK: [&str; 5] = ["--environment", "nave", "--turntable", "--device", "cpu"];
 
 /// A folder with the project `my film` of the shoot `the shoot`.
@@ -20,7 +20,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// A copy of the project that is made once.
+    /// A copy of a project that is made once.
     pub fn new() -> Self {
         static MADE: OnceLock<TempDir> = OnceLock::new();
         let made = MADE.get_or_init(|| {
@@ -50,12 +50,12 @@ impl Ground {
         self.at(name).display().to_string()
     }
 
-    /// Exports on this machine, as a person does.
+    /// Exports on this machine, as a user does.
     pub fn export(&self, to: &str) {
         succeed(self.path(), &[&["relight", "my film", "--to", to, "--json"], &LOOK[..]].concat());
     }
 
-    /// Writes a job of the same export; what the program says of it.
+    /// Writes a job of the same export; returns the program's output.
     pub fn write_job(&self, job: &str, output: &str, more: &[&str]) -> Value {
         let begin = ["farm", "my film", "--to", job, "--output", output, "--json"];
         succeed(self.path(), &[&begin[..], &LOOK, more].concat())
@@ -73,7 +73,7 @@ impl Ground {
         std::fs::read(self.at(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// Numbers of a movie's frames that are there.
+    /// Numbers of the movie frames written so far.
     pub fn frames(&self, job: &str) -> Vec<usize> {
         (0..FRAMES).filter(|frame| self.frame(job, *frame).is_file()).collect()
     }
@@ -82,7 +82,7 @@ impl Ground {
         afterlight::export::movie_frame(&self.at(job).join("frames"), frame)
     }
 
-    /// Starts a chunk, and kills it once its first frame is there.
+    /// Starts a chunk, and kills it after its first frame.
     pub fn kill_a_chunk(&self, job: &str, first: usize, frames: &str) {
         let mut worker = Command::new(env!("CARGO_BIN_EXE_afterlight"))
             .args(["farm-chunk", job, "--frames", frames])
@@ -97,7 +97,7 @@ impl Ground {
     }
 }
 
-/// Kills the program that works on the job in `folder`, as soon as there is one and `file` is there.
+/// Kills the process that works on the job in `folder`, as soon as it runs and `file` exists.
 pub fn kill_the_worker(folder: &Path, file: &Path) {
     wait_for(|| file.is_file().then_some(()));
     let job = folder.display().to_string();
@@ -131,7 +131,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// A checksum of each frame that a movie shows, and when.
+/// Checksum and time of each frame that a movie shows.
 fn frame_sums(movie: &Path) -> Vec<u8> {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-v", "error", "-i"]).arg(movie);
@@ -158,7 +158,7 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
             &[&["--engine", "slurm", "--chunk", "5"], more].concat(),
         );
         assert_eq!((&written["tasks"], &written["chunks"]), (&12.into(), &3.into()));
-        // In any order.
+        // In random order.
         for frames in ["10+5", "0+5", "5+5"] {
             ground.chunk(&job, frames);
         }
@@ -224,15 +224,15 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     let job = "farm;my film;--to;a job;--output;farmed %02d.png;--engine;slurm;--chunk;5;--json";
     let job: Vec<&str> = job.split(';').collect();
     succeed(ground.path(), &[&job[..], &look].concat());
-    // What the look was made of may change or go meanwhile.
+    // The files behind the look may change or disappear meanwhile.
     std::fs::remove_file(ground.at("the keys.json")).unwrap();
     for frames in ["5-9", "0-4", "10-11"] {
         ground.chunk("a job", frames);
     }
     ground.assemble("a job");
     let stills = same_stills(&ground, "alone %02d.png", "farmed %02d.png");
-    assert!(stills.windows(2).all(|two| two[0] != two[1]), "they move");
-    // Smoothing that keys ask for goes from frame to frame too.
+    assert!(stills.windows(2).all(|two| two[0] != two[1]), "the picture changes");
+    // Smoothing set by keys also depends on the previous frame.
     std::fs::write(
         ground.at("smooth.json"),
         r#"{"effects.smoothing": {"keys": [{"frame": 0, "value": 0}, {"frame": 11, "value": 0.5}]}}"#,
@@ -249,10 +249,10 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
         "farm;my film;--environment;nave;--keys;lost.json;--to;lost;--output;a.mov;--engine;slurm";
     let said = fail(ground.path(), &lost.split(';').collect::<Vec<_>>());
     assert!(said.contains("lights.7.yaw"), "{said}");
-    assert!(!ground.at("lost").exists(), "nothing is begun");
+    assert!(!ground.at("lost").exists(), "nothing is written");
 }
 
-/// A studio's configuration with one view: what the power of its gamma is can be changed.
+/// A studio's configuration with one view, with an adjustable gamma.
 fn write_configuration(path: &Path, gamma: f32) {
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();
     let text = format!(
@@ -297,20 +297,20 @@ fn a_job_shows_pictures_by_the_project_s_configuration_and_notices_its_change() 
     succeed(ground.path(), &[&local[..], &LOOK, &shown].concat());
     let plain = afterlight::imaging::file::read_encoded(&ground.at("plain 03.png")).unwrap();
     let alone = afterlight::imaging::file::read_encoded(&ground.at("alone 03.png")).unwrap();
-    assert!(plain != alone, "the view is seen");
+    assert!(plain != alone, "the view has an effect");
     let engine = ["--engine", "slurm", "--chunk", "6"];
     ground.write_job("a job", "farmed %02d.png", &[&engine[..], &shown].concat());
-    // The project may go over to another configuration: the job keeps the one that it was written with.
+    // The project may switch to another configuration: the job keeps its own.
     let none = ["ocio", "my film", "--use", "none", "--json"];
     succeed(ground.path(), &none);
     ground.chunk("a job", "0-5");
     ground.chunk("a job", "6-11");
     ground.assemble("a job");
     same_stills(&ground, "alone %02d.png", "farmed %02d.png");
-    // One that changes under the job would make frames of two kinds.
+    // A configuration that changes under the job would give frames of two kinds.
     write_configuration(&config, 2.4);
     let said = fail(ground.path(), &["farm-assemble", "a job"]);
-    assert!(said.contains("0-11 were made of another"), "{said}");
+    assert!(said.contains("0-11 were made from another"), "{said}");
 }
 
 #[test]
@@ -344,7 +344,7 @@ fn what_other_programs_open_is_written_once_all_frames_are_there() {
             file.display()
         );
     }
-    // What cannot be opened is refused before anything is written.
+    // An impossible handover is refused before anything is written.
     let asked = "farm;my film;--environment;nave;--hand-over;nuke;--to;none;--output;a%d.exr;--engine;slurm";
     let said = fail(ground.path(), &asked.split(';').collect::<Vec<_>>());
     assert!(said.contains("--layers"), "{said}");
@@ -364,7 +364,7 @@ fn chunks_are_sized_by_what_frames_take() {
     let fitting = 3000.0 / written["ms_per_frame"].as_f64().unwrap();
     assert_eq!(chunk, (fitting as u64).clamp(1, 12));
     assert!(!ground.at("short/tried").exists());
-    // Smoothing goes from frame to frame.
+    // Smoothing depends on the previous frame.
     let smooth = ["--engine", "slurm", "--chunk", "2", "--smoothing", "0.5"];
     assert_eq!(ground.write_job("smooth", "b.mkv", &smooth)["chunk"], 12);
     // And so do the components of OLATs.

@@ -1,4 +1,4 @@
-//! The simulation beside two workers that really run.
+//! The simulation against two real workers.
 
 use crate::job::{FRAMES, Ground};
 use afterlight::farm::simulation::Farm;
@@ -49,7 +49,7 @@ fn the_simulation_says_what_two_workers_take() {
         seed: 1,
     };
     let run = farm.run();
-    // What the records do not see: the system starts each program, and the last chunk may run alone.
+    // The records do not include process starts, and the last chunk may run alone.
     let off = took / run.seconds;
     eprintln!("two workers took {took:.2} s, simulated {:.2} s", run.seconds);
     assert!((0.8..1.5).contains(&off), "{took} s, simulated {} s", run.seconds);

@@ -1,4 +1,4 @@
-//! Networks that a farm trains, and how they come home.
+//! Networks trained on a farm, and their way back into the project.
 
 use crate::job::Ground;
 use crate::program::{fail, succeed};
@@ -14,21 +14,21 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     let before = succeed(ground.path(), &["checkpoints", "my film", "--json"]);
     let trained = succeed(ground.path(), &["farm-chunk", "a job", "--task", "0", "--json"]);
     assert!(trained["steps"].as_u64() > before["present"]["step"].as_u64());
-    // The artist's own project is as it was.
+    // The artist's own project is unchanged.
     assert_eq!(succeed(ground.path(), &["checkpoints", "my film", "--json"]), before);
-    // A worker that is given the task again has nothing left to do.
+    // A worker with a repeated task has nothing left to do.
     let again = succeed(ground.path(), &["farm-chunk", "a job", "--task", "0", "--json"]);
     assert_eq!(again["steps"], trained["steps"]);
     let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "1"]);
     assert!(said.contains("no training 1"), "{said}");
-    // A task works within its job alone.
+    // A task stays inside its job.
     let job = ground.at("a job/job.json");
     let whole = std::fs::read_to_string(&job).unwrap();
     let mut astray: Value = serde_json::from_str(&whole).unwrap();
     astray["work"]["train"][0]["folder"] = "../my film".into();
     std::fs::write(&job, astray.to_string()).unwrap();
     let said = fail(ground.path(), &["farm-chunk", "a job", "--task", "0"]);
-    assert!(said.contains("no file of the job"), "{said}");
+    assert!(said.contains("is not in the job"), "{said}");
     std::fs::write(&job, whole).unwrap();
 
     let entries = std::fs::read_dir(ground.at("a job/projects")).unwrap();
@@ -42,11 +42,11 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     let kept = list["kept"].as_array().unwrap();
     let aside = kept.iter().find(|kept| kept["aside"] == true).unwrap();
     assert_eq!(aside["info"]["step"], before["present"]["step"]);
-    // Once more changes nothing.
+    // A second adoption changes nothing.
     succeed(ground.path(), &adopt);
     assert_eq!(succeed(ground.path(), &["checkpoints", "my film", "--json"]), list);
 
-    // A network of another calibration, size or set of lamps is none of this project's.
+    // A network of another calibration, size or set of lamps does not fit this project.
     succeed(ground.path(), &["calibrate", "my film", "--gamma", "srgb", "--json"]);
     let said = fail(ground.path(), &adopt[..4]);
     assert!(said.contains("its calibration differs"), "{said}");
@@ -59,8 +59,8 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
         let said = fail(ground.path(), &["checkpoints", name, "--adopt", &copies[0]]);
         assert!(said.contains(&format!("{what} differs")), "{said}");
     }
-    shown!(Accidents, "A network that a farm trained is taken home",
-        danger: "the one that was there is lost, or one of other lamps makes wrong pictures",
+    shown!(Accidents, "A network trained on a farm is adopted",
+        danger: "the earlier network is lost, or one for other lamps gives wrong pictures",
         done: "size, lamps, shoot, framing and calibration are compared; the present checkpoint is set aside");
 }
 
@@ -85,7 +85,7 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     assert_eq!(adopted["info"]["step"], trained["steps"]);
     let after = list();
     assert_ne!(shape(&after), shape(&before));
-    // It relights, and the one before can be gone back to.
+    // The adopted network relights, and the one before can be restored.
     let relight = "relight;my film;--environment;nave;--device;cpu;--frames;0;--to;rung.png;--json";
     succeed(ground.path(), &relight.split(';').collect::<Vec<_>>());
     let kept = after["kept"].as_array().unwrap();
@@ -93,11 +93,11 @@ fn a_rung_that_a_farm_trained_comes_home_with_its_own_shape_of_network() {
     let name = aside["name"].as_str().unwrap();
     succeed(ground.path(), &["checkpoints", "my film", "--back-to", name, "--json"]);
     assert_eq!(shape(&list()), shape(&before));
-    // A task that was not run has nothing to bring home.
+    // A task that has not run has nothing to adopt.
     let other = format!("rungs/{}", tasks[0]["folder"].as_str().unwrap());
     let said = fail(ground.path(), &["checkpoints", "my film", "--adopt", &other]);
     assert!(said.contains("rungs"), "{said}");
-    // A shape that no network has is refused before anything is written.
+    // An impossible network shape is refused before anything is written.
     let odd = "farm-train;my film;--rung;width=12;--engine;slurm;--to;odd";
     let said = fail(ground.path(), &odd.split(';').collect::<Vec<_>>());
     assert!(said.contains("multiples of 8"), "{said}");

@@ -1,6 +1,6 @@
-//! Changes to a valid file, drawn from bytes: what happens to files by accident and on purpose.
+//! Random changes to a valid file, accidental and malicious.
 
-/// Whole numbers that readers compute with unprepared.
+/// Integers that overflow careless arithmetic.
 const WHOLE: [u64; 12] = [
     0,
     1,
@@ -16,7 +16,7 @@ const WHOLE: [u64; 12] = [
     1 << 63,
 ];
 
-/// The same as they are typed, and what is no number.
+/// The same as text, and values that are not numbers.
 const TYPED: [&str; 32] = [
     "0",
     "-0.0",
@@ -52,7 +52,7 @@ const TYPED: [&str; 32] = [
     "null",
 ];
 
-/// A stream of draws; zeros when it is used up.
+/// Stream of random draws; zeros once it is used up.
 struct Draw<'a>(&'a [u8]);
 
 impl Draw<'_> {
@@ -64,14 +64,14 @@ impl Draw<'_> {
         usize::from(first)
     }
 
-    /// A number below `end`; 0 if there is none.
+    /// A number below `end`; 0 if `end` is 0.
     fn below(&mut self, end: usize) -> usize {
         let number = (0..3).fold(0, |number, _| number << 8 | self.byte());
-        // Small numbers stay what they are, so that a shorter stream changes the same places.
+        // Small numbers stay unchanged, so that a shorter stream changes the same places.
         if end == 0 { 0 } else { number % end }
     }
 
-    /// A length that is more often short than long.
+    /// A length, short more often than long.
     fn length(&mut self, most: usize) -> usize {
         let long = self.byte();
         let length = if long < 200 { 1 + long % 16 } else { self.below(most) };
@@ -79,12 +79,12 @@ impl Draw<'_> {
     }
 }
 
-/// One of the `files`, changed as `draws` say. `of_text` are files of words and numbers.
+/// One of the `files`, changed according to `draws`. `of_text`: the files hold words and numbers.
 pub(crate) fn changed(files: &[&[u8]], of_text: bool, draws: &[u8]) -> (usize, Vec<u8>) {
     let mut draw = Draw(draws);
     let chosen = draw.below(files.len());
     let mut file = files[chosen].to_vec();
-    // Few changes leave a file that is read to its end.
+    // With few changes, most files are still read to the end.
     for _ in 0..[1, 1, 1, 2, 2, 3, 5, 12][draw.byte() % 8] {
         if !draw.0.is_empty() {
             change(&mut file, files, of_text, &mut draw);
@@ -139,7 +139,7 @@ fn change(file: &mut Vec<u8>, files: &[&[u8]], of_text: bool, draw: &mut Draw) {
     }
 }
 
-/// Types another number over one of the file's.
+/// Replaces one of the file's numbers with another.
 fn retype(file: &mut Vec<u8>, draw: &mut Draw) {
     let is_number = |b: u8| b.is_ascii_digit() || b"+-.".contains(&b);
     let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
@@ -155,8 +155,8 @@ fn retype(file: &mut Vec<u8>, draw: &mut Draw) {
     file.splice(start..start + length, typed.bytes());
 }
 
-/// Corrects the checksums of a PNG's parts, so that what is behind them is read.
-// It is a repair, and others change the length.
+/// Corrects the checksums of a PNG's chunks, so that their contents are read.
+// The signature of a repair; others change the length.
 #[expect(clippy::ptr_arg)]
 pub fn png_checksums(file: &mut Vec<u8>) {
     let mut at = 8;

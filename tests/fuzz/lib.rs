@@ -1,12 +1,13 @@
-//! Files and texts that are changed at random, given to everything that reads them.
+//! Fuzzing: randomly changed files and texts for every reader.
 //!
-//! A target starts from valid files, which the program's own writers make, changes them by random draws, and reads them. It
-//! demands that a reader ends with a value or with a sentence that names the file, and takes no more memory than stated. Cases
-//! that were once wrong are in `tests/fuzz/cases`, and are read first.
+//! A target starts from valid files, written by the program itself, changes them by random draws, and reads them. A
+//! reader must end with a value or with an error that names the file, and stay within its memory limit. Earlier
+//! failures are in `tests/fuzz/cases` and are read first.
 //!
-//! `AFTERLIGHT_FUZZ_SECONDS` says how long each target runs; without it they take about half a minute together.
-//! `AFTERLIGHT_FUZZ_SEED` draws others. `AFTERLIGHT_FUZZ_CASE` names a file that is read first. With the feature `bolero`,
-//! the engines of bolero draw: `cargo bolero test -p afterlight-fuzz --features bolero TARGET` with cargo-bolero.
+//! `AFTERLIGHT_FUZZ_SECONDS` sets the run time of each target; the default is about half a minute for all together.
+//! `AFTERLIGHT_FUZZ_SEED` changes the draws. `AFTERLIGHT_FUZZ_CASE` names a file to read first. With the feature
+//! `bolero`, bolero's engines make the draws: `cargo bolero test -p afterlight-fuzz --features bolero TARGET` with
+//! cargo-bolero.
 
 mod change;
 mod memory;
@@ -25,41 +26,41 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use test_support::{PATIENCE, repository};
 
-/// Most bytes that a reader may have on the heap at once: two copies of the largest picture that is read, with 12 bytes for
-/// each of `imaging::file::MAX_PIXELS`, and the memory that a decoder takes.
+/// Largest heap of a reader in bytes: two copies of the largest readable picture, with 12 bytes for each of
+/// `imaging::file::MAX_PIXELS`, and the decoder's memory.
 pub const MOST_MEMORY: usize = 4 << 30;
-/// Most letters of an error.
+/// Length limit of an error in letters.
 const LONGEST_SENTENCE: usize = 4000;
 
-/// A kind of file that is changed and read.
+/// A kind of file to change and read.
 pub struct Target {
-    /// Its name, and that of its folder of cases.
+    /// Name of the target and of its folder of cases.
     pub name: &'static str,
     /// Path of the file while it is read.
     pub place: PathBuf,
     /// Valid files to start from.
     pub seeds: Vec<Vec<u8>>,
-    /// The files hold words and numbers.
+    /// True if the files hold words and numbers.
     pub of_text: bool,
-    /// Corrects what would hide the rest, such as checksums.
+    /// Corrects bytes that would hide the rest, such as checksums.
     pub repair: fn(&mut Vec<u8>),
-    /// Bytes that a reader may have on the heap at once.
+    /// Largest heap of a reader in bytes.
     pub most_memory: usize,
 }
 
 impl Target {
-    /// A target for files of words and numbers.
+    /// Target for files of words and numbers.
     pub fn of_text(name: &'static str, place: PathBuf, seeds: Vec<Vec<u8>>) -> Self {
         Self { of_text: true, ..Self::of_bytes(name, place, seeds) }
     }
 
-    /// A target for other files.
+    /// Target for binary files.
     pub fn of_bytes(name: &'static str, place: PathBuf, seeds: Vec<Vec<u8>>) -> Self {
         Self { name, place, seeds, of_text: false, repair: |_| (), most_memory: MOST_MEMORY }
     }
 }
 
-/// A target while it runs. One runs at a time, so that memory is that of its reader.
+/// A running target. One runs at a time, so that all memory belongs to its reader.
 pub struct Run {
     target: Target,
     started: Instant,
@@ -70,11 +71,11 @@ pub struct Run {
     _alone: MutexGuard<'static, ()>,
 }
 
-/// Result of reading a file: nothing to object to, or the error's sentence.
+/// Result of reading a file: fine, or the error's text.
 pub type Outcome = Result<(), String>;
 
 impl Run {
-    /// Reads the seeds, which must be valid, and the cases that were once wrong.
+    /// Reads the seeds, which must be valid, and the earlier failures.
     ///
     /// # Panics
     /// When a seed is refused, or as [`Self::case`].
@@ -110,16 +111,16 @@ impl Run {
         run
     }
 
-    /// Time for which it runs.
+    /// Run time of the target.
     pub fn time() -> Duration {
         let said = std::env::var("AFTERLIGHT_FUZZ_SECONDS").ok();
         Duration::from_secs_f64(said.map_or(1.5, |text| text.parse().unwrap()))
     }
 
-    /// Reads a seed that was changed as `draws` say.
+    /// Reads a seed changed according to `draws`.
     ///
     /// # Panics
-    /// When the reader panics, takes too much memory, or refuses the file with something other than a sentence about it.
+    /// When the reader panics, takes too much memory, or fails with an error that does not name the file.
     pub fn case(&self, draws: &[u8], read: &dyn Fn(&Path) -> Outcome) {
         let seeds: Vec<&[u8]> = self.target.seeds.iter().map(Vec::as_slice).collect();
         let (_, mut file) = change::changed(&seeds, self.target.of_text, draws);
@@ -132,7 +133,7 @@ impl Run {
 
     fn read(&self, file: &[u8], read: &dyn Fn(&Path) -> Outcome) -> Outcome {
         let place = &self.target.place;
-        // Not emptied first, for which file systems would wait for the disk each time.
+        // Not truncated first: file systems would sync each time.
         let mut written =
             File::options().create(true).write(true).truncate(false).open(place).unwrap();
         written.write_all(file).unwrap();
@@ -147,7 +148,7 @@ impl Run {
         assert!(taken < PATIENCE, "it took {taken:?}");
         assert!(
             most <= self.target.most_memory,
-            "{most} bytes were on the heap at once while {} bytes were read; at most {} may be",
+            "the heap held {most} bytes while reading {} bytes; the limit is {}",
             file.len(),
             self.target.most_memory
         );
@@ -166,7 +167,7 @@ impl Run {
         said
     }
 
-    /// Refuses an error that a person cannot use.
+    /// Refuses an error that does not help a user.
     fn judge(&self, sentence: &str) {
         let name = self.target.place.file_name().unwrap().to_string_lossy();
         assert!(sentence.contains(&*name), "the error does not name {name}: {sentence}");
@@ -179,7 +180,7 @@ impl Run {
         assert!(!sentence.contains(strange), "the error has control characters: {sentence:?}");
     }
 
-    /// Figures of the run, for `docs/stability.md`.
+    /// Figures of the run for `docs/stability.md`.
     pub fn end(self) -> String {
         let figures = format!(
             "{} files, {} refused, at most {:.0} MB",
@@ -197,7 +198,7 @@ impl Run {
     }
 }
 
-/// Keeps the shortest file that a reader failed on.
+/// Saves the shortest file that failed.
 struct Kept<'a> {
     target: &'a Target,
     length: usize,
@@ -227,7 +228,7 @@ impl Drop for Kept<'_> {
     }
 }
 
-/// Draws bytes, shrinks those with which `case` panics, and panics with the shortest.
+/// Draws bytes, shrinks those that make `case` panic, and panics with the shortest.
 pub fn draw(case: impl Fn(&[u8])) {
     let seed = std::env::var("AFTERLIGHT_FUZZ_SEED").map_or(1, |text| text.parse().unwrap());
     let bytes = proptest::collection::vec(proptest::num::u8::ANY, 0..96);
@@ -257,7 +258,7 @@ pub fn draw(case: impl Fn(&[u8])) {
     }
 }
 
-/// Runs a target: `fuzz::run!(target, |path| read(path).map(drop).map_err(|e| e.to_string()))`. Gives what was measured.
+/// Runs a target: `fuzz::run!(target, |path| read(path).map(drop).map_err(|e| e.to_string()))`. Returns its figures.
 #[macro_export]
 macro_rules! run {
     ($target:expr, $read:expr) => {{
@@ -272,7 +273,7 @@ macro_rules! run {
     }};
 }
 
-/// Gives draws to a function: bolero's, so that any engine of bolero can draw.
+/// Feeds draws to a function through bolero, so that any of its engines can be used.
 #[cfg(feature = "bolero")]
 #[macro_export]
 macro_rules! drive {
@@ -285,7 +286,7 @@ macro_rules! drive {
     };
 }
 
-/// Gives draws to a function.
+/// Feeds draws to a function.
 #[cfg(not(feature = "bolero"))]
 #[macro_export]
 macro_rules! drive {

@@ -1,11 +1,11 @@
-//! Counts what a test's process has on its heap, so that a file that takes too much of it is found.
+//! Counts a test's heap, so that files with excessive memory use are found.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// The system's allocator, counted. A test's program makes it its own:
+/// The system's allocator with a count. A test program installs it:
 ///
 /// ```ignore
 /// #[global_allocator]
@@ -13,14 +13,14 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 /// ```
 pub struct Counted;
 
-/// Bytes on the heap, and the most since [`begin`].
+/// Bytes on the heap, and their peak since [`begin`].
 static LIVE: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
-/// Most bytes that one allocation may take, and the file that is being read.
+/// Size limit of one allocation, and the current file.
 static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
 static READING: Mutex<String> = Mutex::new(String::new());
 
-/// Begins to read a file, with at most `most` bytes at once.
+/// Starts reading a file, with a limit of `most` bytes at once.
 pub(crate) fn begin(most: usize, file: &str) -> usize {
     let mut reading = READING.lock().unwrap_or_else(|e| e.into_inner());
     reading.clear();
@@ -32,7 +32,7 @@ pub(crate) fn begin(most: usize, file: &str) -> usize {
     live
 }
 
-/// The most bytes at once since a [`begin`] that gave `before`.
+/// Peak of the heap since a [`begin`] that returned `before`.
 pub(crate) fn end(before: usize) -> usize {
     MOST.store(usize::MAX, Relaxed);
     PEAK.load(Relaxed).saturating_sub(before)
@@ -43,25 +43,25 @@ fn grown(by: usize) {
     PEAK.fetch_max(live, Relaxed);
 }
 
-/// True if one allocation is too large; then the process is about to be aborted, and says why.
+/// True if one allocation is too large; prints the reason, because the process is about to be aborted.
 fn is_refused(size: usize) -> bool {
     let most = MOST.load(Relaxed);
     if size <= most {
         return false;
     }
-    // Nothing here allocates.
+    // This must not allocate.
     let mut out = std::io::stderr();
     let reading = READING.try_lock();
     let file = reading.as_ref().map_or("a file", |file| file.as_str());
     let _ = writeln!(
         out,
-        "\nFAULT: {size} bytes were asked for at once while {file} was read; at most {most} may be. \
-         The file is kept there"
+        "\nFAULT: an allocation of {size} bytes while reading {file}; the limit is {most}. \
+         The file is kept"
     );
     true
 }
 
-// SAFETY: every call is the system allocator's, with the layout that was given; null means that there is no memory.
+// SAFETY: every call goes to the system allocator with the given layout; null means out of memory.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {

@@ -18,7 +18,7 @@ use test_support::{blender, repository};
 const LOOK: &str =
     "--environment nave --yaw 20 --yaw-keys 0:0,3:90 --exposure 0.5 --layers --hand-over blender";
 
-/// Runs Blender without a window on the shot's script; its words, if it went wrong.
+/// Runs Blender without a window on the shot's script; returns its output if it failed.
 fn run(folder: &Path, more: &[&str]) -> Result<(), String> {
     let script = folder.join(HARD_NAME.replace(".%04d.exr", ".blender.py"));
     let output = Command::new("blender")
@@ -32,7 +32,7 @@ fn run(folder: &Path, more: &[&str]) -> Result<(), String> {
     if output.status.success() { Ok(()) } else { Err(said) }
 }
 
-/// The largest difference of a frame that Blender rebuilt to the picture in the files, in multiples of the value there.
+/// Largest difference between Blender's rebuilt frame and the file's picture, as multiples of its values.
 fn residual(folder: &Path, frame: usize) -> f32 {
     let name = HARD_NAME.replace(".%04d.exr", "");
     let made = read(&folder.join(format!("{name}.blender/{name}.{frame:04}.exr")));
@@ -53,7 +53,7 @@ fn blender_rebuilds_the_picture_from_its_layers() {
         println!("frame {frame}: within {largest:.2e} of each value");
         assert!(largest <= 1e-3, "{largest}");
     }
-    // A file that is gone is said, and nothing is rendered.
+    // A missing file is reported, and nothing is rendered.
     std::fs::remove_file(folder.join(HARD_NAME.replace("%04d", "0000"))).unwrap();
     let said = run(&folder, &[]).unwrap_err();
     assert!(said.contains("is missing; keep the script beside"), "{said}");
@@ -86,12 +86,12 @@ fn error(made: &Channels, wanted: impl Fn(usize, usize) -> Option<f32>) -> f32 {
     apart / whole
 }
 
-/// A pixel of 32 from its middle, −1 to 1, to the right and up.
+/// Position of one of 32 pixels relative to the middle, −1 to 1, to the right and up.
 fn place(x: usize, y: usize) -> (f32, f32) {
     ((x as f32 + 0.5) / 16.0 - 1.0, 1.0 - (y as f32 + 0.5) / 16.0)
 }
 
-/// The normal of the ball that a pixel shows, well inside of its outline.
+/// Normal of the ball at a pixel well inside its outline.
 fn normal(x: usize, y: usize) -> Option<Vec3> {
     let (across, up) = place(x, y);
     let rest = 1.0 - across * across - up * up;
@@ -118,10 +118,10 @@ fn world_and_lamps_light_as_ours_do() {
     };
     let sky = Environment::from_radiance("sky", radiance);
     let level = afterlight::compositor::Levels::of_environment(&sky) * 2f32.powf(0.5 + 0.5);
-    // Yaw 20°, and the key 90° at frame 3.
+    // Yaw 20°, and the key of 90° at frame 3.
     let back = rotation(110.0, 25.0, 0.0).inverse();
 
-    // What the camera sees within 90°, as the mean of 16 points of a pixel.
+    // The camera's view within 90°, as the mean of 16 points per pixel.
     let seen = |x: usize, y: usize| {
         let (across, up) = place(x, y);
         let points = (0..16).map(|i| {
@@ -133,7 +133,7 @@ fn world_and_lamps_light_as_ours_do() {
     };
     let sky_error = error(&read(&folder.join("sky.exr")), seen);
 
-    // A matte ball of albedo 0.5 under all of it.
+    // A matte ball of albedo 0.5 under the whole sky.
     let small = sky.reduced(128);
     let lit = |normal: Vec3| -> f32 {
         let mut sum = 0.0;
@@ -149,7 +149,7 @@ fn world_and_lamps_light_as_ours_do() {
     let under_sky = |x, y| normal(x, y).map(lit);
     let world_error = error(&read(&folder.join("world.exr")), under_sky);
 
-    // The same under the rig's lamps, with the weights of the shot.
+    // The same under the rig's lamps, with the shot's weights.
     let project = Project::open(&FOLDER.path().join("film")).unwrap();
     let rig: Rig = Calibration::load(&project).unwrap().rig;
     let lighting =
@@ -171,7 +171,7 @@ fn world_and_lamps_light_as_ours_do() {
     println!("sky {sky_error:.4}, ball under it {world_error:.4}, under lamps {lamps_error:.4}");
     // The ball has Cycles' noise; some lamps are discs of a third of the sky, here points.
     assert!(sky_error < 0.005 && world_error < 0.03 && lamps_error < 0.05);
-    // Turned the other way, or with left and right exchanged, it is another picture.
+    // Turned the other way, or mirrored, the picture differs.
     let wrong = rotation(-110.0, 25.0, 0.0).inverse();
     let wrong = error(&read(&folder.join("sky.exr")), |x, y| {
         let (across, up) = place(x, y);
@@ -180,7 +180,7 @@ fn world_and_lamps_light_as_ours_do() {
     let turned_lamps = error(&read(&folder.join("lamps.exr")), |x, y| under_lamps(31 - x, y));
     let turned_world = error(&read(&folder.join("world.exr")), |x, y| under_sky(31 - x, y));
     let wrong = [wrong, turned_lamps, turned_world];
-    // Three times what is allowed.
+    // Three times the tolerance.
     assert!(wrong.iter().all(|error| *error > 0.15), "{wrong:?}");
 }
 
@@ -214,9 +214,9 @@ fn placed_lights_follow_their_keys() {
     let text = std::fs::read_to_string(folder.join("suns.json")).unwrap();
     let frames: Vec<BTreeMap<String, Sun>> = serde_json::from_str(&text).unwrap();
     assert_eq!(frames.len(), 4);
-    // Numbers of 32 bits, here and in Blender, through sines and Euler angles.
+    // 32-bit numbers, here and in Blender, through sines and Euler angles.
     let near = |a: [f32; 3], b: [f32; 3]| Vec3::from(a).distance(b.into()) < 1e-4;
-    // In Blender's axes: to the right, to the back of the stage, up.
+    // In Blender's axes: right, towards the back of the stage, up.
     let towards = |azimuth: f32, elevation: f32| {
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
         let level = elevation.cos();
@@ -246,7 +246,7 @@ fn placed_lights_follow_their_keys() {
     }
 }
 
-/// A light as `suns.py` writes it.
+/// A light as written by `suns.py`.
 #[derive(Debug, Deserialize)]
 struct Sun {
     stands: [f32; 3],

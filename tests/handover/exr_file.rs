@@ -1,4 +1,4 @@
-//! Channels of an EXR under the names that Nuke gives them.
+//! Channels of an EXR under Nuke's names.
 
 use exr::prelude::read_all_flat_layers_from_file;
 use std::collections::BTreeMap;
@@ -13,13 +13,13 @@ pub struct Channels {
 }
 
 impl Channels {
-    /// A channel; black if there is none.
+    /// A channel; black if it is missing.
     pub fn get(&self, name: &str) -> Vec<f32> {
         let black = || vec![0.0; self.width * self.height];
         self.values.get(name).cloned().unwrap_or_else(black)
     }
 
-    /// The largest difference to `wanted`, in multiples of the value there and of 1/1000 more.
+    /// Largest difference from `wanted`, as a multiple of its value plus 1/1000.
     pub fn residual(&self, wanted: &Self) -> f32 {
         assert_eq!((self.width, self.height), (wanted.width, wanted.height));
         let mut largest = 0f32;
@@ -31,7 +31,7 @@ impl Channels {
         largest
     }
 
-    /// The largest value of the picture.
+    /// Largest value of the picture.
     pub fn brightest(&self) -> f32 {
         let all = ["rgba.red", "rgba.green", "rgba.blue"].map(|name| self.get(name));
         all.iter().flatten().fold(0.0, |most, v| most.max(v.abs()))

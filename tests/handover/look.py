@@ -1,7 +1,7 @@
-"""Renders the light of a handed-over shot by Cycles, after its own script: look.py FRAME FOLDER
+"""Renders the light of a handed-over shot with Cycles, after the shot's script: look.py FRAME FOLDER
 
-sky.exr is what the camera sees of the world within 90°; world.exr and lamps.exr are a matte ball of albedo 0.5 under the world
-alone and under the lamps alone, from in front and without perspective."""
+sky.exr is the camera's view of the world within 90°; world.exr and lamps.exr show a matte ball of albedo 0.5 under the world
+alone and under the lamps alone, from the front and without perspective."""
 
 import math
 import os
@@ -20,7 +20,7 @@ scene.cycles.use_adaptive_sampling = False
 scene.cycles.max_bounces = 1
 scene.cycles.pixel_filter_type = "BOX"
 scene.frame_set(int(frame))
-# Both kinds of light stand on the same switches as for an artist.
+# Both kinds of light use the artist's switches.
 lamps = bpy.data.collections["Lamps"]
 background = next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND")
 camera = scene.camera.data

@@ -2,7 +2,7 @@ use crate::nuke_script::Script;
 use crate::{HARD_NAME, handed_over, picture};
 use std::path::{Path, PathBuf};
 
-/// Rounding error of half floats in layers and picture together, in multiples of a value.
+/// Rounding error of half floats in layers and picture together, as a multiple of the value.
 const ROUNDING: f32 = 1.0 / 1024.0;
 
 const LOOK: &str =
@@ -14,7 +14,7 @@ fn script(folder: &Path) -> (PathBuf, String) {
     (path, text)
 }
 
-/// The largest difference of what a node shows to the picture in the files, in multiples of the value there.
+/// Largest difference between a node's picture and the file's, as a multiple of its values.
 fn residual(script: &Script, node: &str, folder: &Path, frame: usize) -> f32 {
     let made = script.picture(script.named(node), frame);
     made.residual(&picture(folder, frame))
@@ -35,7 +35,7 @@ fn the_script_rebuilds_the_picture_from_its_layers() {
             assert!(pairs.all(|(d, v)| d <= ROUNDING * (v + 1e-3)));
         }
         assert!(wanted.brightest() > 0.1);
-        // Of the turn and the keys, at every frame.
+        // The turn and the keys, at every frame.
         let light = &parsed.nodes[parsed.named("Light")];
         let yaw = light.number("yaw", 0, frame);
         assert!((yaw + light.number("rotate_y", 0, frame) - 180.0).abs() < 1e-3);
@@ -50,7 +50,7 @@ fn the_script_rebuilds_the_picture_from_its_layers() {
         let difference = brighter.picture(brighter.named("Difference"), 1);
         assert!(difference.brightest() > 0.1, "{gain}");
     }
-    // Weights change as the light turns, and stand in the script as the files say.
+    // Weights change as the light turns, and match those in the files.
     let listing =
         afterlight::export::LayerListing::of(&folder.join(HARD_NAME.replace("%04d", "0002")));
     for lamp in listing.unwrap().lamps {
@@ -80,7 +80,7 @@ fn groups_add_up_to_the_subject() {
     for (sum, wanted_value) in sum.iter().zip(wanted.get("rgba.green")) {
         assert!((sum - wanted_value).abs() <= ROUNDING * (wanted_value + 1e-3));
     }
-    assert!(!text.contains("rest"), "nothing is behind the subject");
+    assert!(!text.contains("rest"), "there is no background");
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! A Nuke script as Nuke reads it: Tcl's words, the stack of nodes, and what the nodes make of the files.
+//! A Nuke script as Nuke reads it: Tcl words, the stack of nodes, and the nodes' pictures.
 
 use crate::exr_file::{Channels, read};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// A word of a command. In braces nothing is read into it.
+/// A word of a command. Braces prevent substitution.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Word {
     Plain(String),
@@ -22,7 +22,7 @@ impl Word {
 #[derive(Clone, Debug)]
 pub struct Node {
     pub class: String,
-    /// In order; a later one counts.
+    /// In order; a later one overrides.
     pub knobs: Vec<(String, Word)>,
     /// The first is input 0.
     pub inputs: Vec<usize>,
@@ -35,7 +35,7 @@ pub struct Script {
     folder: PathBuf,
 }
 
-/// Tcl's commands, as words.
+/// Commands in Tcl, as words.
 fn commands(text: &str) -> Vec<Vec<Word>> {
     let (mut commands, mut words) = (Vec::new(), Vec::new());
     let mut letters = text.chars().peekable();
@@ -122,7 +122,7 @@ impl Script {
                         .filter(|words| words[0].text() != "addUserKnob")
                         .map(|words| {
                             let [name, value] = &words[..] else {
-                                panic!("{words:?} is no knob and value");
+                                panic!("{words:?} is not a knob with a value");
                             };
                             (name.text().to_owned(), value.clone())
                         })
@@ -135,20 +135,20 @@ impl Script {
                         stack.push(nodes.len() - 1);
                     }
                 }
-                _ => panic!("{texts:?} is no command"),
+                _ => panic!("{texts:?} is not a command"),
             }
         }
         Self { nodes, folder: path.parent().unwrap().to_path_buf() }
     }
 
-    /// The node that is called so.
+    /// The node with this name.
     pub fn named(&self, name: &str) -> usize {
         let is_named = |node: &Node| node.knob("name").is_some_and(|word| word.text() == name);
         let found = self.nodes.iter().position(is_named);
         found.unwrap_or_else(|| panic!("no node {name}"))
     }
 
-    /// Picture of a node in a frame.
+    /// Picture of a node at a frame.
     pub fn picture(&self, node: usize, frame: usize) -> Channels {
         let node = &self.nodes[node];
         let input = |index: usize| self.picture(node.inputs[index], frame);
@@ -193,7 +193,7 @@ impl Script {
                     let values = pairs.map(|(a, b)| match operation {
                         "plus" => a + b,
                         "difference" => (a - b).abs(),
-                        other => panic!("{other} is not known here"),
+                        other => panic!("{other} is unknown here"),
                     });
                     let values = values.collect();
                     below.values.insert(name.to_owned(), values);
@@ -216,7 +216,7 @@ impl Script {
                 }
                 picture
             }
-            other => panic!("{other} shows no picture"),
+            other => panic!("{other} has no picture"),
         }
     }
 }
@@ -227,7 +227,7 @@ impl Node {
         named.map(|(_, word)| word)
     }
 
-    /// A knob that Nuke evaluates, as it then reads.
+    /// Text of a knob after Nuke's evaluation.
     pub fn evaluated(&self, name: &str) -> String {
         let mut text = String::new();
         let mut letters = self.knob(name).unwrap().text().chars();
@@ -241,7 +241,7 @@ impl Node {
         text
     }
 
-    /// The file of a frame, beside the script.
+    /// File of a frame, relative to the script.
     pub fn file(&self, frame: usize) -> PathBuf {
         let name = self.evaluated("file");
         let Some((before, rest)) = name.split_once('%') else {
@@ -252,7 +252,7 @@ impl Node {
         format!("{before}{frame:0digits$}{after}").into()
     }
 
-    /// Component `index` of a knob that is a number, a curve, or an expression of both.
+    /// Component `index` of a knob that holds a number, a curve, or an expression of both.
     pub fn number(&self, name: &str, index: usize, frame: usize) -> f32 {
         let word = self.knob(name).unwrap_or_else(|| panic!("no knob {name}"));
         let Word::Braced(list) = word else {

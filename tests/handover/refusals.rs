@@ -8,7 +8,7 @@ fn what_a_program_could_not_open_is_refused_before_anything_is_relit() {
         ("no/layers.%04d.exr", "--hand-over nuke", "--layers"),
         ("no/layers.mov", "--hand-over otio,blender", "--layers"),
         ("no/a#.%04d.exr", "--layers --hand-over nuke", "frame's number"),
-        ("no/%d/a.exr", "--hand-over otio", "Number the files alone"),
+        ("no/%d/a.exr", "--hand-over otio", "Number only the files"),
         ("no/a.%04d.v2.exr", "--layers --hand-over blender", "number last"),
         (
             "no/a.%04d.exr",

@@ -1,6 +1,6 @@
-"""Writes what the placed lights of a handed-over shot are in each frame, after its own script: suns.py FOLDER
+"""Writes the placed lights of a handed-over shot in each frame, after the shot's script: suns.py FOLDER
 
-suns.json has an object for each frame: by the light's name where it stands, the direction to it from what it lights, its angle
+suns.json has an object for each frame: by light name, its position, the direction to it from the subject, its angle
 and its irradiance per channel."""
 
 import json

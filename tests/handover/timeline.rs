@@ -6,7 +6,7 @@ use test_support::{ffmpeg, python, repository};
 
 const LOOK: &str = "--environment nave --frames 1-3 --hand-over otio,edl";
 
-/// Timeline as OpenTimelineIO reads it.
+/// A timeline as read by OpenTimelineIO.
 fn read(python: &Path, file: &Path, rate: &[&str]) -> Value {
     let output = Command::new(python)
         .arg(repository("tests/peers/timeline.py"))
@@ -67,9 +67,9 @@ fn a_movie_is_one_file_with_one_frame_or_many() {
     assert_eq!(list["clips"].as_array().unwrap().len(), 1);
 }
 
-/// The path of a file's address.
+/// Path of a file URL.
 fn decoded(address: &str) -> String {
-    let path = address.strip_prefix("file://").expect("a file's address");
+    let path = address.strip_prefix("file://").expect("a file URL");
     let mut bytes = Vec::new();
     let mut rest = path.bytes();
     while let Some(byte) = rest.next() {

@@ -1,14 +1,13 @@
-//! Copies from the GPU to memory while something runs.
+//! Copies from the GPU to memory during some work.
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use test_support::Need;
 
-/// Bytes of each buffer that was mapped since the last look, by anyone in this process: every way from a
-/// buffer of wgpu to memory goes through `map_async`, which says so in the log. A copy by other means
-/// than wgpu would not be seen; there is none while the device has no
-/// `Features::MAPPABLE_PRIMARY_BUFFERS`. burn reads what it was asked for when its values are looked at:
-/// an `into_data` that nobody looks into is no read, and is not seen either.
+/// Size in bytes of each buffer mapped since the last reset, by any thread of this process: every transfer from a wgpu
+/// buffer to memory goes through `map_async`, which writes to the log. A copy without wgpu would be missed; none exists
+/// unless the device has `Features::MAPPABLE_PRIMARY_BUFFERS`. Burn reads data only when its values are accessed: an
+/// unused `into_data` is not a read, and is not seen either.
 static MAPPED: Mutex<Vec<u64>> = Mutex::new(Vec::new());
 
 struct MapLog;
@@ -45,10 +44,10 @@ pub fn mapped_during<T>(work: impl FnOnce() -> T) -> (T, Vec<u64>) {
 
 static TURN: Mutex<()> = Mutex::new(());
 
-/// The GPU of this machine, and the turn to use it; None if it has none, and the test returns.
+/// The GPU of this machine, and the exclusive turn to use it; None without one, and the test returns.
 pub fn gpu() -> Option<(ComputeDevice, MutexGuard<'static, ()>)> {
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    // It is set once, whichever test is first.
+    // Set once, by whichever test is first.
     let _ = log::set_logger(&MapLog).map(|()| log::set_max_level(log::LevelFilter::Trace));
     let compute = ComputeDevice::choose(DeviceChoice::Gpu);
     println!("on the {}", compute.description);

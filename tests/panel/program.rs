@@ -1,7 +1,7 @@
-//! Measures predictions on a panel of shoots unlike each other and writes `docs/panel.md`: `make panel`.
+//! Measures predictions on a panel of dissimilar shoots and writes `docs/panel.md`: `make panel`.
 //!
-//! The program itself does it, as a person would: `stage`, `import`, `calibrate`, `evaluate`, `train`. Figures that are there
-//! are not measured again.
+//! All measurements go through the program, as a user would run it: `stage`, `import`, `calibrate`, `evaluate`,
+//! `train`. Existing figures are reused.
 
 use base::files::write_beside;
 use base::{Error, Result};
@@ -15,13 +15,13 @@ use std::process::{Command, ExitCode, Stdio};
 /// Measures the panel and writes its page.
 #[derive(Debug, Parser)]
 struct Options {
-    /// Minutes of training in all, in rising order; none measures what needs no training.
+    /// Total minutes of training, in ascending order; none measures only the methods without training.
     #[arg(long, value_delimiter = ',')]
     minutes: Vec<f64>,
     /// Working size in pixels.
     #[arg(long, default_value_t = 128)]
     size: usize,
-    /// Further shoot with a truth, such as a person's. Can be given several times.
+    /// Further shoot with a truth, such as one of a person; repeatable.
     #[arg(long, value_name = "NAME=DIR")]
     shoot: Vec<String>,
     /// Folder with the head scan; left out if it is missing.
@@ -37,22 +37,22 @@ struct Options {
     page: PathBuf,
 }
 
-/// Stages that are made here: name and options of `stage`.
+/// Shoots made here: name and options of `stage`.
 const STAGES: [(&str, &str); 3] = [
     ("stage: hair, glasses", "--seed 301 --hair brown --glasses"),
     ("stage: hand, reseated", "--seed 302 --hands --reseated 0.02"),
     ("stage: dark skin, shine", "--seed 303 --skin 0.95 --shine 0.8"),
 ];
-/// Methods that need no training, as `evaluate --with` names them. The last is the rig's limit.
+/// Methods without training, named as in `evaluate --with`. The last is the rig's limit.
 const UNTRAINED: [&str; 4] = ["nearest", "ratio", "transfer", "truth-olats"];
 
 /// Figures of a method on a shoot, in decibels.
 struct Figures {
-    /// Mean over environments and frames, and the worst environment's.
+    /// Mean over environments and frames, and the worst environment's mean.
     relit: [f64; 2],
-    /// OLATs at the edges of shadows.
+    /// OLATs at shadow edges.
     edges: Option<f64>,
-    /// Mean over frames, and the worst frame's; None of a method whose OLATs are the truth.
+    /// Mean over frames, and the worst frame's value; None for a method whose OLATs are the truth.
     olats: Option<[f64; 2]>,
 }
 
@@ -65,7 +65,7 @@ struct Row {
 struct Shoot {
     name: String,
     folder: PathBuf,
-    /// Given by the caller, not made here.
+    /// True if given by the caller instead of made here.
     given: bool,
 }
 
@@ -109,7 +109,7 @@ fn run(options: &Options) -> Result<()> {
     write_beside(&options.page, |out| out.write_all(page.as_bytes()))
 }
 
-/// A table of each method's means over given and over made-up shoots, and its worst shoot.
+/// Table of each method's means over given and over made-up shoots, and its worst shoot.
 fn means(all: &[(Shoot, Vec<Row>)]) -> String {
     let mut text = String::from(
         "\n## All shoots\n\nRelit / OLATs / OLATs at the edges of shadows, means over shoots.\n\n| method | given shoots | made-up shoots | worst shoot |\n|---|---|---|---|\n",
@@ -152,12 +152,12 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
     text
 }
 
-/// The panel's shoots. Those of the virtual stage are made if they are missing.
+/// Shoots of the panel. Those of the virtual stage are made if missing.
 fn shoots(options: &Options) -> Result<Vec<Shoot>> {
     let mut all = Vec::new();
     for shoot in &options.shoot {
         let (name, folder) = shoot.split_once('=').ok_or_else(|| {
-            Error::invalid(format!("{shoot:?} names no shoot"), "Write it as NAME=DIR")
+            Error::invalid(format!("{shoot:?} does not name a shoot"), "Write it as NAME=DIR")
         })?;
         all.push(Shoot { name: name.to_owned(), folder: PathBuf::from(folder), given: true });
     }
@@ -189,7 +189,7 @@ fn shoots(options: &Options) -> Result<Vec<Shoot>> {
     Ok(all)
 }
 
-/// Measures a shoot: what needs no training, then the prediction and the network after each length of training.
+/// Measures a shoot: first the methods without training, then the prediction and the network after each training time.
 fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
     let work = options.work.join(plain(name));
     std::fs::create_dir_all(&work)
@@ -213,7 +213,7 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
         let printed =
             afterlight(options, &["evaluate", &to, "--truth", &from, "--with", method, "--json"])?;
         let found: Value = serde_json::from_slice(&printed)
-            .map_err(|e| Error::bug(format!("evaluate --json printed no JSON: {e}")))?;
+            .map_err(|e| Error::bug(format!("evaluate --json did not print JSON: {e}")))?;
         write_beside(&path, |out| out.write_all(&printed))?;
         figures(&found, method)
     };

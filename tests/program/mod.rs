@@ -1,10 +1,10 @@
-//! The program as a person or a script starts it.
+//! The program as started by a user or a script.
 
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Runs the program in a folder, which is its cache too; what burn does is written beside.
+/// Runs the program in a folder, which is also its cache; burn's log goes there too.
 pub fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_afterlight"))
         .args(arguments)
@@ -15,7 +15,7 @@ pub fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-/// The figures that a command prints with `--json`.
+/// Figures printed by a command with `--json`.
 pub fn succeed(folder: &Path, arguments: &[&str]) -> Value {
     let output = afterlight(folder, arguments);
     let errors = String::from_utf8_lossy(&output.stderr);

@@ -1,10 +1,10 @@
-//! Cases to measure: the demo's interview at several sizes of its plates and of the network, with more and fewer lamps.
+//! Cases to measure: the demo's interview at several plate sizes and working sizes, with more and fewer lamps.
 
 use super::{Afterlight, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A size of everything.
+/// Sizes of a case.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Case {
     /// Columns and rows of the plates.
@@ -12,7 +12,7 @@ pub struct Case {
     /// Working size in pixels.
     pub network: usize,
     pub lamps: usize,
-    /// Frames are EXR stills; otherwise they become ProRes 4444.
+    /// True for EXR stills; otherwise frames become ProRes 4444.
     pub stills: bool,
 }
 
@@ -22,7 +22,7 @@ const fn case(plate: (usize, usize), network: usize, lamps: usize, stills: bool)
 
 const HD: (usize, usize) = (1080, 1920);
 
-/// The first is what the simulated tables are of.
+/// The first case is the basis of the simulated tables.
 pub const CASES: [Case; 6] = [
     case(HD, 128, 41, false),
     case(HD, 128, 41, true),
@@ -46,8 +46,8 @@ impl Case {
         )
     }
 
-    /// Its project and its shoot in `folder`, made if they are not there. The network has hardly learnt anything: it takes as
-    /// long as one that has.
+    /// Its project in `folder`, and its shoot, made if missing. The network is barely trained: it takes as long as a
+    /// trained one.
     pub fn prepare(&self, afterlight: &Afterlight, folder: &Path) -> Result<[PathBuf; 2]> {
         let (width, height) = self.plate;
         let Self { network, lamps, .. } = self;
@@ -61,7 +61,7 @@ impl Case {
         enlarge(&demo.join("shoot"), &shoot, self.plate)?;
         let name = text(&project)?;
         let [network, lamps] = [network, lamps].map(ToString::to_string);
-        // A run that was stopped may have left it.
+        // A stopped run may have left it.
         if !project.join("project.toml").exists() {
             let import = ["--shoot", text(&shoot)?, "--size", &network, "--lamps", &lamps];
             afterlight.run("import", &[&[name], &import[..]].concat())?;
@@ -72,7 +72,7 @@ impl Case {
     }
 }
 
-/// True if a file of a shoot belongs to its interview: a plate or a matte.
+/// True for a plate or a matte of the interview.
 pub fn is_interview(shoot: &Path, file: &Path) -> bool {
     let inside = file.strip_prefix(shoot).unwrap_or(file);
     let folder = inside.components().next();
@@ -82,10 +82,10 @@ pub fn is_interview(shoot: &Path, file: &Path) -> bool {
     })
 }
 
-/// Copies a shoot with its interview at another size.
+/// Copies a shoot, with its interview at another size.
 fn enlarge(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()> {
     let fail = |e: std::io::Error| format!("{} cannot be copied: {e}", from.display());
-    // It is copied last.
+    // This file is copied last.
     const MARK: &str = "manifest.json";
     if to.join(MARK).exists() {
         return Ok(());
@@ -103,7 +103,7 @@ fn enlarge(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()
     Ok(())
 }
 
-/// All files in a folder and those within it.
+/// All files in a folder, recursively.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut found = Vec::new();

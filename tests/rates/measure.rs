@@ -1,4 +1,4 @@
-//! Time and data of a frame, as workers of a farm make it.
+//! Time and data per frame on farm workers.
 
 use super::case::{Case, files, is_interview, text};
 use super::{Afterlight, Result};
@@ -6,32 +6,32 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Instant;
 
-/// Number of times that each is measured; the fastest counts, for other work only adds.
+/// Number of measurements; the fastest counts, since other work only adds time.
 const TIMES: usize = 2;
-/// Frames of the interview that are relit, and of a shorter job: the difference has no starts.
+/// Frames of the relit interview, and of a shorter job: their difference has no start-up time.
 const LONG: usize = 12;
 const SHORT: usize = 3;
-/// Chunks whose difference is six frames. Neither has the first frame, which both predict for its level.
+/// Chunks that differ by six frames. Neither has the first frame, which both predict for the level.
 const CHUNKS: [&str; 2] = ["1-2", "3-10"];
 const CHUNKS_APART: f64 = 6.0;
 
-/// Time and data of a frame.
+/// Time and data per frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rate {
     /// Name of the case, for tables.
     pub what: String,
-    /// Milliseconds from one frame to the next on all threads of the machine.
+    /// Milliseconds per frame on all threads of the machine.
     pub frame_ms: f64,
-    /// Seconds until a chunk's first frame is begun.
+    /// Seconds until a chunk's first frame starts.
     pub start_seconds: f64,
-    /// Megabytes of a frame's plate and matte, and of the file that is made.
+    /// Megabytes of a frame's plate and matte, and of the resulting file.
     pub read_mb: f64,
     pub written_mb: f64,
-    /// Frames a second of the last step.
+    /// Frames per second of the last step.
     pub assemble_rate: f64,
 }
 
-/// Runs jobs of `case`, whose project and shoot these are, in `folder`.
+/// Runs jobs of `case` in `folder`, with its project and shoot.
 pub fn measure(
     case: &Case,
     afterlight: &Afterlight,
@@ -54,7 +54,7 @@ pub fn measure(
         for (frames, fastest) in CHUNKS.into_iter().zip(&mut chunks) {
             *fastest = run("farm-chunk", &["--frames", frames])?.0.min(*fastest);
         }
-        // What is left, and the bytes of all.
+        // The remaining frames, and the bytes of all.
         let (_, record) = run("farm-chunk", &["--frames", &format!("0+{LONG}")])?;
         written = record["bytes"].as_f64().unwrap_or_default() / LONG as f64;
         ends[1] = run("farm-assemble", &[])?.0.min(ends[1]);
@@ -70,7 +70,7 @@ pub fn measure(
     })
 }
 
-/// Writes a job of the first frames in place of the last one.
+/// Writes a job of the first frames, replacing the last one.
 fn write_job(
     case: &Case,
     afterlight: &Afterlight,
@@ -110,7 +110,7 @@ fn write_job(
     afterlight.run("farm", &words).map(drop)
 }
 
-/// Bytes of a frame's plate and matte, on average.
+/// Mean size of a frame's plate and matte, in bytes.
 fn footage_bytes(shoot: &Path) -> Result<f64> {
     let plates = files(&shoot.join("interview"))?.len();
     let interview = files(shoot)?.into_iter().filter(|file| is_interview(shoot, file));

@@ -1,7 +1,7 @@
-//! Writes the tables of `docs/farm.md`: what a frame takes on this machine, as workers of a farm run it, what twenty hours
-//! take by that, and how a job scales.
+//! Writes the tables of `docs/farm.md`: time per frame on this machine, as farm workers run it, the resulting time of
+//! twenty hours of footage, and the scaling of a job.
 //!
-//! `make farm` runs it, in some ten minutes. Nothing else should run meanwhile.
+//! Run by `make farm`, in some ten minutes. Nothing else should run meanwhile.
 
 mod case;
 mod measure;
@@ -21,7 +21,7 @@ type Result<T> = std::result::Result<T, String>;
 fn main() -> ExitCode {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
     let [program, folder, page] = &arguments[..] else {
-        eprintln!("Name Afterlight's program, a folder for projects and jobs, and the page");
+        eprintln!("usage: AFTERLIGHT FOLDER PAGE, with FOLDER for projects and jobs");
         return ExitCode::from(2);
     };
     match write(program, folder, page) {
@@ -33,9 +33,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// Measures all cases, one after the other, and writes the page.
+/// Measures all cases in turn, and writes the page.
 fn write(program: &Path, folder: &Path, page: &Path) -> Result<()> {
-    // Whatever lacks is said before anything is measured.
+    // A missing tool or mark is reported before the measuring starts.
     let text = std::fs::read_to_string(page).map_err(|e| e.to_string())?;
     with_tables(&text, "")?;
     let afterlight =
@@ -55,13 +55,13 @@ fn write(program: &Path, folder: &Path, page: &Path) -> Result<()> {
 
 /// The page with these tables between its marks.
 fn with_tables(page: &str, tables: &str) -> Result<String> {
-    let missing = || format!("it lacks the lines {BEGIN} and {END}");
+    let missing = || format!("the lines {BEGIN} and {END} are missing");
     let (before, rest) = page.split_once(BEGIN).ok_or_else(missing)?;
     let (_, after) = rest.split_once(END).ok_or_else(missing)?;
     Ok(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
 }
 
-/// The program that is measured.
+/// The program to measure.
 struct Afterlight {
     program: PathBuf,
 }

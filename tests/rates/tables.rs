@@ -1,4 +1,4 @@
-//! The tables: what was measured, what twenty hours take by that, and how a job scales, which is simulated.
+//! Tables: measured rates, the resulting time of twenty hours of footage, and the simulated scaling of a job.
 
 use super::measure::Rate;
 use base::machine::Machine;
@@ -7,9 +7,9 @@ use std::fmt::Write;
 
 /// Twenty hours at 60 frames a second.
 const FRAMES: f64 = 20.0 * 3600.0 * 60.0;
-/// Stated, not measured: what an hour of a thread costs, in dollars.
+/// Assumed price of an hour of a thread, in dollars.
 const THREAD_HOUR: f64 = 0.04;
-/// A shared disk of 10 Gbit/s, and a parallel file system of ten times that, in bytes a second.
+/// A shared disk of 10 Gbit/s and a parallel file system of ten times that, in bytes per second.
 const DISKS: [(&str, f64); 2] = [
     ("a shared disk of 10 Gbit/s (1.25 GB/s)", 1.25e9),
     ("a parallel file system of 100 Gbit/s", 12.5e9),
@@ -17,7 +17,7 @@ const DISKS: [(&str, f64); 2] = [
 const WORKERS: [usize; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const CHUNK_MINUTES: f64 = 10.0;
 
-/// All of them. The first rate is what the simulated ones are of.
+/// All tables. The first rate is the basis of the simulated ones.
 pub fn tables(rates: &[Rate], machine: &Machine) -> String {
     let mut text = format!("Measured on {}:\n\n", machine.words());
     measured(&mut text, rates);
@@ -62,7 +62,7 @@ fn costs(text: &mut String, rates: &[Rate], threads: f64) {
     );
     for rate in rates {
         let hours = FRAMES * rate.frame_ms / 3.6e6;
-        // The last step reads what was made.
+        // The last step reads the files again.
         let read = FRAMES * (rate.read_mb + rate.written_mb);
         let last = FRAMES / rate.assemble_rate / 3600.0;
         let thread_hours = threads * (hours + last);
@@ -134,7 +134,7 @@ fn scaling(text: &mut String, rate: &Rate, disk: &str, bytes: f64) {
     text.push('\n');
 }
 
-/// Twenty hours on so many workers.
+/// Twenty hours of footage on each number of workers.
 fn farm(rate: &Rate, workers: usize, disk_bytes: f64) -> Farm {
     let frame_seconds = rate.frame_ms / 1e3;
     Farm {
@@ -182,7 +182,7 @@ mod tests {
         };
         let machine = Machine { threads: 2, ..Machine::default() };
         let text = tables(&[rate("one", 500.0), rate("another", 750.0)], &machine);
-        // 4.32 million frames: 600 hours, with a last step of 100 hours 1,400 of its threads.
+        // 4.32 million frames: 600 hours, plus 100 for the last step: 1,400 thread-hours.
         let line = "| one | 600 | 1,400 | 43.2 TB | 34.6 TB | 100 | $56 |";
         assert!(text.contains(line), "{text}");
         assert!(text.contains("1.50 times as long with another"), "{text}");

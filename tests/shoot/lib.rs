@@ -1,5 +1,5 @@
-//! A small shoot of the virtual stage and the project that is made of it, with which tests of whole ways begin. It
-//! stands above `calibration`; crates below have shoots of their own.
+//! A small shoot of the virtual stage and its project, the start of end-to-end tests. This crate depends on
+//! `calibration`; crates below that have their own shoots.
 
 use base::progress::Progress;
 use calibration::{CalibrateSettings, Calibration};
@@ -8,7 +8,7 @@ use project::Project;
 use std::path::{Path, PathBuf};
 use virtual_stage::{StageSettings, write_shoot};
 
-/// Sizes of the footage and of the project made of it.
+/// Sizes of the footage and of its project.
 #[derive(Clone, Copy, Debug)]
 pub struct TestShoot {
     /// Frames of the interview.
@@ -16,7 +16,7 @@ pub struct TestShoot {
     pub lamps: usize,
     /// Width and height of the shoot's pictures in pixels.
     pub size: usize,
-    /// Width and height of the project's.
+    /// Width and height of the project's pictures.
     pub working_size: usize,
 }
 
@@ -42,14 +42,14 @@ impl TestShoot {
         shoot
     }
 
-    /// A project of the shoot in `folder`, at `project` in or outside of it.
+    /// Imports the shoot as a project at `project`, relative to `folder` or outside of it.
     pub fn import(&self, folder: &Path, project: impl AsRef<Path>) -> Project {
         let settings = ImportSettings { size: self.working_size, seed: 5 };
         let (shoot, root) = (self.write(folder), folder.join(project));
         footage::import(&root, &shoot, &settings, &Progress::silent()).unwrap()
     }
 
-    /// The same with its calibration.
+    /// The same with a calibration.
     pub fn calibrate(&self, folder: &Path, project: impl AsRef<Path>) -> (Project, Calibration) {
         let mut project = self.import(folder, project);
         let settings = CalibrateSettings::default();

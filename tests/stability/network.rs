@@ -1,4 +1,4 @@
-//! Networks that no training would leave behind: collapsed, saturated, fed with extremes.
+//! Networks that no training produces: collapsed, saturated, with extreme input.
 
 use super::gpu;
 use afterlight::compositor::{
@@ -40,7 +40,7 @@ fn config(
     }
 }
 
-/// Every weight times `factor`, plus `shift`.
+/// Transforms every weight: times `factor`, plus `shift`.
 struct Changed {
     factor: f32,
     shift: f32,
@@ -64,7 +64,7 @@ fn predictor(network: &UNet, config: UNetConfig, device: &Device) -> Predictor {
     Predictor::new(network.clone().to_device(device), info, device)
 }
 
-/// Plates that are hard: noise, black, white, far beyond white.
+/// Difficult plates: noise, black, white, far beyond white.
 fn frames() -> Vec<Frame> {
     let noise = |x: usize, y: usize| ((x * 7919 + y * 104_729) % 251) as f32 / 251.0;
     let plates = [
@@ -84,7 +84,7 @@ fn frames() -> Vec<Frame> {
         .collect()
 }
 
-/// Predicts and lights all frames; counts pixels that are not light within what an output of 1 stands for.
+/// Predicts and lights all frames; counts pixels outside the range of a network output from 0 to 1.
 fn wrong_pixels(predictor: &Predictor, compute: &ComputeDevice, storage: Storage) -> usize {
     let mut wrong = 0;
     for frame in frames() {
@@ -99,7 +99,7 @@ fn wrong_pixels(predictor: &Predictor, compute: &ComputeDevice, storage: Storage
                 } else {
                     0.0
                 };
-                // The sum of three lamps, of components at the most, each rounded.
+                // Sum of three lamps, at most over components, each rounded.
                 (-1e-2 * most..=1.01 * most).contains(&pixel[c])
             };
             wrong += usize::from(!(0..3).all(light));
@@ -137,11 +137,11 @@ fn pictures_are_finite(predictor: &Predictor, compute: &ComputeDevice) -> bool {
     })
 }
 
-/// Weights times a factor, plus a number.
+/// Factor and offset of weights.
 const CHANGES: [(f32, f32); 4] = [(0.0, 0.0), (1e3, 0.0), (0.0, 1e3), (0.0, -1e3)];
 
-/// The same where a picture's own variance normalises nothing: ten layers multiply by the factor. Running variances are
-/// changed too, and none is below 0.
+/// Milder changes for networks that a picture's own variance does not normalise: ten layers multiply by the factor.
+/// Running variances change too, and none is below 0.
 const UNNORMALIZED: [(f32, f32); 3] = [(0.0, 0.0), (10.0, 0.0), (0.0, 1.0)];
 
 fn collapsed_and_saturated(
@@ -170,7 +170,7 @@ fn collapsed_and_saturated(
                     );
                 }
             }
-            // Beyond what layers without a normalisation can multiply within f32.
+            // Beyond what layers without normalisation can multiply within f32.
             for factor in [1e6, 1e18] {
                 assert!(
                     pictures_are_finite(&changed(factor, 0.0), compute),
@@ -182,9 +182,9 @@ fn collapsed_and_saturated(
 }
 
 const DANGER: &str = "a variance of 0, or one that overflows, makes the picture NaN";
-const DONE: &str = "normalisation has an ε and computes in f32; a sigmoid ends what a network can say; what overflows all \
-                    the same is mended in the picture and counted";
-const BOUND: &str = "every pixel finite, from 0 to what outputs of 1 stand for, 0 outside the matte; 10⁶ and 10¹⁸ times too \
+const DONE: &str = "normalisation has an ε and computes in f32; a sigmoid bounds the output; values that still overflow are \
+                    repaired in the picture and counted";
+const BOUND: &str = "every pixel finite, from 0 to the value of an output of 1, 0 outside the matte; 10⁶ and 10¹⁸ times too \
                      large: pictures finite";
 
 #[test]
@@ -192,7 +192,7 @@ fn collapsed_and_saturated_networks_predict_light() {
     let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
     let storages = [Storage::F32, Storage::F16, Storage::Compressed];
     collapsed_and_saturated(&cpu, &KINDS, &storages);
-    shown!(Network, "Networks whose weights are all 0, all ±1000, or a thousand times too large (1 and ten times where the picture's own variance normalises nothing), given noise, black, white and 10⁴",
+    shown!(Network, "Networks with weights of 0, of ±1000, or a thousand times too large (1 and ten times without normalisation by the picture's own variance), on noise, black, white and 10⁴",
         danger: DANGER, done: DONE, bound: BOUND,
         measured: "no pixel outside, with each normalisation, f32 and half, each storage format");
 }
@@ -202,9 +202,9 @@ fn collapsed_and_saturated_networks_predict_light_on_a_gpu() {
     let Some((compute, _turn)) = gpu() else {
         return;
     };
-    // One normalisation: compiling a network's kernels takes a software GPU long.
+    // One normalisation: compiling a network's kernels takes long on a software GPU.
     collapsed_and_saturated(&compute, &KINDS[..1], &[Storage::F16]);
-    shown!(Network, "The same networks on a GPU, f32 and f16 where it has that",
+    shown!(Network, "The same networks on a GPU, in f32 and, if supported, f16",
         danger: "f16 ends at 65,504: sums over a picture are infinite, and ∞ − ∞ is NaN",
         done: DONE, bound: BOUND, measured: "no pixel outside");
 }

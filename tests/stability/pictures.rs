@@ -1,4 +1,4 @@
-//! Whole pictures of odd sizes, mattes and light, by all effects, in memory and on a GPU.
+//! Whole pictures of odd sizes, mattes and light, with all effects, in memory and on a GPU.
 
 use super::gpu;
 use super::noise;
@@ -17,7 +17,7 @@ const LAMPS: usize = 3;
 /// Odd sizes: one pixel, lines, primes, not square.
 const SIZES: [(usize, usize); 7] = [(1, 1), (1, 7), (11, 1), (2, 3), (13, 17), (31, 5), (97, 53)];
 
-/// A matte that is empty, full, of one pixel, or a ramp.
+/// A matte that is empty, full, one pixel, or a ramp.
 fn mattes((width, height): (usize, usize)) -> [(&'static str, Mask); 4] {
     let one = (width / 2, height / 3);
     [
@@ -76,7 +76,7 @@ impl Set {
         }
     }
 
-    /// In memory and on the GPU.
+    /// The picture in memory and on the GPU.
     fn both(&self, scene: &Scene, mask: &Mask, environment: &Environment) -> [Picture; 2] {
         [&self.here, &self.there].map(|field| {
             let of = Ingredients {
@@ -97,7 +97,7 @@ impl Set {
     }
 }
 
-/// The largest difference of linear light, relative to the value or to middle grey; all of it finite.
+/// Largest difference of linear light, relative to the value or to middle grey; everything must be finite.
 fn apart([here, there]: &[Picture; 2], what: &str) -> f32 {
     let [here, there] = [here, there].map(|p| p.linear.as_ref().expect("linear light"));
     let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
@@ -108,7 +108,7 @@ fn apart([here, there]: &[Picture; 2], what: &str) -> f32 {
     apart.fold(0.0, f32::max)
 }
 
-/// The largest difference of codes, in steps of 8 bits; all of them from 0 to 1.
+/// Largest difference of codes, in 8-bit steps; all must be from 0 to 1.
 fn codes_apart([here, there]: &[Picture; 2], what: &str) -> f32 {
     let [here, there] = [here, there].map(|p| &p.display.as_ref().expect("codes").0);
     let pairs = here.pixels.iter().flatten().zip(there.pixels.iter().flatten());
@@ -136,7 +136,7 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
                 let display = set.both(&of(Output::Display), &mask, &environment);
                 let (light, code) = (apart(&linear, &what), codes_apart(&display, &what));
                 println!("{what}: {light:.1e}, {code:.2} codes");
-                // The background's arc tangents on a GPU are good to 1e-4 of a texel, beside the window's edge.
+                // GPU arc tangents in the background are accurate to 1e-4 of a texel, which shows at the window's edge.
                 assert!(light < 1e-3, "{what}: {light}");
                 most = most.max(light);
                 codes = codes.max(code);
@@ -147,9 +147,9 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
             }
         }
     }
-    shown!(Pictures, "1×1, 1×7, 11×1, 2×3, 13×17, 31×5 and 97×53 with mattes that are empty, full, of one pixel or a ramp, all effects on",
+    shown!(Pictures, "1×1, 1×7, 11×1, 2×3, 13×17, 31×5 and 97×53 with mattes that are empty, full, one pixel or a ramp, all effects on",
         danger: "blurs and pyramids read beyond the edge; an empty matte divides by its pixels",
-        done: "one function in memory and one shader for each pass, compared at every size",
+        done: "each pass has a CPU function and a shader, compared at every size",
         bound: "all finite; a GPU's light within 1e-3 of the value or of middle grey, all codes from 0 to 1",
         measured: format!("{most:.1e}; {codes:.2} codes"));
 }
@@ -192,6 +192,6 @@ fn extreme_light_makes_finite_pictures_in_memory_and_on_a_gpu() {
     }
     shown!(Pictures, "Weights of 0, 10⁻⁴⁰, 10⁶ and the largest, 10²⁵, before black, uniform and NaN environments, suns of 10⁶ and of 3.4·10³⁸",
         danger: "light overflows in a sum or in a blur and the picture is NaN, in memory or on the GPU",
-        done: "radiance ends at 10²⁰ and weights at 10²⁵; what is not finite is mended where lamps are summed",
+        done: "radiance is limited to 10²⁰ and weights to 10²⁵; other values are repaired in the sum of lamps",
         bound: "all light finite, all codes from 0 to 1, in memory and on the GPU", measured: format!("holds; apart by {most:.1e} at most"));
 }

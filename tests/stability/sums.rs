@@ -1,4 +1,4 @@
-//! The sum of lamps: every storage format, in memory and on a GPU, beside the sum in f64.
+//! The sum of lamps: every storage format, in memory and on a GPU, against the sum in f64.
 
 use super::gpu;
 use super::noise;
@@ -43,7 +43,7 @@ fn exact(field: &ReflectanceField, weights: &[[f32; 3]], pixel: usize, c: usize)
     ]
 }
 
-/// Distance of each format from the sum in f64, in units of what its numbers allow.
+/// Distance of each format from the sum in f64, as a share of its rounding bound.
 fn in_bounds(
     field: &ReflectanceField,
     weights: &[[f32; 3]],
@@ -59,19 +59,19 @@ fn in_bounds(
         for (i, pixel) in relit.pixels.iter().enumerate() {
             for c in 0..3 {
                 let [sum, magnitudes, norms] = exact(field, weights, i, c);
-                // What a GPU may take for 0: denormal values, each times its weight.
+                // Values that a GPU may flush to 0: denormals, each times its weight.
                 let weight: f64 = weights.iter().map(|w| f64::from(w[c].abs())).sum();
                 let flushed = f64::from(f32::MIN_POSITIVE) * (1.0 + weight);
                 let bound = flushed
                     + match kind % 3 {
                         // A product and an addition for each lamp.
                         0 => 2.0 * lamps * unit * magnitudes,
-                        // And each value to 2⁻¹¹, or below the smallest normal half to 2⁻³⁹ of the largest.
+                        // Plus each value to 2⁻¹¹, or below the smallest normal half to 2⁻³⁹ of the largest.
                         1 => {
                             (2.0 * lamps * unit + 0.5f64.powi(11)) * magnitudes
                                 + 0.5f64.powi(39) * f64::from(largest) * weight
                         }
-                        // Basis, components, shares and sum are each rounded, 3 · lamps of them.
+                        // Basis, components, shares and sum are each rounded, for 3 · lamps values.
                         _ => 4.0 * 3.0 * lamps * unit * norms,
                     };
                 let error = (f64::from(pixel[c]) - sum).abs();
@@ -88,7 +88,7 @@ fn in_bounds(
     used
 }
 
-/// Shares of their bounds that were used, in words.
+/// The used shares of the bounds in words.
 fn shares(used: [f64; 6]) -> String {
     let used = used.map(|used| 100.0 * used);
     format!(
@@ -126,7 +126,7 @@ fn pictures_of_any_size_and_any_number_of_lamps_are_summed_alike_everywhere() {
     shown!(Pictures, "1 to 41 lamps, one of weight 10⁶, in pictures of 1×1, 1×13, 13×1, 17×31, 61×47 and 65×63",
         danger: "edges of blocks are read twice or not at all; small lamps drown beside a sun",
         done: "sums are in f32 in the order of the lamps, in memory and on the GPU; what is stored in f16 has one scale",
-        bound: "beside f64: 2n·2⁻²⁴ of the sum of magnitudes for n lamps; f16 2⁻¹¹ more; components 12n·2⁻²⁴ of the norms",
+        bound: "against f64: 2n·2⁻²⁴ of the sum of magnitudes for n lamps; f16 2⁻¹¹ more; components 12n·2⁻²⁴ of the norms",
         measured: shares(used));
 }
 
@@ -149,16 +149,16 @@ fn values_at_the_ends_of_f16_and_f32_are_summed_without_overflow() {
             used = most(used, in_bounds(&field, &weights, &compute));
         }
     }
-    // One field that has all of it: halves are denormal for most, and a GPU may take f32's denormals for 0.
+    // One field with all of it: most halves are denormal, and a GPU may flush f32 denormals to 0.
     let mut field = plain;
     for (value, unit) in field.values.iter_mut().zip(ends.iter().chain(&[1e-40]).cycle()) {
         *value *= unit;
     }
     used = most(used, in_bounds(&field, &[[1.0; 3]; 5], &compute));
     shown!(Pictures, "OLATs of 65,504 and beyond, of 10³⁰, of 10⁻³⁰, and all of these in one, under weights of 10⁻⁴ to 10⁶",
-        danger: "f16 ends at 65,504: the sum is infinite; what is small is 0",
-        done: "a field in f16 has one scale, a power of two, and is summed in f32",
-        bound: "as above; below 2⁻²⁹ of the largest value 2⁻³⁹ of that, and below f32's normal numbers 0 will do",
+        danger: "f16 ends at 65,504: the sum is infinite; small values become 0",
+        done: "an f16 field has one scale, a power of two, and is summed in f32",
+        bound: "as above; below 2⁻²⁹ of the largest value 2⁻³⁹ of that, and 0 is accepted below f32's normal numbers",
         measured: shares(used));
 }
 
@@ -182,8 +182,8 @@ fn light_is_added_in_any_storage_format() {
             for ((one, two), both) in one.pixels.iter().zip(&two.pixels).zip(&both.pixels) {
                 for c in 0..3 {
                     let sum = a * one[c] + b * two[c];
-                    // Rounded once in the weights, and in each of three sums of 18 components at most, whose terms are
-                    // of either sign: of the norms, which are at most 18 times the sum of positive terms.
+                    // Rounded once in the weights, and in each of three sums of at most 18 components with mixed signs:
+                    // relative to the norms, which are at most 18 times the sum of positive terms.
                     let bound = (1.0 + 3.0 * 2.0 * 18.0) * f32::EPSILON * both[c].max(sum);
                     prop_assert!((sum - both[c]).abs() <= bound, "{} is not {}", sum, both[c]);
                     largest.set(largest.get().max((sum - both[c]).abs() / bound.max(f32::MIN_POSITIVE)));
@@ -192,7 +192,7 @@ fn light_is_added_in_any_storage_format() {
         }
     });
     shown!(Pictures, "a·w₁ + b·w₂ for 12 pairs of weights in six storage formats",
-        danger: "light that is added is not the sum of both pictures",
+        danger: "the picture of added lights is not the sum of both pictures",
         done: "every format is a plain sum over lamps or components",
         bound: "1.3e-5 of the value: rounding of 18 components in three sums",
         measured: format!("{:.1e}", largest.get() * 109.0 * f32::EPSILON));
@@ -223,6 +223,6 @@ fn a_field_that_is_nan_infinite_or_black_stays_in_its_pixels() {
     }
     shown!(Pictures, "NaN or ∞ in one value of a field, and fields that are black, in six storage formats",
         danger: "one value makes the whole picture NaN; black is divided by its largest value",
-        done: "pixels are summed apart; a black field has scale 1 and no components",
-        bound: "no other pixel is touched; black stays exactly 0", measured: "holds");
+        done: "pixels are summed separately; a black field has scale 1 and no components",
+        bound: "no other pixel changes; black stays exactly 0", measured: "holds");
 }

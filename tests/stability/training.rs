@@ -1,4 +1,4 @@
-//! Thousands of steps on pictures that nothing can be learnt from.
+//! Thousands of training steps on pictures with nothing to learn.
 
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::{Encoded, Image, file};
@@ -40,14 +40,14 @@ fn settings(normalization: Normalization, precision: Precision) -> TrainSettings
     }
 }
 
-/// Gives all OLATs and frames these codes.
+/// Sets all OLATs and frames to these codes.
 fn paint(project: &Project, codes: Codes) {
     let shoot = &project.settings.shoot;
     let olats = (0..shoot.poses.len())
         .flat_map(|pose| (0..shoot.lamps.len()).map(move |lamp| project.olat_picture(pose, lamp)));
     let frames = (0..shoot.frames.len()).map(|frame| project.frame_picture(frame));
     for (number, path) in olats.chain(frames).enumerate() {
-        // A ball of 16 pixels would be too small, so pictures are twice as large as they are worked with.
+        // A ball of 16 pixels would be too small, so pictures are twice the working size.
         let picture = Image::from_fn(2 * SIZE, 2 * SIZE, |x, y| {
             [0, 1, 2].map(|c| codes(number, 3 * (y / 2 * SIZE + x / 2) + c))
         });
@@ -55,13 +55,13 @@ fn paint(project: &Project, codes: Codes) {
     }
 }
 
-/// A project with the light and the camera of a small shoot.
+/// A project with the light and camera of a small shoot.
 fn project(folder: &Path) -> (Project, afterlight::calibration::Calibration) {
     let shoot = TestShoot { frames: 2, lamps: 4, size: 2 * SIZE, working_size: SIZE };
     shoot.calibrate(folder, "film")
 }
 
-/// Means of the losses on exemplars over the first and the last hundred steps; all must be finite and all steps taken.
+/// Mean losses on exemplars over the first and the last hundred steps; all must be finite, and every step taken.
 fn losses(trainer: &mut Trainer) -> [f64; 2] {
     let mut losses = Vec::with_capacity(STEPS);
     for step in 0..STEPS {
@@ -82,7 +82,7 @@ fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began()
     let (project, calibration) = project(folder.path());
     let kinds: [(&str, Codes); 3] = [
         ("noise", noise),
-        // All black is refused; this is the darkest code.
+        // Pure black is refused; this is the darkest code.
         ("black", |_, _| 1.0 / 255.0),
         ("grey", |_, _| 0.5),
     ];
@@ -104,7 +104,7 @@ fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began()
     }
     shown!(Network, "2,000 steps on noise, on the darkest code and on one grey, by group and by batch normalisation, f32 and half",
         danger: "constant pictures have no variance, noise has nothing to learn: weights run away or become NaN",
-        done: "variances have an ε, gradients a common norm, and a step that is not finite is not taken",
+        done: "variances have an ε, gradients a norm limit, and a step that is not finite is skipped",
         bound: "every step taken, all weights finite, the loss of the last 100 steps at most that of the first 20",
         measured: measured.join(", "));
 }
@@ -119,7 +119,7 @@ fn black_olats_are_refused_in_a_sentence() {
     let refused = Trainer::new(&project, &calibration, &settings, &device, &silent);
     let sentence = refused.err().expect("black teaches nothing").to_string();
     assert!(sentence.contains("has light on it"), "{sentence}");
-    shown!(Network, "Training on OLATs that are wholly black",
+    shown!(Network, "Training on OLATs that are fully black",
         danger: "levels are divided by the brightest pixel, which is 0",
-        done: "refused in a sentence that names the mattes' folder");
+        done: "refused with a message that names the mattes' folder");
 }

@@ -6,7 +6,7 @@ use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use tempfile::TempDir;
 
-/// The place in the window of a pixel of the fitted picture, which has 64 by 64.
+/// Position in the window of a pixel of the fitted picture, which has 64 by 64 pixels.
 fn place(window: &Window, x: f32, y: f32) -> Pos2 {
     let pane = window.get_by_label("Relit picture").rect();
     let point = (pane.width().min(pane.height()) - 32.0) / 64.0;
@@ -53,7 +53,7 @@ fn a_click_on_the_left_cheek_places_a_light_from_camera_left() {
     window.key_press(Key::H);
     window.run_steps(2);
     window.get_by_label_contains("Click where a light should fall");
-    // The ball's middle is in column 26, its radius 22 pixels.
+    // The ball's centre is in column 26, its radius 22 pixels.
     let cheek = place(&window, 12.0, 32.0);
     click(&mut window, cheek);
     until_lights(&mut window, 1);
@@ -101,7 +101,7 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
     click(&mut window, wall);
     until_said(&mut window, "this is not the subject");
     assert!(lights(&window).is_empty() && !window.state().state().can_undo());
-    // With Ctrl a drag turns the environment, and after Esc without it, too.
+    // With Ctrl, a drag turns the environment. After Esc, so does a plain drag.
     let middle = super::MIDDLE;
     drag(&mut window, middle, middle + vec2(50.0, 0.0), PointerButton::Primary, Modifiers::COMMAND);
     let turned = window.state().state().look.yaw_deg;
@@ -114,7 +114,7 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
     assert!(lights(&window).is_empty());
 }
 
-/// Until words that contain these are shown.
+/// Waits until a label contains these words.
 fn until_said(window: &mut Window, said: &str) {
     let started = std::time::Instant::now();
     while window.query_by_label_contains(said).is_none() {
@@ -141,15 +141,15 @@ fn the_lamp_that_falls_under_the_pointer_is_proposed_and_shown_alone() {
     assert!(to.x < -0.4 && to.y.abs() < 0.6, "{to}");
     pointer_button(&mut window, cheek, PointerButton::Secondary);
     assert_eq!(window.state().state().solo, [lamp]);
-    assert!(lights(&window).is_empty(), "nothing is placed by that");
-    // Esc ends the lamp first, then the mode.
+    assert!(lights(&window).is_empty(), "no light is placed");
+    // Esc leaves the solo lamp first, then the mode.
     window.key_press(Key::Escape);
     window.run_steps(2);
     assert!(window.state().state().solo.is_empty() && window.state().state().aims);
     window.key_press(Key::Escape);
     window.run_steps(2);
     assert!(!window.state().state().aims);
-    // Without a picture there is nothing to click on.
+    // Without a picture, a click has no target.
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);
     window.key_press(Key::H);
@@ -173,7 +173,7 @@ fn a_press_where_a_light_falls_takes_that_light() {
     until_lights(&mut window, 1);
     until_idle(&mut window, "where it falls");
     let first = lights(&window)[0].direction();
-    // Beside the handle, but near it.
+    // Near the handle, but not on it.
     let near = cheek + vec2(16.0, -8.0);
     window.hover_at(near);
     until_said(&mut window, "Light 1 falls here");
@@ -219,14 +219,14 @@ fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
     assert!(!window.state().state().look.lighting.is_solo());
     window.get_by_label_contains("Solo ended");
     undo(&mut window);
-    assert!(window.state().state().look.lighting.is_solo(), "one step leads back to both");
-    // The row of the environment that is chosen.
+    assert!(window.state().state().look.lighting.is_solo(), "one undo restores both");
+    // The row of the current environment.
     let state = window.state().state();
     let row = window.state().environments()[state.look.environment].listed.name.clone();
     window.get_by_label(&row).click();
     until_shown(&mut window);
     assert!(!window.state().state().look.lighting.is_solo());
-    // What a drag of the picture turns is not seen under a lamp alone.
+    // A rotation by a drag is invisible under a solo lamp.
     (0..9).for_each(|_| undo(&mut window));
     assert_eq!(picture(&window), before);
     window.key_press(Key::PageDown);
@@ -251,7 +251,7 @@ fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
     window.get_by_label("Solo: Light 1");
     let alone = picture(&window);
     assert_ne!(alone, all);
-    assert_eq!(alone[..3], [0; 3], "there is no environment behind it");
+    assert_eq!(alone[..3], [0; 3], "the environment is off");
     // The environment is off: its rotation changes nothing.
     let middle = super::MIDDLE;
     plain_drag(&mut window, middle, middle + vec2(60.0, 0.0));

@@ -1,4 +1,4 @@
-//! The workspaces of the calibration, driven with the mouse alone and with keys alone.
+//! Calibration workspaces, driven with the mouse only and with keys only.
 
 use super::{SHOOT, Window, lines_with, plain_drag, snapshot, snapshot_without, until, window};
 use afterlight::calibration::Calibration;
@@ -34,7 +34,7 @@ fn view(window: &Window) -> Arc<GammaView> {
     window.state().analysis().gamma.clone().unwrap().unwrap()
 }
 
-/// Waits until what is shown belongs to the circle that was set.
+/// Waits for the analysis of the current circle.
 fn until_studied(window: &mut Window) {
     window.run_steps(2);
     until(window, "mirror ball", |app| {
@@ -47,7 +47,7 @@ fn until_studied(window: &mut Window) {
     window.run_steps(2);
 }
 
-/// Waits until what is shown belongs to the response that is tried.
+/// Waits for the fit of the current trial response.
 fn until_tried(window: &mut Window) {
     window.run_steps(2);
     until(window, "relit exemplar", |app| {
@@ -76,7 +76,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
     let kept = study(&window).kept;
     assert!(study(&window).lamps.iter().all(|l| l.on_ball.is_some()));
 
-    // The rim, where the picture is fitted into its place.
+    // The rim in the fitted picture.
     let place = window.get_by_label("Mirror ball").rect();
     let scale = (place.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
     let offset = vec2(kept.radius_px as f32, 0.0) * scale;
@@ -91,7 +91,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
     until_studied(&mut window);
     let moved = study(&window).circle;
     assert!((moved.center_px[0] - kept.center_px[0] - 4.0).abs() < 0.3, "{moved:?}");
-    // A circle beside the ball shows other lamps, and no rim.
+    // A circle off the ball gives other lamp directions, and no rim.
     let turned = |study: &ProbeView, other: &ProbeView| {
         let pairs = study.lamps.iter().zip(&other.lamps);
         pairs.map(|(a, b)| a.lamp.direction.angle_between(b.lamp.direction)).fold(0.0, f32::max)
@@ -173,7 +173,7 @@ fn a_response_is_tried_wiped_and_kept() {
         - first.calibrated.response.exponents().unwrap()[1];
     assert!((gamma1 - 0.02).abs() < 1e-4 && (gamma2 - 0.001).abs() < 1e-4, "{gamma1}, {gamma2}");
 
-    // The surface is touched far from the optimum: the picture changes, and fits worse.
+    // A drag to a point of the surface far from the optimum: the picture changes, and fits worse.
     let surface = window.get_by_label("Loss surface").rect();
     let far = surface.lerp_inside(vec2(0.9, 0.1));
     plain_drag(&mut window, surface.center(), far);

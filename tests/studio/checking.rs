@@ -1,4 +1,4 @@
-//! The badge of the status line, and the checks behind it.
+//! The badge in the status bar, and its checks.
 
 use super::{SHOOT, Window, snapshot, until, window};
 use afterlight::calibration::Calibration;
@@ -19,7 +19,7 @@ fn opened(project: &Project) -> Window {
     window
 }
 
-/// A project whose calibration has figures that do not differ from run to run, and a lamp that was not seen.
+/// A project whose calibration has fixed figures, and a lamp that was not seen.
 fn doubtful(folder: &Path) -> (Project, Calibration) {
     let (project, mut found) = SHOOT.calibrate(folder, "project");
     found.rig_findings.clear();
@@ -53,7 +53,7 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
     let (project, mut found) = doubtful(folder.path());
     let mut window = opened(&project);
     assert_eq!(window.state().check().level(), Some(Level::Bad));
-    // Another light is judged again.
+    // A new light is checked again.
     window.get_by_label("Overcast sky").click();
     until(&mut window, "report of the new light", |app| {
         let report = app.check().report.as_ref().and_then(|r| r.as_ref().ok());
@@ -65,13 +65,13 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
     assert_eq!(window.state().state().active, Pane::Checks);
     window.get_by_label_contains("do not show 1 of 12 lamps");
     snapshot(&mut window, "studio_checks");
-    // The worst is first.
+    // The worst finding comes first.
     window.get_all_by_label("Open Probe").next().unwrap().click();
     window.run_steps(3);
     let state = window.state().state();
     assert_eq!((state.workspace, state.active), (Workspace::Calibrate, Pane::Probe));
 
-    // A calibration that sees the lamp is judged again.
+    // A calibration that sees the lamp is checked again.
     found.rig.lamps[3].confidence = 0.9;
     found.probe_residual = 0.01;
     found.save(&project).unwrap();

@@ -1,4 +1,4 @@
-//! A shoot without a network: a ball of clay, whose picture under every lamp is known.
+//! A shoot without a network: a ball of clay whose picture under every lamp is known.
 
 use afterlight::compositor::Field;
 use afterlight::footage::Frame;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub const FRAMES: usize = 8;
 const SIZE: usize = 64;
 
-/// Lamps all around, as a Fibonacci lattice, of equal energy.
+/// Lamps all around, on a Fibonacci lattice, with equal energy.
 fn rig() -> Rig {
     let lamps = 24;
     let direction = |i: usize| {
@@ -35,8 +35,8 @@ fn rig() -> Rig {
     }
 }
 
-/// A ball of clay that rolls to the right: Lambert's law under every lamp, so that what the window
-/// must show is known without a network.
+/// A ball of clay that rolls to the right, lit by Lambert's law under every lamp, so that the expected picture is known
+/// without a network.
 fn predicted(rig: &Rig, index: usize) -> (Frame, Field) {
     let middle = 26.0 + 1.5 * index as f32;
     let normal = |x: usize, y: usize| {
@@ -101,7 +101,7 @@ pub fn source() -> Result<Source, Blocked> {
     Ok(Source {
         rig,
         device: "clay, no network".to_owned(),
-        // In its pose the ball has rolled as far as in the last frame; the earlier a network is, the darker.
+        // In its pose, the ball has rolled as far as in the last frame. Earlier networks give darker pictures.
         later: None,
         comparison: Box::new(move |rival, index| {
             let (mut frame, mut field) = predicted(&other, FRAMES - 1);

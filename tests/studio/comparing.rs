@@ -1,4 +1,4 @@
-//! Two pictures side by side, lamps alone, pixels, and the list of commands.
+//! Comparisons of two pictures, solo lamps, pixels, and the list of commands.
 
 use super::training::trained_project;
 use super::{clay, clay_window, drag, picture, plain_drag, snapshot, until, until_shown, window};
@@ -12,7 +12,7 @@ pub fn until_compared(window: &mut super::Window) {
     until(window, "second picture", |app| app.relit().is_some_and(|relit| relit.second.is_some()));
 }
 
-/// Clicks what is called so to the right of `x`.
+/// Clicks the control with this name to the right of `x`.
 pub fn click(window: &super::Window, name: &str, x: f32) {
     let mut found = window.query_all_by_label(name);
     let one = found.find(|one| one.rect().left() > x);
@@ -51,7 +51,7 @@ fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
     let mut window = clay_window(folder.path());
     let open = |window: &mut super::Window, menus: &[&str]| {
         for &name in menus {
-            // The list of environments on the left has the same names.
+            // The environment list on the left has the same names.
             click(window, name, 208.0);
             window.run_steps(3);
         }
@@ -88,7 +88,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
         }
     };
     choose(&mut window, &["Compare"]);
-    // Nothing is read before it is asked for.
+    // Nothing is read before it is requested.
     assert!(window.state().training().records.is_none());
     click(&window, "Checkpoint", 208.0);
     until(&mut window, "list of checkpoints", |app| app.training().records.is_some());
@@ -154,7 +154,7 @@ fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
     window.run_steps(3);
     assert!(window.query_by_label("Reset layout").is_none());
     assert_eq!(window.state().state().active, Pane::Picture);
-    // The same place is the pane's where no menu lies over it.
+    // With the menu closed, the same place belongs to the pane.
     window.hover_at(entry);
     window.drag_at(entry);
     window.drop_at(entry);
@@ -201,7 +201,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     assert!((8..56).contains(&x) && (8..56).contains(&y), "{x}, {y}");
     until(&mut window, "the lamps of the pixel", |app| app.texel().is_some());
     snapshot(&mut window, "studio_scopes");
-    // The lamp under a click is shown alone: one of the two in the middle of 24.
+    // A click selects a lamp for solo: one of the two in the middle of 24.
     window.get_by_label("Light by lamp").click();
     window.run_steps(3);
     let solo = window.state().state().solo.clone();
@@ -288,10 +288,10 @@ fn a_drag_across_a_wipe_moves_the_line_and_never_the_light() {
     let line = window.get_by_label("Wipe").rect();
     assert!((line.center().x - to.x).abs() < 1.0, "{line:?} {picture:?}");
     drag(&mut window, super::MIDDLE, to, PointerButton::Secondary, Modifiers::SHIFT);
-    assert!(window.state().state().look.yaw_deg > 20.0, "as it is asked");
+    assert!(window.state().state().look.yaw_deg > 20.0, "this drag turns the light");
 }
 
-/// The line below the picture, after a rest of the pointer at `at`.
+/// The line below the picture, after the pointer rests at `at`.
 pub fn read_at(window: &mut super::Window, at: egui::Pos2) -> String {
     window.event(egui::Event::PointerMoved(at));
     window.run_steps(3);
@@ -316,7 +316,7 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
     click(&window, "False colour", 208.0);
     until_shown(&mut window);
     let map = window.state().relit().unwrap().codes([x, y]).unwrap();
-    assert_ne!(map, [r, g, b], "the map has colours of its own");
+    assert_ne!(map, [r, g, b], "false colours differ from the picture");
     let sign = "   viewing false colour";
     let read = read_at(&mut window, super::MIDDLE);
     assert!(read.contains(sign), "{read}");
@@ -383,10 +383,10 @@ fn a_difference_is_drawn_by_the_chosen_gain() {
         let drawn = picture(&window);
         let brightness = drawn.iter().map(|&code| u64::from(code)).sum::<u64>();
         assert!(brightness > last, "{gain}: {brightness} after {last}");
-        assert_eq!(drawn == before, gain == 4, "it begins with × 4");
+        assert_eq!(drawn == before, gain == 4, "× 4 is the default");
         last = brightness;
     }
-    assert!(!window.state().state().can_undo(), "it is no setting of the look");
+    assert!(!window.state().state().can_undo(), "the gain is not a look setting");
 }
 
 #[test]
@@ -453,7 +453,7 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
     window.get_by_label(&format!("Mean of {columns} × {rows} pixels at {left}, {top}"));
     window.get_by_label(&codes);
     window.get_by_label(&light);
-    // The scopes count its pixels alone.
+    // The scopes count only its pixels.
     let of = |c: usize| pixels.iter().filter(|(codes, _)| codes[c] == 255).count();
     let [r, g, b] = [0, 1, 2].map(of);
     window.get_by_label(&format!("Clipped white: R {r}, G {g}, B {b} pixels"));
@@ -492,7 +492,7 @@ fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
     ended(&mut window);
     window.get_by_label_contains("Solo ended");
     assert_eq!(window.state().relit().unwrap().environment, "sky");
-    // The one that is chosen already, too.
+    // A click on the current environment ends it too.
     solo(&mut window);
     window.get_by_label("sky").click();
     ended(&mut window);
@@ -538,7 +538,7 @@ fn what_is_read_of_two_pictures_runs_into_no_button_where_the_window_is_narrow()
     let said = read_at(&mut window, at);
     assert!(said.contains("B interview frame"), "{said}");
     let strip = window.get_by_label_contains("frame 0   ").rect();
-    // The second line begins so far below the first.
+    // The second line begins this far below the first.
     let first = strip.top() + 20.0;
     for button in ["1:1", "Fit", "Loop"] {
         let role = egui::accesskit::Role::Button;

@@ -1,5 +1,5 @@
-//! Files that are typed or dropped beside a dialog, and what asks before a file is lost. Where a dialog is opened, the test runs
-//! in a process without a desktop: none appears on the screen of whoever runs it.
+//! Typed and dropped files beside a dialog, and the question before a file is lost. Tests that open a dialog run in a
+//! process without a desktop, so that no dialog appears on screen.
 
 use super::{
     Window, alone, clay_window, drop_onto, machine, project, retype, temporary, until,
@@ -14,15 +14,15 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-/// Until a message says that the system shows no dialog: the buttons move then.
+/// Waits for the message that the system shows no dialog, which moves the buttons.
 pub fn until_missing(window: &mut Window) {
-    until(window, "that there is no dialog", |app| {
+    until(window, "message about the missing dialog", |app| {
         let entry = app.state().path.as_ref();
         entry.is_some_and(|entry| entry.missing.is_some())
     });
 }
 
-/// Text in the field for a path.
+/// Text in the path field.
 fn typed(window: &Window) -> String {
     let field = window.get_by_role_and_label(Role::TextInput, "Path");
     field.accesskit_node().value().unwrap_or_default()
@@ -72,7 +72,7 @@ fn a_file_is_never_replaced_by_a_drop_and_a_typed_name_asks_first() {
     until(&mut window, "written file", |_| read() != "mine");
     assert!(window.state().state().path.is_none());
 
-    // A free name is written at once.
+    // A new name is written at once.
     window.get_by_label("Save…").click();
     window.run_steps(2);
     until_missing(&mut window);
@@ -108,7 +108,7 @@ fn a_typed_project_file_stands_for_its_folder() {
 #[test]
 fn a_typed_path_stays_when_the_system_closes_its_dialog() {
     let test = "dialogs::a_typed_path_stays_when_the_system_closes_its_dialog";
-    // A dialog that is there until the file `close` is, and is then closed as by a person.
+    // A stand-in for a dialog: it stays open until the file `close` exists, then ends as if closed by hand.
     let folder = std::env::temp_dir().join(format!("afterlight-zenity-{}", std::process::id()));
     let variables = [
         ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
@@ -141,13 +141,13 @@ fn a_typed_path_stays_when_the_system_closes_its_dialog() {
     open(&mut window);
     window.event(Event::Text("/film".to_owned()));
     window.run_steps(2);
-    // Longer than a dialog takes that is not there.
+    // Longer than the limit below which a dialog counts as missing.
     std::thread::sleep(std::time::Duration::from_millis(600));
     std::fs::write(&close, "").unwrap();
-    until_labelled(&mut window, "The system's dialog is closed.");
+    until_labelled(&mut window, "The system dialog was closed.");
     assert_eq!(typed(&window), "/film");
 
-    // Nothing was typed: the field goes with its dialog, and not with one before.
+    // Without typed text, the field closes with its own dialog, and not with an earlier one.
     std::fs::remove_file(&close).unwrap();
     window.get_by_label("Cancel").click();
     window.run_steps(2);
@@ -185,7 +185,7 @@ fn the_keys_of_every_program_are_known() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::N);
     window.run_steps(3);
     window.get_by_label_contains("Choose the shoot's folder, or bring its parts");
-    // What is typed there stays when the key is pressed again.
+    // Text typed there stays when the shortcut is pressed again.
     super::type_into(&mut window, (Role::TextInput, "Shoot"), "/film/day two");
     window.key_press_modifiers(Modifiers::COMMAND, Key::N);
     window.run_steps(3);
@@ -193,7 +193,7 @@ fn the_keys_of_every_program_are_known() {
     assert_eq!(plan.shoot, "/film/day two");
 }
 
-/// The key that asks whether all is saved says that it is not.
+/// Checks that the save key reports unsaved changes.
 pub fn assert_is_unsaved(window: &mut Window) {
     window.key_press(Key::Escape);
     window.run_steps(2);
@@ -208,7 +208,7 @@ fn what_cannot_be_saved_is_said_in_the_status_line_and_by_key() {
     let folder = temporary();
     let mut window = clay_window(folder.path());
     until_labelled(&mut window, "Saved");
-    // A folder is where the look should be written.
+    // A folder takes the place of the look file.
     std::fs::create_dir(folder.path().join("look.json")).unwrap();
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     until_labelled(&mut window, "Not saved");
@@ -236,7 +236,7 @@ fn the_first_hit_of_the_palette_is_marked_and_enter_runs_it() {
     assert_eq!(window.state().state().active, afterlight::studio::Pane::Probe);
 }
 
-/// All that can be read in a window.
+/// All readable text in a window.
 pub fn texts(window: &Window) -> Vec<String> {
     let nodes = window.root().children_recursive();
     let said = nodes.filter_map(|node| {

@@ -1,4 +1,4 @@
-//! The plan of passes, and what a person forces in it.
+//! The plan of passes, and forced passes.
 
 use super::{
     MIDDLE, Window, clay, clay_window, drop_onto, picture, plain_drag, snapshot, snapshot_without,
@@ -11,7 +11,7 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 
-/// Chooses what a pass is to do by its switch.
+/// Forces a pass with its switch.
 fn force(window: &mut Window, pass: &str, means: &str) {
     let switch = format!("{pass} by hand");
     window.get_by_label(&switch).scroll_to_me();
@@ -65,7 +65,7 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
         window.run_steps(2);
     }
     until_shown(&mut window);
-    // It is part of the look that is kept.
+    // A forced pass is part of the saved look.
     let kept = folder.path().join("look.json");
     until(&mut window, "kept look", |_| {
         let text = std::fs::read_to_string(&kept).unwrap_or_default();
@@ -93,7 +93,7 @@ fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
     window.get_by_label("Grade group").click();
     window.run_steps(2);
     assert!(window.query_by_role_and_label(Role::SpinButton, "Temperature").is_none());
-    // It stays folded while other panes are shown.
+    // The group stays folded while other panes are shown.
     window.get_by_label("Scopes").click();
     window.run_steps(2);
     window.get_by_label("Light").click();
@@ -168,7 +168,7 @@ fn effects_and_log_look_as_they_did() {
     let job = told_job(&mut window);
     job.send(|progress| progress.say("Paused after step 1204: its checkpoint is saved")).unwrap();
     drop(job);
-    // After a job there may be another network.
+    // After a job, the network may have changed.
     until(&mut window, "new prediction", |app| {
         let predicted = app.relit().is_some_and(|relit| relit.passes[0].ran);
         predicted && app.status().job.is_none()
@@ -181,7 +181,7 @@ fn effects_and_log_look_as_they_did() {
     assert_eq!(said.count(), 2, "over the picture and in the log");
     window.key_press(Key::Escape);
     until_shown(&mut window);
-    // What the passes took differs from run to run, as do the seconds of the log.
+    // Times of the passes and in the log differ from run to run.
     let times: Vec<egui::Rect> = (window.query_all_by_label_contains(" ms"))
         .filter(|time| time.rect().left() > 1000.0)
         .map(|time| egui::Rect::from_x_y_ranges(1110.0..=1190.0, time.rect().y_range()))
@@ -208,7 +208,7 @@ fn without_a_picture_the_panels_beside_it_say_so() {
     window.get_by_label("Effects").click();
     window.run_steps(2);
     window.get_by_label_contains("once a picture has been made");
-    // Beside the one in place of the picture.
+    // Besides the button in place of the picture.
     assert_eq!(window.query_all_by_label("Try again").count(), 2);
     snapshot(&mut window, "studio_effects_empty");
     window.get_by_label("Scopes").click();

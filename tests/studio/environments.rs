@@ -1,4 +1,4 @@
-//! Environments that a person adds: asked about, kept, removed, missing.
+//! Environments added by hand: their front direction, storage, removal, and missing files.
 
 use super::{Window, clay, drop_onto, until, until_shown, window};
 use afterlight::imaging::{Image, file::write_exr};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 const QUESTION: &str = "Which way is front in this file?";
 
-/// A window on the project in `folder` as that is on the disk.
+/// A window on the project in `folder`, read from disk.
 fn open(folder: &Path) -> Window {
     let project = Project::open(folder).unwrap();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
@@ -31,7 +31,7 @@ fn project_and_yard(folder: &Path) -> (PathBuf, PathBuf) {
     project.save().unwrap();
     let lamp = |x: usize, y: usize| (10..14).contains(&x) && (8..12).contains(&y);
     let yard = Image::from_fn(64, 32, |x, y| [if lamp(x, y) { 40.0 } else { 0.2 }; 3]);
-    // The list names its folder.
+    // The list shows the folder's name.
     let file = folder.join("hdri/yard.exr");
     std::fs::create_dir(folder.join("hdri")).unwrap();
     write_exr(&file, &yard).unwrap();
@@ -55,7 +55,7 @@ fn two_of_one_name_are_told_apart() {
     }
     assert!(window.query_by_label("Nave").is_none());
     window.get_by_label("window");
-    // What is kept has the names alone.
+    // The saved look contains only the name.
     drop(window);
     let look = std::fs::read_to_string(folder.path().join("look.json")).unwrap();
     assert!(look.contains("\"environment\": \"nave\""), "{look}");
@@ -86,7 +86,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     assert!(window.query_by_label(QUESTION).is_none());
     let front = Front::of(Tool::Blender);
     assert_eq!(window.state().relit().unwrap().scene.yaw_deg, front.yaw_deg());
-    assert_eq!(window.state().state().look.yaw_deg, 0.0, "it is no turn");
+    assert_eq!(window.state().state().look.yaw_deg, 0.0, "front is not a rotation");
     let answered = super::picture(&window);
     assert_ne!(answered, before);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
@@ -95,7 +95,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     until_shown(&mut window);
 
-    // Closing waits for what has to be written.
+    // Dropping the window waits for its writes.
     drop(window);
     let kept = Project::open(&home).unwrap().environment(&yard).unwrap();
     assert_eq!((kept.name.as_str(), kept.front, kept.added), ("yard", Some(front), true));
@@ -145,7 +145,7 @@ fn an_added_environment_is_removed_and_brought_back_and_the_project_follows() {
     drop_file(&mut window, yard.clone());
     window.get_by_label("Remove yard").click();
     until_shown(&mut window);
-    // What the command line adds in the meantime stays.
+    // Additions from the command line in the meantime stay.
     let other = folder.path().join("other.exr");
     std::fs::copy(&yard, &other).unwrap();
     Project::change(&home, |project| {
@@ -178,7 +178,7 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
     window.get_by_label("yard").click();
     window.run_steps(3);
     // A click reads it again.
-    until(&mut window, "that it is still gone", |app| {
+    until(&mut window, "the failed read", |app| {
         let mut environments = app.environments().iter();
         environments.any(|one| one.panorama.is_failed())
     });
@@ -187,7 +187,7 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
     assert_eq!(named.count(), 2, "in the line at the bottom and over the picture");
     let mut places = super::lines_with(&window, "yard.exr", 216.0, 900.0);
     places.sort_by_key(|place| place.bottom() as i32);
-    // The line at the bottom is as wide as the window.
+    // The message line is as wide as the window.
     places[1].set_left(12.0);
     places[1].set_right(1160.0);
     super::snapshot_without(&mut window, "studio_environments_error", &places);
@@ -211,7 +211,7 @@ fn a_file_that_cannot_be_read_is_said_and_not_added() {
     window.get_by_label_contains("damaged.hdr");
     until_shown(&mut window);
     assert_eq!(window.state().relit().unwrap().environment, "yard");
-    // The step before is the one that is undone.
+    // Undo applies to the step before.
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(2);
     let names = |window: &Window| -> Vec<String> {
@@ -224,7 +224,7 @@ fn a_file_that_cannot_be_read_is_said_and_not_added() {
     assert!(kept.iter().all(|known| known.name != "damaged"));
 }
 
-/// In a process without a desktop: no test opens a dialog on the screen of whoever runs it.
+/// In a process without a desktop: no test may open a dialog on screen.
 #[test]
 fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     let test = "environments::where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped";
@@ -236,7 +236,7 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     let mut window = open(&home);
     window.get_by_label("Add…").click();
     window.run_steps(2);
-    until(&mut window, "that there is no dialog", |app| {
+    until(&mut window, "message about the missing dialog", |app| {
         let entry = app.state().path.as_ref();
         entry.is_some_and(|entry| entry.missing.is_some())
     });
@@ -299,7 +299,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
     window.get_by_label("Star Three-point").click();
     window.run_steps(3);
     assert!(top(&window, "Three-point") < top(&window, "sky"));
-    // By key, while the pane has the keys: the one that is shown.
+    // The shortcut, while the pane is active, marks the current environment.
     window.get_by_label("sky").click();
     until_shown(&mut window);
     assert_eq!(window.state().state().active, Pane::Environments);
@@ -310,7 +310,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
 
     let mut window = open_as(&settings, &other);
     assert!(top(&window, "Three-point") < top(&window, "window"));
-    assert!(top(&window, "sky") > top(&window, "window"), "another file of that name is none");
+    assert!(top(&window, "sky") > top(&window, "window"), "not a favourite");
     window.get_by_label("Unstar Three-point").click();
     window.run_steps(3);
     assert!(window.query_by_label("Environments: Favourites").is_none());
@@ -344,7 +344,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     window.run_steps(4);
     window.get_by_label("Environments: day").click();
     window.run_steps(3);
-    assert!(window.query_by_label("day_03").is_none(), "it is folded");
+    assert!(window.query_by_label("day_03").is_none(), "the folder is folded");
 
     window.get_by_label("Search environments").click();
     window.run_steps(2);
@@ -359,7 +359,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
         look.environments[look.environment].name.clone()
     };
     assert_eq!(shown(&window), "night_07");
-    // Within what is found.
+    // Within the search results.
     window.get_by_label("Search environments").click();
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
@@ -375,7 +375,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     window.run_steps(3);
     assert!(window.query_by_label("night_08").is_some());
 
-    // The arrows go through the list as it is shown, and bring into sight what they come to.
+    // The arrow keys follow the visible list and scroll to the new row.
     window.get_by_label("sky").scroll_to_me();
     window.run_steps(4);
     window.get_by_label("sky").click();
@@ -386,7 +386,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     window.run_steps(6);
     assert_eq!(shown(&window), "studio_49");
     let row = window.get_by_label("studio_49").rect();
-    // The pane ends there.
+    // Lower edge of the pane.
     assert!(row.bottom() < 690.0, "{row:?}");
     until_shown(&mut window);
     super::snapshot(&mut window, "studio_environments_many");
@@ -409,7 +409,7 @@ fn what_is_folded_stays_folded_in_the_next_window() {
     };
     assert_eq!(is_folded(&window), [true; 2]);
     window.get_by_role_and_label(Role::SpinButton, "Pitch");
-    // Closing waits for what has to be written.
+    // Dropping the window waits for its writes.
     drop(window);
     let mut window = open_as(&settings, &home);
     assert_eq!(is_folded(&window), [true; 2]);

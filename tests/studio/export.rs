@@ -1,4 +1,4 @@
-//! Exports, asked for with the mouse and with keys alone, on a network that was trained for seconds.
+//! Exports with the mouse only and with keys only, with a network trained for seconds.
 
 use super::{
     Window, clay_window, go, plain_drag, retype, scroll_to, snapshot, told_job, until,
@@ -27,7 +27,7 @@ use std::sync::mpsc::{Sender, channel};
 use tempfile::TempDir;
 use test_shoot::TestShoot;
 
-/// A network that is trained at once, and has hardly learnt anything.
+/// A network with a few seconds of training.
 pub fn smallest_config() -> TrainingConfig {
     TrainingConfig {
         width: 8,
@@ -38,7 +38,7 @@ pub fn smallest_config() -> TrainingConfig {
     }
 }
 
-/// A project of four frames with a network that has hardly learnt anything, made once; each test has a copy.
+/// A project of four frames with such a network. It is made once; each test gets a copy.
 pub fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
     let (made, _) = MADE.get_or_init(|| {
@@ -95,7 +95,7 @@ fn open(folder: TempDir, project: Project) -> (Window, PathBuf, TempDir) {
     (window, root, folder)
 }
 
-/// Waits until all exports are over.
+/// Waits until all exports have ended.
 pub fn until_exported(window: &mut Window, count: usize) {
     window.run_steps(2);
     until(window, "end of the exports", |app| {
@@ -104,7 +104,7 @@ pub fn until_exported(window: &mut Window, count: usize) {
     });
 }
 
-/// The files whose names begin so, without their folder.
+/// File names with this prefix, without their folder.
 fn files(root: &Path, begin: &str) -> Vec<String> {
     let Ok(entries) = std::fs::read_dir(root.join("exports")) else {
         return Vec::new();
@@ -124,7 +124,7 @@ pub fn type_name(window: &mut Window, name: &str) {
     window.run_steps(2);
 }
 
-/// Chooses other colours of the files than `now`.
+/// Changes the colours of the files from `now`.
 pub fn choose_colors(window: &mut Window, now: &str, other: &str) {
     let now = format!("Colours: {now}");
     window.get_by_role_and_label(Role::ComboBox, &now).click();
@@ -164,12 +164,12 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(files(&root, "mouse"), first);
     window.get_by_label("Open folder mouse.0000–0001.png");
 
-    // The same again takes another name, unless it is to replace what is there.
+    // The same export again gets a new name, unless it may replace the files.
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
     let before = bytes(first[0]);
     until_said(&mut window, "2 files with this name already exist");
     window.get_by_label_contains("mouse_2.0000.png");
-    // Another light.
+    // A different light.
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(4);
     until_shown(&mut window);
@@ -191,11 +191,11 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert!(window.state().exports().is_empty());
 }
 
-/// Waits until a label that contains this is shown.
+/// Waits until a label contains this text.
 pub fn until_said(window: &mut Window, text: &str) {
     let started = std::time::Instant::now();
     while window.query_by_label_contains(text).is_none() {
-        assert!(started.elapsed() < test_support::PATIENCE, "nobody says {text}");
+        assert!(started.elapsed() < test_support::PATIENCE, "no label with {text}");
         std::thread::sleep(std::time::Duration::from_millis(5));
         window.step();
     }
@@ -237,7 +237,7 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::Space);
     tab_to(&mut window, Role::CheckBox, "One for each lamp");
     press(&mut window, Key::Space);
-    // Rows come above it, and the focus stays.
+    // New rows appear above it, and the focus stays.
     press(&mut window, Key::Tab);
     let nuke = window.get_by_role_and_label(Role::CheckBox, "Nuke");
     assert!(nuke.is_focused());
@@ -258,7 +258,7 @@ fn keys_alone_lead_through_an_export() {
     assert!(said.contains("2 frames") && said.contains("6 light layers"), "{said}");
     assert_eq!(rebuilt(&root.join("exports/keys.0001.exr")).unwrap().size(), (24, 24));
 
-    // From a text as from a button, Ctrl+Enter adds another; Esc leaves the controls.
+    // Ctrl+Enter adds an export from a text field as from a button; Esc leaves the controls.
     tab_to(&mut window, Role::TextInput, "Name");
     retype(&mut window, "exports/more");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
@@ -305,7 +305,7 @@ fn an_export_is_what_was_shown_when_it_was_added() {
     let now = image::open(root.join("exports/now.0003.png")).unwrap().into_rgb8();
     assert_ne!(bytes("now.0003.png"), bytes("then.0003.png"));
     let grey = now.pixels().all(|p| p.0[0] == p.0[1] && p.0[1] == p.0[2]);
-    assert!(!grey, "what is only looked at, a channel, is not exported");
+    assert!(!grey, "a viewed channel is not exported");
 }
 
 fn settings(to: String) -> RelightSettings {
@@ -331,7 +331,7 @@ fn settings(to: String) -> RelightSettings {
     }
 }
 
-/// Pixels of a file, and what it says that it was made of.
+/// Pixels of a file, and its metadata.
 fn contents(file: &Path) -> (Vec<[f32; 3]>, Option<String>) {
     let pixels = match file.extension().unwrap() == "exr" {
         true => read_linear(file).unwrap().pixels,
@@ -358,12 +358,12 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
     super::viewing::look_through_view(&mut window);
     export(&mut window, "looked", 2);
     let plain = contents(&file("plain.0000.png"));
-    assert!(plain == contents(&file("looked.0000.png")), "a way to look is exported");
+    assert!(plain == contents(&file("looked.0000.png")), "viewing settings must not be exported");
 
     choose_colors(&mut window, "sRGB", VIEW);
     window.get_by_label_contains(&format!("Writes the view {VIEW} for sRGB - Display"));
     assert!(window.query_by_role_and_label(Role::TextInput, "LUT").is_none());
-    // The other way round: what is exported is not looked through.
+    // The reverse: export colours do not change the view.
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);
@@ -371,7 +371,7 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
     export(&mut window, "view", 3);
     assert!(plain.0 != contents(&file("view.0000.png")).0);
 
-    // An EXR holds no view, and says so by its colours.
+    // An EXR holds no view; its colours are a space.
     window.get_by_role_and_label(Role::RadioButton, "Format EXR").click();
     window.run_steps(4);
     choose_colors(&mut window, "Linear Rec. 709", "ACEScg (scene_linear)");
@@ -466,14 +466,14 @@ fn light_layers_are_exported_behind_effects_and_a_background() {
     let report = relight(&project, &settings, &Progress::silent()).unwrap();
     let check = report.layers.unwrap();
     assert_eq!(check.layers, 6);
-    // What half floats round is all that is lost.
+    // Only the rounding of half floats is lost.
     assert!(
         check.brightest > 0.0 && check.residual <= check.brightest * 2f32.powi(-11),
         "{check:?}"
     );
 }
 
-/// An export that writes a still for each word, until the words end.
+/// An export that writes a still per message, until the channel closes.
 pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
     let (tell, told) = channel::<()>();
     let folder = folder.to_path_buf();
@@ -503,7 +503,7 @@ pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
     tell
 }
 
-/// Waits until the running export has written so much.
+/// Waits until the running export has written this share.
 pub fn until_share(window: &mut Window, share: f32) {
     until(window, "share of the export", |app| {
         app.status().job.as_ref().is_some_and(|work| work.share == share)
@@ -521,7 +521,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
         tell.send(()).unwrap();
     }
     until_share(&mut window, 0.25);
-    assert!(window.query_by_label("Stop").is_none(), "the line of the job is not shown twice");
+    assert!(window.query_by_label("Stop").is_none(), "only one line of the job");
     window.get_by_label("Pause clay.0000–0007.png").click();
     window.run_steps(3);
     window.get_by_label("paused");
@@ -554,7 +554,7 @@ fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
     window.run_steps(2);
     assert!(window.state().exports().is_empty());
-    // A project that was never trained: the export says so in the line.
+    // A project without a network: the message line shows the reason.
     type_name(&mut window, "exports/clay");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
@@ -577,7 +577,7 @@ fn the_export_s_panel_looks_as_it_did() {
     drop(done);
     let tell = told_export(&window, "clay.0000–0007.png", folder.path());
     let _next = told_export(&window, "clay.0000–0007.exr", folder.path());
-    // The first one passes this share too.
+    // The first export passes this share too.
     until(&mut window, "the second export", |app| {
         let second = app.exports().get(1);
         second.is_some_and(|export| export.status == ExportStatus::Running)
@@ -647,7 +647,7 @@ fn work_that_ends_while_the_window_is_in_the_background_asks_for_a_look() {
             std::thread::sleep(std::time::Duration::from_millis(5));
             step(&mut window);
         }
-        // It is told after it is over.
+        // The message follows shortly after the end.
         for _ in 0..20 {
             std::thread::sleep(std::time::Duration::from_millis(5));
             step(&mut window);
@@ -674,7 +674,7 @@ fn the_picture_is_shown_through_a_look_up_table_and_without_it_again() {
     });
     let brightest = |rgb: &[u8]| *rgb.iter().max().unwrap();
     assert!(brightest(&codes(&window)) <= 153, "0.6 of white");
-    // It stays while one works elsewhere, and is taken away there.
+    // The table stays in other workspaces, and can be removed there.
     window.get_by_label("Workspace Relight").click();
     window.run_steps(2);
     window.get_by_label("LUT night.cube ×").click();
@@ -722,7 +722,7 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     };
     let refused = relight(&project, &unknown, &Progress::silent()).unwrap_err();
     assert!(
-        refused.to_string().contains("there is no lamp \"no such\": the lamps are olat_00"),
+        refused.to_string().contains("unknown lamp \"no such\": the lamps are olat_00"),
         "{refused}"
     );
 }
@@ -768,7 +768,7 @@ fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
         let file = image::open(file).unwrap().into_rgb8();
         let off = file.as_raw().iter().zip(&shown.rgb);
         let off = off.map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-        assert!(off <= 1, "frame {frame} is off by {off} codes");
+        assert!(off <= 1, "frame {frame} differs by {off} codes");
     }
 }
 
@@ -793,7 +793,7 @@ fn a_measured_cell_is_shown_beside_its_truth() {
         window.get_by_role_and_label(Role::Image, name);
     }
     assert_ne!(shown.truth, shown.predicted);
-    // One zoom for all three; Esc leads back to the picture.
+    // One zoom for all three; Esc returns to the picture.
     let photograph = window.get_by_role_and_label(Role::Image, "photograph").rect();
     window.event(Event::PointerMoved(photograph.center()));
     window.event(Event::Zoom(2.0));
@@ -805,7 +805,7 @@ fn a_measured_cell_is_shown_beside_its_truth() {
     window.get_by_label("Relit picture");
 }
 
-/// In a process without a desktop: no test opens a dialog on the screen of whoever runs it.
+/// In a process without a desktop: no test may open a dialog on screen.
 #[test]
 fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
     let test = "export::an_export_is_sent_to_a_farm_into_a_folder_that_is_typed";
@@ -822,7 +822,7 @@ fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
         window.run_steps(2);
         window.get_by_label("Slurm…").click();
         window.run_steps(2);
-        until(&mut window, "that there is no dialog", |app| {
+        until(&mut window, "message about the missing dialog", |app| {
             let entry = app.state().path.as_ref();
             entry.is_some_and(|entry| entry.missing.is_some())
         });

@@ -1,4 +1,4 @@
-//! The footage: thumbnails, mattes, and the square that is worked with.
+//! The footage: thumbnails, mattes, and the crop.
 
 use super::dialogs::assert_is_unsaved;
 use super::project::{calibrated, imported, needs};
@@ -100,7 +100,8 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     window.get_by_label("Footage");
     window.get_by_label("Whole").click();
     window.run();
-    // Nothing is lost by now, so nothing is asked. Another program writes into the project, and the window goes on.
+    // Nothing would be lost now, so there is no question. While another program holds the lock, the window stays
+    // responsive.
     let other = std::fs::File::open(&project.root).unwrap();
     other.lock().unwrap();
     window.get_by_label("Use this framing").click();
@@ -111,8 +112,8 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     test_support::shown!(
         Accidents,
         "A project is framed or opened while another program writes into it",
-        danger: "the window stands still",
-        done: "the window goes on; after ten seconds it says who is to be closed",
+        danger: "the window freezes",
+        done: "the window stays responsive; after ten seconds it names the program to close",
     );
 }
 
@@ -152,7 +153,7 @@ fn without_footage_the_pane_says_so() {
     snapshot_without(&mut window, "studio_footage_empty", &places);
 }
 
-/// A project of a shoot that brings no mattes of its interview, with the brush taken.
+/// A project from a shoot without mattes of its interview, with the brush active.
 fn painting(folder: &std::path::Path) -> (Project, Window) {
     let shoot = TestShoot { size: 64, ..TestShoot::default() };
     let project = shoot.import(folder, "film");
@@ -181,7 +182,7 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     assert_eq!((first[0].frame, first[0].side), (0, BrushSide::Keep));
     assert!(first[0].points.len() > 3, "{first:?}");
     until(&mut window, "new matte", |app| !app.matte().is_seeking());
-    // The right button says the other; a step of undo takes one stroke.
+    // The right button paints the opposite side; an undo step is a single stroke.
     drag(
         &mut window,
         middle + vec2(-90.0, -60.0),
@@ -196,7 +197,7 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     window.run_steps(2);
     until(&mut window, "undone stroke", |app| app.matte().is_saved());
     assert_eq!(kept(), first);
-    // Keys of the brush.
+    // Shortcuts of the brush.
     let radius = |window: &Window| window.state().matte().radius((64, 64));
     let before = radius(&window);
     window.key_press(Key::CloseBracket);
@@ -214,7 +215,7 @@ fn strokes_change_the_shown_matte_are_kept_undone_and_used_for_all_mattes() {
     until(&mut window, "no strokes", |app| app.matte().is_saved());
     assert!(kept().is_empty() && !Strokes::path(&project).exists());
 
-    // A folder is where the strokes should be written: nobody is told that all is saved.
+    // A folder takes the place of the strokes file: the save key must not report success.
     std::fs::create_dir_all(Strokes::path(&project).join("in the way")).unwrap();
     plain_drag(&mut window, middle, middle + vec2(60.0, 20.0));
     until(&mut window, "refusal", |app| app.status().refusal.is_some());
@@ -239,7 +240,7 @@ fn a_matte_that_cannot_be_painted_says_why() {
     window.run_steps(2);
     window.get_by_label("Framing square");
 
-    // Without a screen, the frame says what to paint.
+    // Without a green screen, the message says what to paint.
     let folder = crate::temporary();
     let project = TestShoot::default().import(folder.path(), "film");
     std::fs::remove_dir_all(folder.path().join("shoot/interview_masks")).unwrap();

@@ -1,4 +1,4 @@
-//! Keys of settings: set, gone through, moved, copied, shaped and removed; and what else the keyboard moves.
+//! Keys of settings: set, visited, moved, copied, shaped and removed; and other uses of the keyboard.
 
 use super::{
     MIDDLE, Window, clay, clay_window, go, picture, plain_drag, scroll_to, snapshot, until,
@@ -40,7 +40,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     assert!((0.2 * yaw..0.7 * yaw).contains(&between), "{between} of {yaw}");
     assert_eq!(window.state().relit().unwrap().scene.yaw_deg, between);
 
-    // The last key is dragged to the frame that is shown: all of the turn is over there.
+    // The last key is dragged to the current frame, so that the whole rotation ends there.
     let key = window.get_by_label(&format!("Yaw key at frame {last}")).rect().center();
     let first = window.get_by_label("Yaw key at frame 0").rect().center();
     let to = first + (key - first) * (3.0 / last as f32);
@@ -50,7 +50,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     assert_eq!(window.state().state().look.yaw_deg, yaw);
     let turned = picture(&window);
 
-    // A click goes to a key's frame and grabs it.
+    // A click goes to a key's frame and selects the key.
     window.get_by_label("Yaw key at frame 0").click();
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, 0);
@@ -83,7 +83,7 @@ fn intensity_is_keyed_by_its_diamond_and_by_key() {
     assert_eq!(frames(window.state(), Setting::Intensity), [0.0]);
 }
 
-/// Clicks the diamond beside a setting.
+/// Clicks the key button beside a setting.
 fn toggle(window: &mut Window, setting: &str) {
     let diamond = format!("{setting} key at this frame");
     scroll_to(window, &diamond);
@@ -103,7 +103,7 @@ fn type_value(window: &mut Window, setting: &str, text: &str) {
     super::type_into(window, (Role::SpinButton, &lane), text);
 }
 
-/// A window whose yaw has keys at the frames 0, 3 and 7, and whose exposure has some at 0 and 7.
+/// A window with yaw keys at the frames 0, 3 and 7, and exposure keys at 0 and 7.
 fn animated(folder: &std::path::Path) -> Window {
     let mut window = clay_window(folder);
     until_shown(&mut window);
@@ -133,7 +133,7 @@ fn going_to_another_frame_writes_no_file() {
             (std::fs::read_to_string(path).unwrap_or_default(), changed)
         })
     };
-    // Closing it waits for what is being written.
+    // Dropping the window waits for its writes.
     drop(window);
     let before = written();
     assert!(before.iter().all(|(text, _)| text.contains("\"yaw\"")));
@@ -188,7 +188,7 @@ fn every_row_has_a_diamond_and_what_is_animated_has_a_lane() {
         assert_eq!(frames(window.state(), setting), [0.0], "{name}");
         scroll_to(&mut window, &format!("Curve of {name}"));
     }
-    // The channels of a colour are set together, and by one undo taken back.
+    // The channels of a colour get keys together, and a single undo removes them.
     toggle(&mut window, "Light 1 colour");
     let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue].map(light);
     for channel in channels {
@@ -199,7 +199,7 @@ fn every_row_has_a_diamond_and_what_is_animated_has_a_lane() {
     for channel in channels {
         assert!(frames(window.state(), channel).is_empty());
     }
-    // Its keys go with a light.
+    // Removing a light removes its keys.
     scroll_to(&mut window, "Remove light 1");
     window.get_by_label("Remove light 1").click();
     window.run_steps(2);
@@ -210,7 +210,7 @@ fn every_row_has_a_diamond_and_what_is_animated_has_a_lane() {
 fn keys_are_selected_moved_copied_and_removed_together() {
     let folder = crate::temporary();
     let mut window = animated(folder.path());
-    // A box around the keys at frame 7 selects both lanes' keys.
+    // A box around the keys at frame 7 selects the keys of both lanes.
     let (yaw, exposure) = (key(&window, "Yaw", 7), key(&window, "Exposure", 7));
     plain_drag(&mut window, yaw - vec2(20.0, 9.0), exposure + vec2(10.0, 9.0));
     let by = key(&window, "Yaw", 0) - key(&window, "Yaw", 3);
@@ -221,7 +221,7 @@ fn keys_are_selected_moved_copied_and_removed_together() {
     window.run_steps(2);
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0]);
 
-    // Shift+click adds to the selection; both are pasted two frames on.
+    // Shift+click adds to the selection. Both keys are pasted two frames later.
     window.get_by_label("Yaw key at frame 0").click();
     window.run_steps(2);
     window.get_by_label("Yaw key at frame 3").click_modifiers(Modifiers::SHIFT);
@@ -234,11 +234,7 @@ fn keys_are_selected_moved_copied_and_removed_together() {
     assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 2.0, 3.0, 5.0, 7.0]);
     window.key_press(Key::Delete);
     window.run_steps(3);
-    assert_eq!(
-        frames(window.state(), Setting::Yaw),
-        [0.0, 3.0, 7.0],
-        "what was pasted is selected"
-    );
+    assert_eq!(frames(window.state(), Setting::Yaw), [0.0, 3.0, 7.0], "pasted keys are selected");
 
     // Degrees can be pasted into another lane of degrees.
     toggle(&mut window, "Pitch");
@@ -297,7 +293,7 @@ fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
     window.run_steps(3);
     assert_eq!(exposure(&window), 1.0, "a drag is one step of undo");
 
-    // The tangent of the first key is turned up: the curve leaves it at once.
+    // The out tangent of the first key is turned up: the curve rises at once.
     window.get_by_label("Exposure key at frame 0").click();
     window.run_steps(3);
     go(&mut window, Key::ArrowRight, 1);
@@ -345,7 +341,7 @@ fn a_value_in_a_lane_sets_a_key_and_in_and_out_are_dragged() {
     let into = handle(&window, "In point at frame 0");
     let to = key(&window, "Yaw", 3).x - key(&window, "Yaw", 0).x;
     plain_drag(&mut window, into.center(), into.center() + vec2(2.0 * to, 0.0));
-    assert_eq!(range(&window), Some((3, 3)), "they do not cross");
+    assert_eq!(range(&window), Some((3, 3)), "in and out do not cross");
     let into = handle(&window, "In point at frame 3").center();
     plain_drag(&mut window, into, into - vec2(2.0 * to, 0.0));
     let out = handle(&window, "Out point at frame 3").center();

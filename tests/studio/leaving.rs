@@ -1,4 +1,4 @@
-//! Questions asked before work ends: by a close, or by another project.
+//! Questions before work ends: on closing, and on opening another project.
 
 use super::export::{told_export, until_share};
 use super::{Window, clay_window, drop_onto, project, snapshot, told_job, until, until_labelled};
@@ -9,7 +9,7 @@ use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use std::sync::mpsc::Sender;
 
-/// Asks the window to close; whether it asks back.
+/// Requests a close; true if the window asks first.
 pub fn close(window: &mut Window) -> bool {
     let root = window.input_mut().viewports.entry(ViewportId::ROOT);
     root.or_default().events.push(egui::ViewportEvent::Close);
@@ -22,7 +22,7 @@ pub fn close(window: &mut Window) -> bool {
     asked
 }
 
-/// A window in which two of eight frames of an export are written.
+/// A window with an export of which two of eight frames are written.
 fn exporting(name: &str, folder: &Path) -> (Window, Sender<()>) {
     let mut window = clay_window(folder);
     let tell = told_export(&window, name, folder);
@@ -97,7 +97,7 @@ fn the_project_itself_is_opened_again_by_another_path_once_that_is_agreed() {
     window.get_by_label("Open the project again while work is running?");
     window.key_press(Key::Escape);
     window.run_steps(2);
-    // A job of its own writes what would be read.
+    // A running job writes the files that would be read.
     drop(window);
     let mut window = super::window(|ctx| StudioApp::over(ctx, film.clone(), super::clay::source));
     let job = told_job(&mut window);
@@ -141,7 +141,7 @@ fn another_project_asks_before_it_ends_exports() {
     assert!(is_open(&window, &film.root));
     assert!(window.state().exports().is_empty());
     assert!(window.query_by_label("Stop and open").is_none());
-    assert_eq!(window.state().status().refusal, None, "it was asked about");
+    assert_eq!(window.state().status().refusal, None, "the question was answered");
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn keys_do_nothing_behind_a_question_but_close_it() {
         (Modifiers::COMMAND, Key::N),
         (Modifiers::COMMAND | Modifiers::SHIFT, Key::P),
     ] {
-        // Nothing is focused: Space would press the button that is.
+        // Without focus: Space would press a focused button.
         window.ctx.memory_mut(|memory| {
             if let Some(focused) = memory.focused() {
                 memory.surrender_focus(focused);

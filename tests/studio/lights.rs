@@ -72,7 +72,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
     click(&mut window, "Mute Light 1");
     assert!(!lights(&window)[0].enabled);
     assert_eq!(picture(&window), without);
-    // Its settings are folded away, and its line stays.
+    // Its settings fold, and its line stays.
     click(&mut window, "Settings of Light 1");
     assert!(window.query_by_role_and_label(Role::SpinButton, "Gain").is_none());
     window.get_by_label("Solo Light 1");
@@ -111,7 +111,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     until_shown(&mut window);
     assert_eq!(groups(&window)[0].name, "Left side");
     assert!(lights(&window).iter().all(|light| light.group == "Left side"));
-    // It is kept, and a group that is removed leaves its lights.
+    // The group is saved, and removing a group keeps its lights.
     let kept = folder.path().join("look.json");
     until(&mut window, "saved group", |_| {
         let text = std::fs::read_to_string(&kept).unwrap_or_default();
@@ -159,8 +159,8 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
         plain_drag(window, from, to);
         until_shown(window);
     };
-    assert!(to(&window).x < -0.3, "it begins at the camera's left");
-    // The picture shows where it falls: on the left of the ball, above its middle.
+    assert!(to(&window).x < -0.3, "the light starts at camera left");
+    // The picture shows its highlight: on the left of the ball, above its centre.
     until_labelled(&mut window, "Light 1 on the picture");
     window.run_steps(3);
     let pane = window.get_by_label("Relit picture").rect();
@@ -187,13 +187,13 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     until(&mut window, "light from the right", |app| {
         app.state().look.lighting.placed[0].direction().x > 0.3
     });
-    assert_eq!(lights(&window).len(), before, "it moves its own light");
+    assert_eq!(lights(&window).len(), before, "the handle moves its own light");
     assert_eq!(window.state().state().look.yaw_deg, 0.0, "the environment stays");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(4);
     until_shown(&mut window);
     assert!(to(&window).distance(pulled) < 1e-4, "one step of undo");
-    // Esc puts the handle away.
+    // Esc hides the handle.
     window.key_press(Key::Escape);
     window.run_steps(3);
     assert!(window.query_by_label("Light 1 on the picture").is_none());
@@ -247,7 +247,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
     assert_eq!((ids(&window), picture(&window)), (vec![1], one));
     assert!(keys_of(&window, 2).is_empty());
 
-    // The keyboard is that of the pane in which was clicked last.
+    // Keys go to the pane of the last click.
     assert_eq!(window.state().state().active, Pane::Light);
     assert_eq!(copied(&mut window), None, "no light is chosen");
     click(&mut window, "Settings of Light 1");
@@ -276,7 +276,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
     window.run_steps(3);
     window.get_by_label_contains("The clipboard holds no light");
 
-    // In the timeline the same keys are those of its lanes.
+    // In the timeline, the same keys apply to its lanes.
     click(&mut window, "Settings of Light 1");
     window.get_by_label("Light 1 azimuth key at frame 0").click();
     window.run_steps(3);
@@ -289,7 +289,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
     window.run_steps(3);
     assert_eq!(ids(&window), [1, 2]);
     assert!(keys_of(&window, 1).is_empty(), "the key is removed");
-    // And in a field they are those of its text.
+    // In a text field, they apply to the text.
     click(&mut window, "Name of Light 1");
     window.key_press(Key::Delete);
     window.run_steps(3);
@@ -394,7 +394,7 @@ fn a_colour_is_picked_and_the_temperature_no_longer_applies() {
     assert!(sum(&blue, 0) < sum(&warm, 0) && sum(&blue, 2) > sum(&warm, 2));
 }
 
-/// Types into the first of the fields of this name: that of the light, above those of the environment.
+/// Types into the first field with this name: the light's, which is above the environment's.
 fn type_number_of_light(window: &mut Window, field: &str, text: &str) {
     let fields = window.query_all_by_role_and_label(Role::SpinButton, field);
     let first = fields.min_by(|a, b| a.rect().top().total_cmp(&b.rect().top()));
@@ -422,7 +422,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
         groups.map(|group| group.name.clone()).collect()
     };
     assert_eq!(names(&window), ["Group 1", "Group 2"]);
-    window.get_by_label_contains("A group is called Group 1 already");
+    window.get_by_label_contains("A group named Group 1 already exists");
     window.key_press(Key::Escape);
     window.run_steps(2);
 
@@ -431,7 +431,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     assert!(window.query_by_label("Name of Light 2").is_none());
     assert!(window.query_by_role_and_label(Role::SpinButton, "Gain of Group 2").is_none());
     window.get_by_label("Name of Light 1");
-    // Its name and what mutes it stay, and so does the fold under another name.
+    // Its name and mute button stay, and it stays folded after a rename.
     click(&mut window, "Mute Group 2");
     assert!(groups(&window)[1].muted);
     type_into(&mut window, name, "Rim");
@@ -441,7 +441,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     assert!(window.query_by_label("Name of Light 2").is_none());
     click(&mut window, "Rim group");
     window.get_by_label("Name of Light 2");
-    // A light that is chosen or added in a folded group is shown.
+    // Selecting or adding a light in a folded group unfolds the group.
     click(&mut window, "Rim group");
     assert!(window.query_by_label("Name of Light 2").is_none());
     click(&mut window, "Settings of Light 1");
@@ -450,7 +450,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     click(&mut window, "Rim group");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(4);
-    // A group that is removed takes its fold with it.
+    // A new group is not folded like the removed one.
     click(&mut window, "Remove Group 2; its lights stay");
     choose(&mut window, "Group", "New group");
     window.get_by_label("Name of Light 2");
@@ -487,7 +487,7 @@ fn keys_change_no_light_and_no_key_behind_a_question() {
         window.key_press(Key::Escape);
         window.run_steps(2);
     }
-    // Without the question they change what has the focus.
+    // Without the question, they change the focused control.
     press(&mut window);
     assert_ne!(window.state().state().look, before);
     drop(job);
@@ -508,7 +508,7 @@ fn lights_their_groups_and_copies_are_there_when_the_window_opens_again() {
     let (before, shown) = (window.state().state().look.clone(), picture(&window));
     let names: Vec<&str> = before.lighting.placed.iter().map(|l| &*l.name).collect();
     assert_eq!(names, ["Key", "Key 2"]);
-    // Closing it waits for what is being written.
+    // Dropping the window waits for its writes.
     drop(window);
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
@@ -518,7 +518,7 @@ fn lights_their_groups_and_copies_are_there_when_the_window_opens_again() {
     assert_eq!((keys_of(&window, 1), keys_of(&window, 2)), (vec![-135.0], vec![-240.0]));
     assert_eq!(picture(&window), shown);
     undo(&mut window);
-    assert_eq!(keys_of(&window, 2), [-135.0], "so are the steps");
+    assert_eq!(keys_of(&window, 2), [-135.0], "undo steps are restored too");
 }
 
 #[test]
@@ -554,7 +554,7 @@ fn every_line_of_many_lights_is_reached_and_nothing_of_it_is_cut() {
         let apart = rects.windows(2).all(|pair| pair[0].right() < pair[1].left());
         assert!(apart && rects[3].width() > 60.0, "{i}: {rects:?}");
     }
-    // The last settings of the last light, which is in the longest group.
+    // The last settings of the last light in the longest group.
     click(&mut window, "Settings of Light 12");
     for field in ["Gain", "Azimuth", "Elevation", "Radius"] {
         let of = |window: &Window| window.get_by_role_and_label(Role::SpinButton, field).rect();

@@ -1,4 +1,4 @@
-//! A window that keeps up: drags, playing, idling, a GPU that is lost, a disk that is full.
+//! A responsive window: during drags, playback and rest, after a lost GPU, with a full disk.
 
 use super::leaving::close;
 use super::on_gpu::own_gpu;
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use test_support::PATIENCE;
 
-/// Lets the relighter make the picture that it was asked for, as it does between two frames of a window.
+/// Waits until the relighter has made the requested picture, as it would between two frames of a window.
 fn between_frames(window: &Window) {
     let started = Instant::now();
     while !window.state().worker().unwrap().has_picture() {
@@ -31,7 +31,7 @@ fn between_frames(window: &Window) {
     }
 }
 
-/// However long a picture takes: what it takes is measured elsewhere.
+/// Independent of the time that a picture takes, which is measured elsewhere.
 #[test]
 fn a_drag_shows_each_move_with_no_older_picture_between_and_predicts_nothing() {
     let folder = crate::temporary();
@@ -55,7 +55,7 @@ fn a_drag_shows_each_move_with_no_older_picture_between_and_predicts_nothing() {
             window.step();
             pictures += 1;
         }
-        // The move before may have been shown at less than its size first, and be made again.
+        // The previous move may have been shown at reduced size, and is then made again.
         assert!(pictures <= 2, "{pictures} pictures at {step}");
         let passes = &window.state().relit().unwrap().passes;
         assert!(passes.iter().all(|pass| pass.name != "predict" || !pass.ran));
@@ -79,7 +79,7 @@ fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
     let at_hand = &window.state().relit().unwrap().frames_at_hand;
     assert_eq!(at_hand.len(), clay::FRAMES);
     window.key_press(Key::Space);
-    // A step of this window is a quarter of a second, which is what a frame of the clay takes.
+    // A step of this window is a quarter of a second, the frame time of the clay.
     let mut shown = Vec::new();
     while shown.len() < 2 * clay::FRAMES {
         window.step();
@@ -92,14 +92,14 @@ fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
             shown.push(frame);
         }
     }
-    // The key's own frames may come before the first is due.
+    // The key press may draw frames before the first one is due.
     let begun = shown.iter().position(|&frame| frame == 1).unwrap();
     let shown = shown.split_off(begun);
     let steady = (0..shown.len()).map(|step| (1 + step) % clay::FRAMES);
     assert_eq!(shown, steady.collect::<Vec<_>>());
 }
 
-/// Waits until nothing asks for a frame any more.
+/// Waits until no frame is requested.
 pub fn until_idle(window: &mut Window, what: &str) {
     let started = Instant::now();
     let mut quiet = 0;
@@ -114,7 +114,7 @@ pub fn until_idle(window: &mut Window, what: &str) {
     }
 }
 
-/// Goes to a workspace by its key.
+/// Switches to a workspace by shortcut.
 pub fn enter(window: &mut Window, place: usize) {
     const KEYS: [Key; 5] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
     window.key_press_modifiers(Modifiers::COMMAND, KEYS[place]);
@@ -122,7 +122,7 @@ pub fn enter(window: &mut Window, place: usize) {
     assert_eq!(window.state().state().workspace, Workspace::ALL[place]);
 }
 
-/// Opens a pane by the palette.
+/// Opens a pane from the palette.
 pub fn open(window: &mut Window, pane: Pane) {
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
     window.run_steps(3);
@@ -148,7 +148,7 @@ fn nothing_that_is_shown_asks_for_frames_while_nothing_happens() {
     }
 }
 
-/// Number of controls shown; each has a name.
+/// Number of visible controls. Checks that each has a name.
 fn named_controls(window: &Window) -> usize {
     window.check_accessibility();
     let controls = window.root().children_recursive();
@@ -286,7 +286,7 @@ fn at_twice_the_pixels_the_window_is_as_sharp_as_its_display() {
     until(&mut window, "the first picture", |app| {
         app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
     });
-    // What is predicted is marked on the timeline.
+    // The timeline marks predicted frames.
     for _ in 0..3 {
         window.key_press(Key::ArrowRight);
         until_shown(&mut window);
@@ -313,7 +313,7 @@ fn a_larger_window_gives_its_room_to_the_picture() {
     snapshot(&mut window, "studio_1080");
 }
 
-/// A press or a release of the first button.
+/// A press or a release of the primary button.
 fn press(pos: egui::Pos2, pressed: bool) -> Event {
     Event::PointerButton {
         pos,
@@ -340,7 +340,7 @@ fn a_drag_turns_by_what_comes_between_press_and_release() {
         let to = |points: f32| at + right(points).to_vec2() - MIDDLE.to_vec2();
         window.event(Event::PointerMoved(at - vec2(60.0, 0.0)));
         window.run_steps(2);
-        // A slow frame of the window takes in all of it at once.
+        // One slow frame of the window receives all events at once.
         let events = [Event::PointerMoved(at), press(at, true), Event::PointerMoved(to(20.0))];
         window.input_mut().events.extend(events);
         window.run_steps(3);
@@ -356,7 +356,7 @@ fn a_drag_turns_by_what_comes_between_press_and_release() {
     }
 }
 
-/// Draws the frames that the window asks for, as a system without events does, until it asks for none.
+/// Draws frames until the window requests none, like a system without events.
 fn as_asked(window: &mut Window) {
     let started = Instant::now();
     let mut quiet = 0;
@@ -391,7 +391,7 @@ fn where_a_drag_ends_is_shown_without_another_event() {
             window.event(event);
             window.step();
         }
-        // The events' own frames are over; the others are the window's wish.
+        // Only frames requested by the window remain.
         as_asked(&mut window);
         let drawn = window.render().unwrap();
         window.run_steps(6);
@@ -463,7 +463,7 @@ fn nothing_moves_as_jobs_come_and_go() {
     assert!(window.query_by_label_contains("3250 steps").is_none());
 }
 
-/// The name and the processor time in seconds of a process or thread, by its folder in `/proc`; None when it has ended.
+/// Name and processor time in seconds of a process or thread, from its folder in `/proc`; None once it has ended.
 #[cfg(target_os = "linux")]
 fn processor_time(folder: &Path) -> Option<(String, f64)> {
     let stat = std::fs::read_to_string(folder.join("stat")).ok()?;
@@ -471,11 +471,11 @@ fn processor_time(folder: &Path) -> Option<(String, f64)> {
     let (name, after_name) = named.rsplit_once(')').unwrap();
     let fields: Vec<&str> = after_name.split_whitespace().collect();
     let ticks = fields[11..13].iter().map(|t| t.parse::<f64>().unwrap());
-    // Linux counts for programs in hundredths of a second.
+    // Linux counts processor time in hundredths of a second.
     Some((name.to_owned(), ticks.sum::<f64>() / 100.0))
 }
 
-/// Processor time of this process within `time`, in seconds, and the threads that spend it.
+/// Processor time of this process within `time`, in seconds, and the threads that used it.
 #[cfg(target_os = "linux")]
 fn spent_within(time: Duration) -> (f64, String) {
     let own = || processor_time(Path::new("/proc/self")).unwrap().1;
@@ -500,7 +500,7 @@ fn a_window_at_rest_leaves_the_processor_alone() {
     if !super::alone("live::a_window_at_rest_leaves_the_processor_alone", &[]) {
         return;
     }
-    // As the program does: the window's GPU is offered to the network.
+    // As in the program, the network may use the window's GPU.
     let Some(gpu) = own_gpu() else { return };
     afterlight::gpu::Gpu::share(afterlight::gpu::WgpuSetup {
         instance: gpu.instance.clone(),
@@ -514,13 +514,13 @@ fn a_window_at_rest_leaves_the_processor_alone() {
         .with_size(vec2(1280.0, 720.0))
         .wgpu_setup(WgpuSetup::Existing(gpu))
         .build_eframe(|cc| {
-            // A software one too: burn's threads for it are the same.
+            // A software adapter works too: burn's threads are the same.
             let app = StudioApp::new(&cc.egui_ctx, Some(project), DeviceChoice::Gpu);
             app.drawn_with(cc.wgpu_render_state.clone().unwrap())
         });
     until(&mut window, "first picture", |app| app.relit().is_some());
     until_shown(&mut window);
-    // What is shown is read first, on other threads, and a slow disk holds them up: the first ten quiet seconds count.
+    // Reads by other threads come first, and a slow disk delays them. The first ten quiet seconds count.
     let rests = |window: &mut Window, what: &str| {
         let started = Instant::now();
         loop {
@@ -565,7 +565,7 @@ fn a_window_at_rest_leaves_the_processor_alone() {
     };
     for (what, job) in [
         ("after training", training(true)),
-        ("after going on with it", training(false)),
+        ("after resuming it", training(false)),
         ("after measuring", review),
     ] {
         window.state().worker().unwrap().run(job).unwrap();

@@ -9,7 +9,7 @@ use afterlight::worker::PreviewPicture;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 
-/// Clicks through menus over the picture: the panels on the left have the same names.
+/// Clicks menu entries over the picture: the panels on the left have the same names.
 fn open(window: &mut Window, menus: &[&str]) {
     for &name in menus {
         click(window, name, 208.0);
@@ -17,18 +17,18 @@ fn open(window: &mut Window, menus: &[&str]) {
     }
 }
 
-/// The codes of the first and the second compared picture.
+/// Codes of the first and second compared picture.
 fn sides(relit: &PreviewPicture) -> [Option<&[u8]>; 2] {
     [&relit.first, &relit.second].map(|side| side.as_ref().map(|(_, codes)| &*codes.rgb))
 }
 
-/// Waits until what is compared has these codes.
+/// Waits until the compared pictures have these codes.
 fn until_sides(window: &mut Window, what: &str, wanted: [Option<&[u8]>; 2]) {
     until_shown(window);
     until(window, what, |app| app.relit().is_some_and(|relit| sides(relit) == wanted));
 }
 
-/// The picture of every frame in the present look, from the first.
+/// Pictures of all frames in the current look, from the first.
 fn all_frames(window: &mut Window) -> Vec<Vec<u8>> {
     super::go(window, Key::Home, 0);
     let mut pictures = vec![picture(window)];
@@ -40,7 +40,7 @@ fn all_frames(window: &mut Window) -> Vec<Vec<u8>> {
     pictures
 }
 
-/// Plays the clip until five frames were seen, each of which is looked at by `check`, with its number.
+/// Plays the clip until `check` has accepted five different frames.
 fn play(window: &mut Window, check: impl Fn(&PreviewPicture) -> bool) {
     window.key_press(Key::Space);
     until(window, "playing", |app| app.state().playing);
@@ -81,14 +81,14 @@ fn the_picture_is_wiped_against_a_stored_look_at_any_frame() {
     until_sides(&mut window, "last frame", [None, Some(&warm[last])]);
     super::snapshot(&mut window, "studio_wiped_look");
 
-    // As it plays, both pictures are of one frame.
+    // During playback, both pictures show the same frame.
     play(&mut window, |relit| {
         let second = sides(relit)[1];
         assert!(second.is_none_or(|second| second == warm[relit.scene.frame]));
         second.is_some()
     });
 
-    // It stands on the left as well; what is the same differs in nothing.
+    // The same look on the left as well: the difference is black.
     super::go(&mut window, Key::Home, 0);
     open(&mut window, &["First: relit", "Look", "Warm"]);
     until_sides(&mut window, "both", [Some(&warm[0]), Some(&warm[0])]);
@@ -128,7 +128,7 @@ fn versions_of_a_look_are_compared_until_it_is_removed_and_that_is_said() {
     window.get_by_label("First: Eve");
     until_sides(&mut window, "the same", [Some(&second), Some(&first)]);
 
-    // No picture of before stands there.
+    // No stale picture remains.
     choose(&mut window, "Eve", "Remove");
     until_labelled(&mut window, "Eve was removed");
     until_sides(&mut window, "relit picture", [None, None]);
@@ -162,7 +162,7 @@ fn a_compared_look_whose_environment_is_missing_says_so() {
     until_compared(&mut window);
     open(&mut window, &["Against interview frame", "Look", "Yard"]);
     until_sides(&mut window, "look", [None, Some(&lit)]);
-    // The environment goes out of the list with what added it.
+    // Undo removes the environment from the list.
     for _ in 0..2 {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         window.run_steps(2);
@@ -207,7 +207,7 @@ fn one_of_four_places_has_an_older_version_also_while_the_clip_plays() {
 
     super::go(&mut window, Key::Home, 0);
 
-    // The sign of what is for looking only is there too.
+    // The label of the viewing settings appears here too.
     assert!(window.query_by_label_contains("not exported").is_none());
     window.key_press(Key::L);
     window.key_press(Key::E);
@@ -216,7 +216,7 @@ fn one_of_four_places_has_an_older_version_also_while_the_clip_plays() {
     let sign = window.get_by_label("viewing luminance, +0.5 stops: not exported");
     let [a, d] = ["A: current look", "D: nothing"].map(|name| window.get_by_label(name).rect());
     assert!(a.union(d).contains_rect(sign.rect()));
-    // When it was stored stands below its name.
+    // Its time of storing appears below its name.
     let row = window.get_by_label("Night").rect();
     let told = row.with_min_x(row.left() + 1.4 * row.height());
     super::snapshot_without(&mut window, "studio_four_viewed", &[told]);

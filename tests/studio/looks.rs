@@ -1,4 +1,4 @@
-//! Looks that are stored, shown, shared between projects and compared; undo that outlives the window.
+//! Stored looks: saved, applied, shared between projects and compared; and undo steps that outlive the window.
 
 use super::{Window, clay, clay_window, picture, retype, until, until_shown, window};
 use afterlight::gpu::DeviceChoice;
@@ -15,14 +15,14 @@ pub fn id(shelf: Shelf, name: &str) -> LookId {
 
 /// Brings the pane of looks to the front.
 pub fn open_looks(window: &mut Window) {
-    // A person's window remembers it.
+    // Preferences may have kept it in front.
     if window.query_by_label("Name of the look").is_none() {
         window.get_by_label("Looks").click();
         window.run_steps(3);
     }
 }
 
-/// Types a name for the present look in place of the one that is there, and clicks.
+/// Replaces the name in the field for the current look, and clicks the button.
 pub fn store(window: &mut Window, name: &str, button: &str) {
     window.get_by_label("Name of the look").click();
     window.run_steps(2);
@@ -32,7 +32,7 @@ pub fn store(window: &mut Window, name: &str, button: &str) {
     until_drawn(window, &id(Shelf::Project, name));
 }
 
-/// Waits until the newest version of a look has its picture.
+/// Waits for the thumbnail of a look's newest version.
 fn until_drawn(window: &mut Window, look: &LookId) {
     until(window, "look with its picture", |app| {
         let looks = app.looks();
@@ -46,7 +46,7 @@ pub fn choose(window: &mut Window, look: &str, entry: &str) {
     window.run_steps(3);
     window.get_by_label(entry).click();
     window.run_steps(3);
-    until(window, "end of what was asked for", |app| !app.looks().is_busy());
+    until(window, "end of the action", |app| !app.looks().is_busy());
 }
 
 /// Makes the look half a stop brighter.
@@ -54,7 +54,7 @@ fn brighten(window: &mut Window) {
     super::type_into(window, (Role::SpinButton, "Exposure"), "+0.5");
 }
 
-/// Gives a look another name.
+/// Renames a look.
 pub fn rename(window: &mut Window, look: &str, name: &str) {
     window.get_by_label(&format!("More for {look}")).click();
     window.run_steps(3);
@@ -65,7 +65,7 @@ pub fn rename(window: &mut Window, look: &str, name: &str) {
     window.run_steps(3);
 }
 
-/// The names of the project's looks.
+/// Names of the project's looks.
 fn names(window: &Window) -> Vec<String> {
     let looks = window.state().looks().looks(Shelf::Project).iter();
     looks.map(|look| look.name.to_string()).collect()
@@ -120,7 +120,7 @@ fn a_stored_look_gives_the_same_picture_bit_for_bit_in_one_step() {
     assert!(text.contains("\"exposure_stops\": 0.5"), "{text}");
     assert!(folder.path().join("looks/Warm key/0001.png").exists());
 
-    // It is the same in the next window.
+    // The next window shows the same.
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let mut window = super::window(|ctx| StudioApp::over(ctx, project, clay::source));
     until(&mut window, "the first picture", |app| {
@@ -155,7 +155,7 @@ fn an_update_is_a_new_version_and_older_ones_come_back() {
     window.get_by_label("Night, version 1").click();
     until_shown(&mut window);
     assert!(picture(&window) == first);
-    // When each was stored stands behind its picture, below its name.
+    // The time of storing appears beside each thumbnail, below the name.
     let told = ["Night, version 1", "Night, version 2"].map(|row| {
         let row = window.get_by_label(row).rect();
         let from = pos2(row.left() + 1.4 * row.height(), row.center().y);
@@ -190,7 +190,7 @@ fn looks_are_renamed_duplicated_removed_and_brought_back() {
     window.run_steps(3);
     until(&mut window, "the removed look", |app| !app.looks().is_busy());
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
-    // What no folder can be called is said, and nothing is lost.
+    // A name that is invalid for a folder is refused, and nothing is lost.
     rename(&mut window, "Noon", "a/b");
     window.get_by_label_contains("cannot have /");
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
@@ -205,7 +205,7 @@ fn a_name_that_another_look_has_is_refused_and_the_shown_look_stays_itself() {
     relight(&mut window);
     store(&mut window, "Day", "Store");
     rename(&mut window, "Day", "night");
-    window.get_by_label_contains("A look is called Night already");
+    window.get_by_label_contains("A look named Night already exists");
     let current = window.state().looks().current.clone();
     assert_eq!(current, Some((id(Shelf::Project, "Day"), 1)));
     assert_eq!(names(&window), ["Day", "Night"]);
@@ -322,11 +322,11 @@ fn a_look_that_is_kept_for_all_projects_brings_its_environment_or_says_that_it_i
     let said = window.state().status().refusal.clone().unwrap();
     assert!(said.contains("yard") && said.contains("yard.exr"), "{said}");
     let look = &window.state().state().look;
-    assert_eq!(look.exposure_stops, 0.5, "all else of the look is shown");
+    assert_eq!(look.exposure_stops, 0.5, "the rest of the look is applied");
     assert_eq!(look.environments[look.environment].name, "window");
 }
 
-/// In a process without a desktop: no test opens a dialog on the screen of whoever runs it.
+/// In a process without a desktop: no test may open a dialog on screen.
 #[test]
 fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     let test = "looks::a_look_is_written_into_a_file_and_loaded_by_dropping_it";
@@ -356,7 +356,7 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     super::drop_onto(&mut window, file.clone());
     until_drawn(&mut window, &id(Shelf::Project, "Moon"));
     assert_eq!(window.state().state().look.exposure_stops, stored);
-    // Twice the same is one version; what is no look is said.
+    // Loading the same file twice makes one version; a file that is not a look is reported.
     brighten(&mut window);
     assert_ne!(window.state().state().look.exposure_stops, stored);
     super::drop_onto(&mut window, file.clone());
@@ -399,10 +399,10 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
     let [a, b, c, d] = all_four(&mut window, 0);
     assert!(a == present);
     for (found, stored) in [&b, &c, &d].into_iter().zip(&pictures) {
-        assert!(found == stored, "bit for bit as it was stored");
+        assert!(found == stored, "bit-identical to the stored picture");
     }
     super::snapshot(&mut window, "studio_four");
-    // The same pixel is read in all four, wherever the pointer is.
+    // The same pixel is read in all four, at any position of the pointer.
     let middle = window.get_by_label_contains("A: ").rect().center();
     window.hover_at(middle);
     window.run_steps(2);
@@ -415,9 +415,9 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
     window.key_press(Key::End);
     window.run_steps(2);
     let last = all_four(&mut window, clay::FRAMES - 1);
-    assert!(last[3] != pictures[2], "it is another frame");
+    assert!(last[3] != pictures[2], "the frame differs");
 
-    // Another look in a place.
+    // Another look in a slot.
     window.get_by_label("Place B, Cold").click();
     window.run_steps(3);
     window.get_by_label("Current look").click();
@@ -450,7 +450,7 @@ fn zoom_and_pan_are_those_of_all_four() {
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
     assert!(state.view.pan[0] > 5.0, "{:?}", state.view.pan);
-    assert!(state.four.on, "a drag picks nothing");
+    assert!(state.four.on, "a drag applies no look");
     window.key_press(Key::Escape);
     window.run_steps(2);
     assert!(!window.state().state().four.on);
@@ -526,7 +526,7 @@ fn undo_and_redo_survive_a_window_that_is_closed_and_opened() {
     };
     let redo = Modifiers::COMMAND | Modifiers::SHIFT;
     assert_eq!(step(&mut window, redo), looks[2]);
-    // A change of exposure, of the environment and a turn each.
+    // Each has one change of exposure, one of the environment and one rotation.
     for _ in 0..3 {
         step(&mut window, Modifiers::COMMAND);
     }
@@ -538,7 +538,7 @@ fn undo_and_redo_survive_a_window_that_is_closed_and_opened() {
     assert!(!window.state().state().can_undo());
     drop(window);
 
-    // A file that is none of this look's is said, and the look is as it was.
+    // A damaged undo file is reported, and the look is unchanged.
     std::fs::write(project.root.join("undo.json"), "{\"half a f").unwrap();
     let window = open(project);
     assert_eq!(window.state().state().look, looks[0]);

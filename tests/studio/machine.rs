@@ -1,4 +1,4 @@
-//! Abilities of this machine, in the window.
+//! Performance of this machine, in the window.
 
 use super::{clay_window, snapshot, temporary, until_labelled};
 use afterlight::benchmark::MachineReport;
@@ -7,7 +7,7 @@ use egui::Key;
 use egui_kittest::kittest::{NodeT, Queryable};
 use serde_json::json;
 
-/// A machine with a GPU; one figure could not be had.
+/// A machine with a GPU, and one measurement that is missing.
 pub fn report() -> MachineReport {
     let row = |what: &str, network: Option<&str>, size: usize, ms: f64| {
         json!({
@@ -74,7 +74,7 @@ fn the_sentence_of_the_device_opens_what_the_machine_can_do() {
     window.get_by_label("about 15000 steps");
     snapshot(&mut window, "studio_machine");
 
-    // It lies over the picture until it is closed; the other keys do what they always do.
+    // It covers the picture until closed; other shortcuts still work.
     window.key_press(Key::ArrowRight);
     window.run();
     assert_eq!(window.state().state().frame, 1);

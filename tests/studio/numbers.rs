@@ -1,4 +1,4 @@
-//! Numbers that are typed, computed and reset.
+//! Typed, computed and reset numbers.
 
 use super::{Window, clay_window, double_click, scroll_to, type_into, until_shown};
 use egui::Pos2;
@@ -29,7 +29,7 @@ fn a_bar_computes_and_a_double_click_resets_it() {
     double_click(&mut window, at);
     assert_eq!(pitch(&window), 0.0);
     until_shown(&mut window);
-    assert!(!window.ctx.text_edit_focused(), "the keys are the window's again");
+    assert!(!window.ctx.text_edit_focused(), "shortcuts work again");
 }
 
 #[test]
@@ -61,7 +61,7 @@ fn whole_numbers_compute_too() {
     window.run_steps(3);
     let range = |window: &Window| window.state().state().look.range;
     type_into(&mut window, field("Out"), "/2");
-    // 3.5 is rounded, once.
+    // 3.5 is rounded once.
     assert_eq!(range(&window), Some((0, 4)));
     type_into(&mut window, field("Out"), "+2");
     assert_eq!(range(&window), Some((0, 6)));

@@ -13,7 +13,7 @@ use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use test_support::{Need, found};
 
-/// The clay, whose frames lie on this process's GPU.
+/// The clay, with its frames on this process's GPU.
 fn on_gpu() -> Result<Source, Blocked> {
     let gpu = ComputeDevice::choose(DeviceChoice::Gpu).gpu;
     let gpu = gpu.expect("the window shares its GPU");
@@ -31,7 +31,7 @@ fn on_gpu() -> Result<Source, Blocked> {
     })
 }
 
-/// A GPU of the test's own, to draw a window with; None without one.
+/// A GPU for the window of a test; None without one.
 pub fn own_gpu() -> Option<WgpuSetupExisting> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
@@ -66,14 +66,14 @@ fn sharing_window(folder: &Path) -> Option<Window> {
     Some(window)
 }
 
-/// The part of the window around the middle of the picture.
+/// The part of the window around the centre of the picture.
 fn middle(window: &mut Window) -> image::RgbaImage {
     let drawn = window.render().unwrap();
     let [x, y] = [MIDDLE.x, MIDDLE.y].map(|at| at as u32 - 100);
     image::imageops::crop_imm(&drawn, x, y, 200, 200).to_image()
 }
 
-/// Turns the light to `to` points from the middle, with the pointer down. Waits for the picture of where it came to.
+/// Drags the light to `to` points from the centre with the pointer down. Waits for the picture of that rotation.
 fn turn(window: &mut Window, to: f32) {
     pointer(window, to, None);
     window.step();
@@ -103,9 +103,9 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
     window.run_steps(2);
     turn(&mut window, 200.0);
     let turned = middle(&mut window);
-    assert_ne!(turned, before, "the turned light is seen");
+    assert_ne!(turned, before, "the rotation is visible");
 
-    // At rest its codes come, and nothing that is seen changes.
+    // At rest, the codes arrive, and the visible picture stays the same.
     pointer(&window, 200.0, Some(false));
     until(&mut window, "the codes", |app| app.relit().is_some_and(|relit| !relit.rgb.is_empty()));
     window.run_steps(4);
@@ -113,7 +113,7 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
     assert!(relit.passes.iter().all(|pass| !pass.reason.is_empty()));
     assert_eq!(middle(&mut window), turned);
 
-    // What is for looking only is made there, too.
+    // Viewing settings are drawn on the GPU too.
     let plain = window.state().relit().unwrap().rgb.clone();
     window.key_press(egui::Key::E);
     until(&mut window, "the brighter picture", |app| {
@@ -129,7 +129,7 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
         app.relit().is_some_and(|relit| relit.scene.viewing.is_neutral())
     });
 
-    // Who looks at the scopes sees them move with the light.
+    // With visible scopes, codes arrive during a drag too.
     window.get_by_label("Scopes").click();
     window.run_steps(3);
     pointer(&window, 0.0, Some(true));

@@ -1,4 +1,4 @@
-//! Projects: made from a shoot, opened again, lost, damaged, and open twice.
+//! Projects: created from a shoot, reopened, missing, damaged, and open twice.
 
 use super::{
     Window, clay, clay_window, drop_onto, lines_with, snapshot, snapshot_without, told_job, until,
@@ -39,11 +39,11 @@ pub fn needs(need: Option<Need>) -> impl Fn(&StudioApp) -> bool {
     move |app| matches!(&app.status().phase, Phase::Blocked(blocked) if blocked.need == need)
 }
 
-/// A snapshot without what differs from run to run: paths of the folder `made`.
+/// A snapshot without paths that differ from run to run: those of the folder `made`.
 fn snapshot_without_paths(window: &mut Window, name: &str, made: &Path) {
     let made = made.file_name().unwrap().to_string_lossy().into_owned();
     let mut places = lines_with(window, &made, 284.0, 830.0);
-    // What was refused is as wide as the column.
+    // The refusal is as wide as the column.
     let refusals = places.iter_mut().filter(|place| place.top() < 40.0);
     refusals.for_each(|place| *place = egui::Rect::from_x_y_ranges(298.0..=968.0, place.y_range()));
     let fields = window.query_all_by_role(Role::TextInput);
@@ -109,7 +109,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     window.get_by_label("No project is open");
 }
 
-/// A small shoot of movies in a folder, whose camera rolls between the lamps.
+/// A small shoot of movies in a folder; the camera keeps rolling from lamp to lamp.
 pub fn filmed(folder: &Path) -> PathBuf {
     let filmed = folder.join("filmed");
     let stage = StageSettings {
@@ -137,16 +137,16 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     window.get_by_label("New project");
     let known = |count: usize| move |app: &StudioApp| app.wizard().gathered().len() == count;
     until(&mut window, "look at the pose", known(1));
-    window.get_by_label_contains("6 frames look as if one lamp lit each");
+    window.get_by_label_contains("6 frames each lit by one lamp");
     window.hover_at(egui::pos2(5.0, 5.0));
     window.run_steps(2);
-    // Where the pointer is next says what it is; what does not fit says why.
+    // The next position of the pointer decides the kind of part. A part that does not fit shows the reason.
     drop_onto(&mut window, filmed.join("interview.mov"));
     let row = window.get_by_label("Add files to: Mirror ball").rect().center();
     window.hover_at(row);
     window.run_steps(2);
     until(&mut window, "look at the interview", known(2));
-    window.get_by_label_contains("does not change as it does when lamps go round");
+    window.get_by_label_contains("does not change as in a lamp cycle");
     window.get_by_label("Remove interview.mov").click();
     window.run_steps(2);
     drop_onto(&mut window, filmed.join("interview.mov"));
@@ -192,7 +192,7 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
     assert!(window.state().recents().thumbnail(&film.root).is_some());
     window.get_by_label("First frame of virtual stage");
     window.get_by_label("First frame of gone");
-    // One that is gone says so in place of the time.
+    // A missing project shows that instead of the time.
     assert_eq!(window.query_all_by_label("Opened within the last hour").count(), 1);
     let made = folder.path().file_name().unwrap().to_string_lossy();
     let folders = window.query_all_by_label_contains(&made).map(|line| line.rect());
@@ -220,7 +220,7 @@ fn a_recent_project_is_opened_by_its_first_frame() {
     window.get_by_label("First frame of virtual stage").click();
     until(&mut window, "opened project", needs(Some(Need::Calibration)));
     assert_eq!(window.state().project().unwrap().root, film.root);
-    // The interview's frame stands behind the question.
+    // The interview's frame is the backdrop of the question.
     until(&mut window, "frame behind the question", |app| {
         matches!(app.footage().picture(), Some(Ok(_)))
     });
@@ -287,7 +287,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     let refused = refused.to_string();
     assert!(refused.contains("Read-only"), "{refused}");
     assert!(refused.contains("the studio, process"), "{refused}");
-    // Neither the look nor the list of environments is kept.
+    // Neither the look nor the environment list is saved.
     let files = || {
         let names = std::fs::read_dir(folder.path()).unwrap().flatten();
         let mut names: Vec<_> = names.map(|entry| entry.file_name()).collect();
@@ -328,7 +328,7 @@ fn another_project_is_not_opened_while_a_job_runs_and_is_once_it_was_stopped() {
     window.get_by_label("Keep working").click();
     window.run_steps(2);
     assert_eq!(window.state().project().unwrap().root, elsewhere.path());
-    // The job runs on.
+    // The job continues.
     job.send(|progress| progress.step("training", 500, 1000, "going on")).unwrap();
     until(&mut window, "next step of the job", |app| {
         let job = app.status().job.as_ref();

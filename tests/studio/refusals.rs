@@ -1,4 +1,4 @@
-//! Refusals are shown over the picture, and stay there until they are answered.
+//! Refusals appear over the picture and stay until they are answered.
 
 use super::{
     MIDDLE, Window, clay, clay_window, drop_onto, plain_drag, snapshot_without, told_job, until,
@@ -16,7 +16,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     let refused = |window: &mut super::Window| {
         drop_onto(window, "notes.txt");
         window.get_by_label_contains("notes.txt cannot be used");
-        // Another picture does not answer it.
+        // A new picture is not an answer.
         plain_drag(window, MIDDLE, MIDDLE + vec2(30.0, 0.0));
         until_shown(window);
         window.get_by_label_contains("notes.txt cannot be used");
@@ -28,7 +28,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     };
     refused(&mut window);
     let note = window.get_by_label_contains("notes.txt cannot be used").rect();
-    assert!(note.height() > 30.0 && note.width() < 640.0, "it is wrapped: {note:?}");
+    assert!(note.height() > 30.0 && note.width() < 640.0, "the message is wrapped: {note:?}");
     snapshot_without(&mut window, "studio_refusal", &[]);
     window.get_by_label("Dismiss message").click();
     window.run_steps(2);
@@ -49,7 +49,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     assert!(!is_said(&window));
     assert_eq!(window.state().status().log.len(), 1, "once in the log");
 
-    // A damaged project leaves what is open, and says why it is not opened.
+    // A damaged project leaves the open one in place, and the reason is shown.
     let damaged = folder.path().join("film");
     std::fs::create_dir(&damaged).unwrap();
     std::fs::write(damaged.join("project.toml"), "size = x").unwrap();
@@ -72,7 +72,7 @@ fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let job = told_job(&mut window);
-    // The mirror ball, where no picture is seen, and the network.
+    // In workspaces without a picture: the mirror ball, and the network.
     for workspace in [Key::Num1, Key::Num2] {
         press(&mut window, workspace);
         if workspace == Key::Num2 {

@@ -1,4 +1,4 @@
-//! The review's panels: what they say, what a click in them asks for, and what is kept.
+//! Review panels: their texts, their clicks, and their saved verdicts.
 
 use super::{
     Window, clay, export, lines_with, plain_drag, snapshot, snapshot_without, until,
@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 const LAMPS: usize = 24;
 
-/// A project that was measured on two frames and a pose, with figures that tell every cell from the others.
+/// A project measured on two frames and a pose, with figures that distinguish every cell.
 fn measured(project: &Project) {
     let cases = [
         ("frame", 2, "frame_002", false),
@@ -58,7 +58,7 @@ fn clay_project(folder: &Path) -> Project {
     project
 }
 
-/// The review of a project, once its frame was drawn under every lamp.
+/// The review of a project, once its frame is drawn under every lamp.
 fn opened(project: &Project) -> Window {
     let project = project.clone();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
@@ -79,7 +79,7 @@ pub fn measured_window(folder: &Path) -> (Project, Window) {
     (project, window)
 }
 
-/// A press that is too short for a drag.
+/// A press too short for a drag.
 fn click(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
     let press =
         |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
@@ -92,7 +92,7 @@ fn click(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
     window.run_steps(4);
 }
 
-/// Position of a lamp in the map of errors, in a row.
+/// Position of a lamp in a row of the error map.
 fn in_map(window: &Window, row: usize, lamp: usize) -> Pos2 {
     let map = window.get_by_label("FLIP by lamp and frame").rect();
     let column = (map.width() - 86.0) / LAMPS as f32;
@@ -152,7 +152,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     let marked = kept.of("frame_005", "olat_10").unwrap();
     assert_eq!((marked.mark, marked.note.as_str()), (Some(Mark::Bad), "the chin's shadow"));
 
-    // The other figures put other cells first.
+    // The other metric puts other cells first.
     window.get_by_label("PSNR").click();
     window.run_steps(2);
     window.get_by_label("PSNR by lamp and frame");
@@ -160,13 +160,13 @@ fn a_cell_is_found_looked_at_and_marked() {
         window.state().review().saved.as_ref().unwrap().as_ref().unwrap().review.clone().unwrap();
     let (case, lamp) = worst.worst(Metric::Psnr)[0];
     let name = format!("{}, {}:", worst.cases[case].name, worst.lamps[lamp]);
-    // It is further down than the pane shows.
+    // It is below the visible part of the pane.
     window.get_by_label_contains(&name).click_accesskit();
     window.run_steps(3);
     assert_eq!(window.state().state().solo, [lamp]);
 }
 
-/// The measurement.
+/// The last measurement.
 fn measurement(window: &Window) -> Arc<Review> {
     window.state().review().measured().unwrap().clone()
 }
@@ -177,7 +177,7 @@ fn in_strip(review: &Review, (case, mean): (usize, f64)) -> String {
     format!("{}: mean FLIP {figure}", review.cases[case].name)
 }
 
-/// Waits until a cell has a verdict on the disk.
+/// Waits until a cell's verdict is on disk.
 fn until_marked(window: &mut Window, project: &Project, (case, lamp): (&str, &str), mark: Mark) {
     let started = Instant::now();
     let on_disk = || {
@@ -209,10 +209,10 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
         window.key_press(key);
         until_marked(&mut window, &project, ("frame_005", "olat_10"), mark);
         let state = window.state().state();
-        assert_eq!(state.chosen, Some(cell), "nothing jumps by itself");
-        assert_eq!(state.view.zoom, 1.0, "here 1 is no zoom");
+        assert_eq!(state.chosen, Some(cell), "the selection stays");
+        assert_eq!(state.view.zoom, 1.0, "1 does not zoom here");
     }
-    // Digits of a note are no verdicts.
+    // Digits in a note are not verdicts.
     window.get_by_label("Note").focus();
     window.run_steps(2);
     window.key_press(Key::Num1);
@@ -239,7 +239,7 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     assert_eq!(of(&window, order[place + 1]), Some(Mark::Doubtful));
     window.get_by_label("Next worst").click_accesskit();
     goes(&mut window, 2);
-    // What has a verdict is passed over.
+    // Cells with a verdict are skipped.
     choose(&mut window);
     window.key_press(Key::N);
     goes(&mut window, 2);
@@ -280,7 +280,7 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
     }
 }
 
-/// A window on a project whose network was measured in it, and the folders.
+/// A window on a project with a network measured in it, and the folders.
 fn window_that_measured() -> (Window, PathBuf, TempDir) {
     let (mut window, root, folder) = export::opened();
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
@@ -331,7 +331,7 @@ fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
     assert_eq!(window.state().state().enlarged, Some(CellPicture::Difference));
     click(&mut window, all[2]);
     assert_eq!(drawn(&window), all);
-    // The gain is that of the viewer.
+    // The gain is shared with the viewer.
     let list = |window: &Window| {
         window.get_by_role_and_label(Role::ComboBox, "Difference gain").click();
     };
@@ -355,7 +355,7 @@ fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too()
     std::fs::write(project.checkpoint_path().join("checkpoint.toml"), "").unwrap();
     std::fs::write(project.calibration_path(), "").unwrap();
     let mut window = opened(&project);
-    window.get_by_label_contains("before the project changed");
+    window.get_by_label_contains("read before the change");
     window.get_by_label("Report…");
     window.get_by_label("Measure").click();
     window.run_steps(2);
@@ -397,7 +397,7 @@ fn figures_that_cannot_be_read_are_named_and_can_be_measured_anew() {
     std::fs::write(project.measured_path(), "no figures").unwrap();
     let mut window = opened(&project);
     window.get_by_label("Measure");
-    // The folder has another name each time.
+    // The folder's name differs each time.
     let places = lines_with(&window, "measured.json", 850.0, 1270.0);
     snapshot_without(&mut window, "studio_review_error", &places);
 }
@@ -484,7 +484,7 @@ fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() 
     });
     let poses: Vec<(Thumbnail, String)> = poses.collect();
     assert!(!poses.is_empty());
-    // The strip asks for what is in sight.
+    // The strip requests the pictures in sight.
     window.set_size(vec2(1280.0, 1100.0));
     window.run_steps(4);
     until(&mut window, "photographs", |app| {
@@ -539,13 +539,13 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
     until_is(&mut window, None, "");
     window.key_press_modifiers(undo, Key::Z);
     until_is(&mut window, bad, "");
-    window.get_by_label_contains("Undone: the mark of frame_005, olat_10");
+    window.get_by_label_contains("Undone: mark of frame_005, olat_10");
     window.key_press_modifiers(redo, Key::Z);
     until_is(&mut window, None, "");
     window.key_press(Key::Num1);
     until_is(&mut window, Some(Mark::Good), "");
 
-    // A note is one step, and its field follows.
+    // A note is a single step, and its field follows.
     window.get_by_label("Note").focus();
     window.run_steps(2);
     for typed in ["the ", "chin's ", "shadow"] {
@@ -563,14 +563,14 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
         window.run_steps(3);
     }
     until_is(&mut window, None, "");
-    window.get_by_label_contains("No mark is left to undo here");
+    window.get_by_label_contains("No mark left to undo");
     for _ in 0..4 {
         window.key_press_modifiers(redo, Key::Z);
         window.run_steps(3);
     }
     until_is(&mut window, Some(Mark::Good), "the chin's shadow");
 
-    // Elsewhere it is the light that is undone.
+    // In other panes, undo applies to the light.
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     window.run_steps(2);
     window.key_press_modifiers(undo, Key::Z);
@@ -621,7 +621,7 @@ fn a_cell_stays_in_the_review_and_ends_under_another_environment() {
     }
     cell(&mut window);
     show(&mut window, Key::Num4);
-    assert!(window.state().state().cell.is_some(), "it was open already");
+    assert!(window.state().state().cell.is_some(), "the workspace was open already");
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(4);
     let state = window.state().state();

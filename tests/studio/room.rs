@@ -1,4 +1,4 @@
-//! Layout of the window: nothing moves, overlaps or falls out of it, also in a small one.
+//! Layout of the window, also of a small one: nothing moves, overlaps or leaves it.
 
 use super::dialogs::until_missing;
 use super::export::{
@@ -42,7 +42,7 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     window.run_steps(2);
     assert!(window.query_by_label_contains("saved as you work").is_none());
 
-    // What was refused, where no picture is seen.
+    // A refusal in workspaces without a picture.
     enter(&mut window, 0);
     let calibrating = places(&window);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
@@ -54,7 +54,7 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     assert!(window.query_by_label_contains("Another job").is_none());
     enter(&mut window, 2);
 
-    // What the job waits for.
+    // The reason that the job waits.
     job.send(|progress| {
         let mut full = true;
         let _ = progress.retry(|| match std::mem::take(&mut full) {
@@ -72,7 +72,7 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     window.get_by_label("cannot write live.bpk: the disk is full. Make room");
     assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
     window.get_by_label("Resume").click();
-    until(&mut window, "that it goes on", |app| {
+    until(&mut window, "the resumed job", |app| {
         app.status().job.as_ref().is_some_and(|job| job.held.is_none())
     });
     assert!(window.query_by_label_contains("cannot write").is_none());
@@ -113,7 +113,7 @@ fn is_placed(node: &egui_kittest::Node) -> bool {
     node.accesskit_node().bounding_box().is_some()
 }
 
-/// The controls whose middle is so many points below the top.
+/// Controls whose centre is this many points below the top.
 fn in_a_row(window: &Window, y: f32) -> Vec<(String, Rect)> {
     let controls = window.root().children_recursive();
     let controls = controls.filter(|node| {
@@ -129,7 +129,7 @@ fn in_a_row(window: &Window, y: f32) -> Vec<(String, Rect)> {
     named.collect()
 }
 
-/// Checks that controls lie in the window, and none on another.
+/// Checks that controls are inside the window and do not overlap.
 fn inside(window: &Window, controls: &[(String, Rect)]) {
     let whole = window.ctx.content_rect();
     assert!(controls.len() > 2, "{controls:?}");
@@ -170,7 +170,7 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
         for name in ["First: relit", "How to compare"] {
             assert!(bar.iter().any(|(known, _)| known == name), "{name}: {bar:?}");
         }
-        // They are within the pane, not only within the window.
+        // Inside the pane, not only inside the window.
         for (name, rect) in &bar {
             let fits = rect.left() >= picture.left() - 1.0 && rect.right() <= picture.right() + 1.0;
             assert!(fits, "{name} {rect:?} is cut off at {picture:?}");
@@ -178,7 +178,7 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
         inside(window, &bar);
     };
     check(&window);
-    // A lamp alone and a difference bring more controls.
+    // A solo lamp and a difference add controls.
     window.get_by_label("Compare").click();
     window.run_steps(3);
     window.get_by_label("Interview frame").click();
@@ -335,7 +335,7 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
         until_labelled(window, entry);
         window.run_steps(2);
     };
-    // Its first frame stands beside its name.
+    // Its first frame is beside its name.
     menu(&mut window, "virtual stage");
     window.get_by_label(&folder.path().display().to_string());
     until(&mut window, "first frame", |app| app.recents().thumbnail(&film.root).is_some());

@@ -1,24 +1,24 @@
-//! The scopes count the picture that is seen, and say which that is.
+//! The scopes count the visible picture, and name it.
 
 use super::comparing::{click, compare_by, until_compared};
 use super::{MIDDLE, Window, clay_window, picture, until, until_labelled, until_shown};
 use egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 
-/// Readout of the white pixels of a picture.
+/// Readout of a picture's clipped white pixels.
 fn white(rgb: &[u8]) -> String {
     let pixels = rgb.as_chunks::<3>().0;
     let [r, g, b] = [0, 1, 2].map(|c| pixels.iter().filter(|pixel| pixel[c] == 255).count());
     format!("Clipped white: R {r}, G {g}, B {b} pixels")
 }
 
-/// The codes of the second picture.
+/// Codes of the second picture.
 fn second(window: &Window) -> Vec<u8> {
     let relit = window.state().relit().unwrap();
     relit.second.as_ref().unwrap().1.rgb.clone()
 }
 
-/// The picture four stops brighter, so that some of it is white, and the scopes beside it.
+/// The picture four stops brighter, with some clipped pixels, and the scopes beside it.
 fn bright(folder: &std::path::Path) -> Window {
     let mut window = clay_window(folder);
     window.get_by_label("Scopes").click();
@@ -36,7 +36,7 @@ fn scopes_count_the_picture_that_is_seen_and_name_it() {
     until_labelled(&mut window, &relit);
     assert!(window.query_by_label_contains("Counted: ").is_none());
 
-    // The frame is grey, and white four stops brighter.
+    // The interview frame is grey, and clips four stops brighter.
     window.key_press(Key::Q);
     until_compared(&mut window);
     let plate = white(&second(&window));
@@ -48,7 +48,7 @@ fn scopes_count_the_picture_that_is_seen_and_name_it() {
     window.run_steps(3);
     window.get_by_label("Counted: A relit");
     window.get_by_label(&relit);
-    // Held, Shift shows the other.
+    // While held, Shift shows the other picture.
     window.event(Event::ModifiersChanged(Modifiers::SHIFT));
     window.run_steps(3);
     window.get_by_label("Counted: B interview frame");
@@ -57,7 +57,7 @@ fn scopes_count_the_picture_that_is_seen_and_name_it() {
     window.run_steps(3);
     window.get_by_label("Counted: A relit");
 
-    // Where both are seen, either can be counted.
+    // With both visible, either can be counted.
     window.key_press(Key::W);
     until_compared(&mut window);
     window.get_by_label(&relit);
@@ -119,7 +119,7 @@ fn each_channel_of_the_parade_reaches_from_its_darkest_code_to_its_brightest() {
     window.get_by_label("Parade").click();
     window.run_steps(3);
     let rect = window.get_by_label("RGB parade").rect();
-    // Its scale stands to the left.
+    // Its scale is to the left.
     let rect = rect.with_min_x(rect.left() + 30.0);
     let drawn = window.render().unwrap();
     let third = rect.width() / 3.0;
@@ -142,11 +142,11 @@ fn each_channel_of_the_parade_reaches_from_its_darkest_code_to_its_brightest() {
         let (dark, light) = (codes.clone().min().unwrap(), codes.max().unwrap());
         for (row, &code) in [(top, light), (bottom, dark)] {
             let wanted = rect.bottom() - f32::from(code) / 255.0 * rect.height();
-            // Of 96 levels, each is a little more than a point.
+            // One of 96 levels is a little more than a point.
             assert!((row - wanted).abs() < 2.5, "{channel}: {row}, {wanted}");
         }
         tops.push(top);
     }
-    // Clay in a warm light.
+    // Clay in warm light.
     assert!(tops[0] + 5.0 < tops[1] && tops[1] + 5.0 < tops[2], "{tops:?}");
 }

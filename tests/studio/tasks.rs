@@ -1,5 +1,5 @@
-//! Five tasks as somebody does them who has not read the guide: with the pointer, on what can be seen. Each click, drag, drop
-//! and key counts, and docs/guide.md says how many they were.
+//! Five tasks done without reading the guide: with the pointer, on visible controls. Each click, drag, drop and key
+//! press counts. docs/guide.md lists the counts.
 
 use super::{Window, clay_window, drop_onto, plain_drag, review, until, until_shown, window};
 use afterlight::gpu::DeviceChoice;
@@ -8,10 +8,10 @@ use egui::{Event, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 
-/// No task may take more.
+/// Most actions for a task.
 const MOST: usize = 12;
 
-/// A hand that counts.
+/// A pointer that counts its actions.
 struct Hand {
     window: Window,
     acts: usize,
@@ -22,8 +22,8 @@ impl Hand {
         Self { window, acts: 0 }
     }
 
-    /// Clicks what is called so, which has to be in sight. If there are several, it is the first beside the list of
-    /// environments on the left, which has the same names as the menus.
+    /// Clicks the control with this name, which must be visible. Of several, takes the leftmost outside the environment
+    /// list on the left, which has the same names as the menus.
     fn click(&mut self, name: &str) {
         let whole = Rect::from_min_size(Pos2::ZERO, vec2(1280.0, 720.0));
         let found = self.window.query_all_by_label(name);
@@ -66,13 +66,13 @@ impl Hand {
         self.acts += 1;
     }
 
-    /// Waits until something is called so.
+    /// Waits for a label.
     fn wait(&mut self, name: &str) {
         super::until_labelled(&mut self.window, name);
         self.window.run_steps(2);
     }
 
-    /// The task is done: its count is the guide's.
+    /// Ends the task. Checks its count against the guide.
     fn done(&mut self, task: &str) {
         let acts = std::mem::take(&mut self.acts);
         assert!(acts <= MOST, "{task}: {acts}");
@@ -120,7 +120,7 @@ fn a_clip_is_exported_as_prores() {
     until(&mut hand.window, "the movie", |app| {
         (app.exports().iter()).any(|export| export.status.sentence().is_some())
     });
-    // With the interview's sound, if it has some.
+    // With the interview's sound, if there is any.
     assert!(hand.window.state().state().export_options.sound);
     hand.done("Export ProRes with sound");
     let made = std::fs::read_dir(root.join("exports")).unwrap();
@@ -165,7 +165,7 @@ fn the_worst_lamp_is_found() {
     let (project, window) = review::measured_window(folder.path());
     let mut hand = Hand::of(window);
     let kept = afterlight::evaluation::review::Review::load(&project).unwrap().unwrap();
-    // From the workspace that the window opens in.
+    // From the initial workspace of the window.
     hand.window.get_by_label("Workspace Relight").click();
     hand.window.run_steps(3);
     hand.click("Workspace Review");

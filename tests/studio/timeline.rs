@@ -1,4 +1,4 @@
-//! The timeline: what of a long clip is in sight, and its keys by the keyboard and by menus.
+//! The timeline: the visible part of a long clip, and its keys by keyboard and menus.
 
 use super::{
     Window, clay, clay_window, double_click, drag, go, plain_drag, scroll_to, snapshot, type_into,
@@ -19,7 +19,7 @@ fn frames(window: &Window, of: Setting) -> Vec<f64> {
     keys.iter().map(|key| key.frame).collect()
 }
 
-/// A window on a clip of so many frames, with this look.
+/// A window on a clip with this many frames and this look.
 fn looking(folder: &Path, count: usize, look: &str) -> Window {
     let mut project = clay::project(folder, clay::environments(folder));
     let names: Vec<String> = (0..count).map(|i| format!("frame_{i:04}")).collect();
@@ -32,7 +32,7 @@ fn looking(folder: &Path, count: usize, look: &str) -> Window {
     window
 }
 
-/// Keys of a lane, as a file has them.
+/// Keys of a lane, as in a file.
 fn lane(name: &str, frames: &[usize]) -> String {
     let key = |frame: &usize| format!("{{\"frame\": {frame}, \"value\": {}}}", frame % 7);
     let keys: Vec<String> = frames.iter().map(key).collect();
@@ -44,7 +44,7 @@ fn key(window: &Window, name: &str, frame: usize) -> Pos2 {
     window.get_by_label(&name).rect().center()
 }
 
-/// The first and the last frame in sight; None if all are.
+/// First and last visible frame; None if all are visible.
 fn sight(window: &Window) -> Option<(usize, usize)> {
     let mark = window.query_by_label_contains("are in sight")?;
     let said = mark.accesskit_node().label().unwrap();
@@ -52,7 +52,7 @@ fn sight(window: &Window) -> Option<(usize, usize)> {
     numbers.next().zip(numbers.next())
 }
 
-/// Turns the wheel over a place until it has come to rest.
+/// Turns the wheel over a place until the view has settled.
 fn wheel(window: &mut Window, at: Pos2, points: Vec2, modifiers: Modifiers) {
     window.event(Event::PointerMoved(at));
     window.event(Event::ModifiersChanged(modifiers));
@@ -68,7 +68,7 @@ fn wheel(window: &mut Window, at: Pos2, points: Vec2, modifiers: Modifiers) {
     window.run_steps(1);
 }
 
-/// Zooms about the key at frame 1000 until its neighbours are apart.
+/// Zooms about the key at frame 1000 until its neighbours are separate.
 fn zoom(window: &mut Window) {
     for _ in 0..60 {
         let at = key(window, "Yaw", 1000);
@@ -77,7 +77,7 @@ fn zoom(window: &mut Window) {
             return;
         }
     }
-    panic!("it does not zoom");
+    panic!("the timeline does not zoom");
 }
 
 const LONG: usize = 2400;
@@ -100,7 +100,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     assert!(first > 900 && last < 1100, "{first} to {last}");
     assert!(window.query_by_label("Yaw key at frame 0").is_none());
 
-    // Neighbours are hit one by one, and moved by single frames.
+    // Neighbours can be hit one by one, and moved by single frames.
     window.get_by_label("Yaw key at frame 1001").click();
     window.run_steps(3);
     assert_eq!(window.state().state().frame, 1001);
@@ -115,7 +115,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     window.event(Event::PointerGone);
     window.run_steps(2);
 
-    // The scrub bar and the handles are along the same frames.
+    // The scrub bar and the handles cover the same frames.
     let bar = window.get_by_label("Scrub bar").rect();
     let to = key(&window, "Yaw", 1010).x;
     plain_drag(
@@ -126,7 +126,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     assert_eq!(window.state().state().frame, 1010);
     assert!(window.query_by_label_contains("In point").is_none());
 
-    // The wheel and the middle button move it.
+    // The wheel and the middle button pan it.
     let was = key(&window, "Yaw", 1000).x;
     wheel(&mut window, bar.center(), vec2(0.0, 40.0), Modifiers::NONE);
     let moved = key(&window, "Yaw", 1000).x - was;
@@ -137,10 +137,10 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     let middle = PointerButton::Middle;
     drag(&mut window, at, at - vec2(15.0, 0.0), middle, Modifiers::NONE);
     assert!((key(&window, "Yaw", 1000).x - was).abs() < 1.0);
-    assert_eq!(window.state().state().frame, 1010, "it scrubs nothing");
+    assert_eq!(window.state().state().frame, 1010, "panning does not scrub");
     assert_eq!(frames(&window, Setting::Yaw)[1], 1000.0);
 
-    // The curve has the same frames in sight.
+    // The curve shows the same frames.
     window.get_by_label("Curve of Yaw").click();
     window.run_steps(3);
     assert!((key(&window, "Yaw", 1000).x - was).abs() < 1.0);
@@ -150,7 +150,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     window.get_by_label("Curve of Yaw").click();
     window.run_steps(3);
 
-    // F over it, and a button, show all; elsewhere F fits the picture.
+    // F over the timeline, and a button, show all frames. Elsewhere, F fits the picture.
     assert!(sight(&window).is_some());
     window.event(Event::PointerMoved(super::MIDDLE));
     window.run_steps(2);
@@ -201,7 +201,7 @@ fn the_current_frame_stays_in_sight_while_the_clip_plays() {
     assert!((first..=last).contains(&frame), "{frame}: {first} to {last}");
 }
 
-/// A window on eight frames with keys in two lanes.
+/// A window on eight frames, with keys in two lanes.
 fn animated(folder: &Path) -> Window {
     let (yaw, tint) = (lane("yaw", &[0, 3, 7]), lane("tint", &[1, 5]));
     looking(folder, clay::FRAMES, &format!("{{\"keys\": {{{yaw}, {tint}}}}}"))
@@ -223,7 +223,7 @@ fn keys_are_stepped_through_selected_and_nudged_by_the_keyboard() {
     for expected in [5, 3, 1, 0, 0] {
         assert_eq!(step(&mut window, Key::ArrowLeft), expected);
     }
-    // Of the chosen lane alone, until it is given up.
+    // Only of the selected lane, until it is deselected.
     let lane = |window: &mut Window| {
         let tint = window.get_by_role_and_label(Role::Button, "Tint lane");
         tint.click();
@@ -272,7 +272,7 @@ fn keys_are_stepped_through_selected_and_nudged_by_the_keyboard() {
     window.get_by_label("Next key");
 }
 
-/// Clicks a place with the second button.
+/// Clicks a place with the secondary button.
 fn menu_at(window: &mut Window, at: Pos2) {
     window.event(Event::PointerMoved(at));
     for pressed in [true, false] {
@@ -286,7 +286,7 @@ fn menu_at(window: &mut Window, at: Pos2) {
     window.run_steps(3);
 }
 
-/// Chooses an entry of the open menu. Returns what it copied, and whether it asked for the clipboard.
+/// Clicks an entry of the open menu. Returns the copied text, and whether the clipboard was requested.
 fn choose(window: &mut Window, entry: &str) -> (Option<String>, bool) {
     window.get_by_label_contains(entry).click();
     let (mut text, mut asked) = (None, false);
@@ -323,7 +323,7 @@ fn a_menu_cuts_and_pastes_and_a_double_click_sets_a_key() {
     window.run_steps(3);
     assert_eq!(frames(&window, Setting::Yaw), [0.0, 1.0, 7.0]);
 
-    // On an empty place of a lane, with the value that it has there.
+    // On an empty place of a lane, with the lane's value there.
     let before = window.state().state().look.keys(Setting::Tint).clone();
     let [one, five] = [1, 5].map(|frame| key(&window, "Tint", frame));
     double_click(&mut window, one + 0.5 * (five - one));
@@ -333,8 +333,8 @@ fn a_menu_cuts_and_pastes_and_a_double_click_sets_a_key() {
     assert_eq!(frames(&window, Setting::Yaw), [0.0, 1.0, 7.0]);
     window.key_press(Key::Delete);
     window.run_steps(2);
-    assert_eq!(frames(&window, Setting::Tint), [1.0, 5.0], "it is selected");
-    // Below the lanes there is none.
+    assert_eq!(frames(&window, Setting::Tint), [1.0, 5.0], "the new key is selected");
+    // There is none below the lanes.
     double_click(&mut window, one + vec2(30.0, 60.0));
     assert_eq!(frames(&window, Setting::Tint), [1.0, 5.0]);
     // In the curve.
@@ -363,7 +363,7 @@ fn all_keys_of_a_light_are_pasted_onto_another() {
     menu_at(&mut window, at);
     window.get_by_label("Paste onto").click();
     window.run_steps(4);
-    // Its line in the panel has the name too.
+    // Its line in the panel has the same name.
     let rims = window.query_all_by_label("Rim");
     let rim = rims.max_by(|a, b| a.rect().top().total_cmp(&b.rect().top()));
     rim.unwrap().click();
@@ -381,7 +381,7 @@ fn all_keys_of_a_light_are_pasted_onto_another() {
 #[test]
 fn a_group_s_gain_is_animated_and_its_lights_follow() {
     let folder = crate::temporary();
-    // As older windows wrote it.
+    // As written by older versions.
     let lights = r#""placed": [{"id": 1, "group": "Left"}], "groups": [{"name": "Left"}]"#;
     let look = format!("{{\"lighting\": {{{lights}}}}}");
     let mut window = looking(folder.path(), clay::FRAMES, &look);
@@ -402,7 +402,7 @@ fn a_group_s_gain_is_animated_and_its_lights_follow() {
     assert_eq!(gain(&window), 0.0);
     go(&mut window, Key::End, 7);
     assert_eq!(gain(&window), 2.0);
-    // It comes back, and goes with its group.
+    // The key returns, and is removed with its group.
     drop(window);
     let look = std::fs::read_to_string(folder.path().join("look.json")).unwrap();
     assert!(look.contains("groups.1.gain"), "{look}");
@@ -438,7 +438,7 @@ fn in_and_out_are_undone_and_come_back_in_the_next_window() {
         window.run_steps(2);
         assert_eq!(range(&window), expected);
     }
-    // A drag is one step.
+    // A drag is a single step.
     let handle = window.get_by_label("Out point at frame 3").rect().center();
     let to = handle + vec2(200.0, 0.0);
     plain_drag(&mut window, handle, to);
@@ -456,7 +456,7 @@ fn in_and_out_are_undone_and_come_back_in_the_next_window() {
     assert_eq!(range(&window), Some((2, 7)), "undo comes back too");
 }
 
-/// Left and right ends of the drawn line of cached frames, from left to right.
+/// Left and right ends of the line of cached frames, from left to right.
 fn cached(window: &Window) -> Vec<[f32; 2]> {
     let color = egui::Color32::from_rgb(108, 147, 192);
     let shapes = window.output().shapes.iter();
@@ -502,7 +502,7 @@ fn the_line_below_the_scrub_bar_covers_the_frames_that_are_cached() {
     go(&mut window, Key::ArrowLeft, 6);
     until(&mut window, "its neighbour", |app| at_hand(app, &[0, 6, 7]));
     check(&mut window, &[0, 6, 7]);
-    assert_eq!(cached(&window).len(), 2, "neighbours are one line");
+    assert_eq!(cached(&window).len(), 2, "neighbours make one line");
 }
 
 #[test]

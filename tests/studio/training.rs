@@ -1,4 +1,4 @@
-//! The network's training in the window: begun, held, ended, gone on with, and gone back in.
+//! Training in the window: started, paused, stopped, resumed and rolled back.
 
 use super::{
     TRAINED, Window, clay, snapshot, snapshot_without, told_job, until, until_shown, window,
@@ -28,7 +28,7 @@ fn until_step(window: &mut Window, least: u64) {
     });
 }
 
-/// Waits for the end of the job, and for what it has left on disk to be read.
+/// Waits for the end of the job, and until its results on disk are read.
 fn until_over(window: &mut Window) {
     until(window, "end of the job", |app| {
         app.status().job.is_none() && app.training().is_current()
@@ -50,7 +50,7 @@ fn training_says_what_it_will_look_like_and_cost_before_it_runs() {
         read && app.training().records.is_some()
     });
     crate::until_shown(&mut window);
-    crate::live::until_idle(&mut window, "a training that has not begun");
+    crate::live::until_idle(&mut window, "state before training");
     for what in ["Data", "Time", "Steps", "Memory", "Disk", "You see"] {
         window.get_by_label(what);
     }
@@ -67,7 +67,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
     until(&mut window, "what is on disk", |app| app.training().records.is_some());
     window.get_by_label("Not trained yet");
-    // What it will take and show, over the interview's frame.
+    // Duration and outlook of the training, over the interview's frame.
     window.get_by_label("10 min. Stop or pause at any time");
     window.get_by_label("as many as fit. The rate is known after the first seconds");
     window.get_by_label_contains("every 30 s; older checkpoints thin out");
@@ -124,7 +124,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     assert_eq!(points.last().unwrap().step, second);
 
     window.get_by_label(&format!("Go back to step {first}")).click();
-    // What the last job said stands until the next one begins.
+    // The last job's message stays until the next one starts.
     until(&mut window, "way back", |_| step_on_disk(&project) == first);
     until_over(&mut window);
     let history = &window.state().training().history;
@@ -155,8 +155,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
 
 const PACE: f64 = 0.1;
 
-/// A project whose folder holds the logs of `steps` steps, and checkpoints after a quarter of them, a half
-/// and all.
+/// A project with the logs of `steps` steps, and checkpoints after a quarter, a half and all of them.
 pub fn trained_project(folder: &Path, steps: u64) -> Project {
     let project = clay::project(folder, clay::environments(folder));
     std::fs::write(project.calibration_path(), "").unwrap();
@@ -199,7 +198,7 @@ pub fn trained_project(folder: &Path, steps: u64) -> Project {
     project
 }
 
-/// A window on it.
+/// A window on that project.
 fn trained(folder: &Path, steps: u64) -> Window {
     let project = trained_project(folder, steps);
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
@@ -211,7 +210,7 @@ fn trained(folder: &Path, steps: u64) -> Window {
     window
 }
 
-/// Losses that fall, with a ripple in place of chance.
+/// Falling losses, with a ripple instead of noise.
 fn losses(step: u64) -> [f32; 2] {
     let fall = 0.02 + 0.3 / (1.0 + step as f32 / 40.0);
     let ripple = |period: f32| 1.0 + 0.25 * (step as f32 * period).sin();
@@ -243,7 +242,7 @@ fn point(step: u64) -> TrainingPoint {
     }
 }
 
-/// A ball under 24 lamps, with the error of a network that is a little too dark.
+/// A ball under 24 lamps, and the error of a network that is slightly too dark.
 fn pictures() -> TrainingPictures {
     const SIDE: usize = 64;
     let mut truth = Vec::new();
@@ -322,7 +321,7 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
         app.training().records.is_some() && app.relit().is_some()
     });
     window.get_by_label("Calibrate");
-    // This shoot has no frames on the disk: nothing stands behind the question.
+    // This shoot has no frames on disk, so the question has no backdrop.
     until(&mut window, "look at the interview", |app| app.footage().picture().is_some());
     until_shown(&mut window);
     snapshot(&mut window, "studio_training_empty");
@@ -344,7 +343,7 @@ fn a_training_that_cannot_be_read_says_why() {
     window.get_by_label("The training cannot be read");
     let sentence = window.state().training().records.clone().unwrap();
     assert!(sentence.failure.as_ref().unwrap().contains("checkpoint.toml"));
-    // The folder's name is another each time.
+    // The folder's name differs each time.
     let sentence = window.get_by_label_contains("checkpoint.toml").rect();
     let pane = Rect::from_x_y_ranges(12.0..=575.0, sentence.y_range());
     snapshot_without(&mut window, "studio_training_error", &[pane]);

@@ -1,4 +1,4 @@
-//! Turn of the environment: its number and the compass show it, and a drag or a click changes it.
+//! Rotation of the environment: its number and the compass show it, and a drag or a click changes it.
 
 use super::{
     Window, clay, clay_window, go, plain_drag, scroll_to, type_into, until, until_labelled,
@@ -37,7 +37,7 @@ fn an_angle_beyond_a_turn_reads_as_an_angle_and_turns_and_can_be_typed() {
     until_shown(&mut window);
     type_number(&mut window, "Yaw", "442");
     assert_eq!((yaw(&window), reads(&window, "Yaw")), (82.0, "82.0°".into()));
-    // With keys it goes around once, and further.
+    // With keys, it makes one turn and more.
     window.key_press(Key::K);
     window.run_steps(2);
     go(&mut window, Key::End, clay::FRAMES - 1);
@@ -47,14 +47,14 @@ fn an_angle_beyond_a_turn_reads_as_an_angle_and_turns_and_can_be_typed() {
     assert_eq!(compass(&window), 82.0);
     type_number(&mut window, "Yaw", "+1 turn");
     assert_eq!((yaw(&window), compass(&window)), (802.0, 82.0));
-    // What it reads is typed without a change.
+    // Its text can be typed without a change.
     let said = reads(&window, "Yaw");
     assert_eq!(said, "82.0° + 2 turns");
     type_number(&mut window, "Yaw", &said);
     assert_eq!(yaw(&window), 802.0);
     type_number(&mut window, "Yaw", "-90");
     assert_eq!((yaw(&window), reads(&window, "Yaw")), (-90.0, "-90.0°".into()));
-    // Without keys there are no turns.
+    // Without keys, there are no extra turns.
     type_number(&mut window, "Yaw", "442");
     go(&mut window, Key::Home, 0);
     window.key_press(Key::K);
@@ -85,7 +85,7 @@ fn a_placed_light_that_goes_on_turning_never_reads_190_degrees() {
     assert_eq!(reads(&window, "Azimuth"), "-170.0° + 1 turn");
 }
 
-/// A place on the compass, in points from its middle.
+/// A place on the compass, in points from its centre.
 fn on_compass(window: &Window, x: f32, y: f32) -> Pos2 {
     window.get_by_label("Compass").rect().center() + vec2(x, y)
 }
@@ -110,7 +110,7 @@ fn a_drag_on_the_compass_turns_from_where_it_was_pressed_and_a_click_turns_it_th
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     assert_eq!(compass(&window), 0.0);
-    // The dot is at the top, and the drag begins at the bottom.
+    // The dot is at the top, and the drag starts at the bottom.
     let from = on_compass(&window, 0.0, 30.0);
     let to = on_compass(&window, -10.0, 28.0);
     plain_drag(&mut window, from, to);
@@ -120,7 +120,7 @@ fn a_drag_on_the_compass_turns_from_where_it_was_pressed_and_a_click_turns_it_th
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_shown(&mut window);
     assert_eq!(yaw(&window), 0.0, "a drag is one step");
-    // Across the seam on the other side of the camera.
+    // Across the seam opposite the camera.
     let right = on_compass(&window, 30.0, 0.0);
     click(&mut window, right);
     until_shown(&mut window);
@@ -145,7 +145,7 @@ fn a_drag_moves_the_wipe_and_not_the_light_before_the_second_picture_is_there() 
         let mut source = clay::source()?;
         let (mut compared, waits) = (source.comparison, waits.take());
         source.comparison = Box::new(move |rival, index| {
-            // Until the test lets it go on, or is over.
+            // Until the test releases it or ends.
             waits.iter().for_each(|waits| _ = waits.recv());
             compared(rival, index)
         });

@@ -1,4 +1,4 @@
-//! Views of the picture, of which nothing is exported; and the scopes, which count what is seen.
+//! Viewing settings of the picture, which are never exported, and the scopes, which count the visible picture.
 
 use super::{
     MIDDLE, Window, brightness, clay, clay_window, picture, plain_drag, snapshot, until,
@@ -14,14 +14,14 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 
-/// Presses a key so often, and waits for what it asks for: the window takes in one event a step.
+/// Presses a key several times, and waits for each result: the window takes one event per step.
 fn press(window: &mut Window, key: Key, times: usize) {
     (0..times).for_each(|_| window.key_press(key));
     window.run_steps(2 * times + 2);
     until_shown(window);
 }
 
-/// The value of a number in the bar above the picture, after it was dragged by points to the right.
+/// Value of a number in the bar above the picture, after a drag by this many points to the right.
 fn drag_number(window: &mut Window, name: &str, by: f32) {
     let at = window.get_by_role_and_label(Role::SpinButton, name).rect();
     let from = at.center();
@@ -51,7 +51,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
         brightness(&relit.second.as_ref().unwrap().1.rgb)
     };
     assert!(second(&seen) > second(&plain), "the other picture, too");
-    assert_eq!(seen.linear, plain.linear, "the light is what it is");
+    assert_eq!(seen.linear, plain.linear, "the light stays");
     // Shown over the picture and beside the readout.
     window.get_by_label("viewing +1.0 stops: not exported");
     window.event(Event::PointerMoved(MIDDLE));
@@ -76,7 +76,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
 fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
-    // Steps that are short enough for a double-click.
+    // Steps short enough for a double-click.
     let mut window = Harness::builder()
         .with_size(vec2(1280.0, 720.0))
         .with_step_dt(0.02)
@@ -103,7 +103,7 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
                 modifiers: Modifiers::NONE,
             });
         }
-        // Long enough that the next click is the first of two.
+        // Long enough for the next click to count as the first of two.
         window.run_steps(50);
     }
     until_shown(&mut window);
@@ -135,7 +135,7 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
 /// A view of `ocio://default`.
 const VIEW: &str = "ACES 2.0 - SDR 100 nits (Rec.709)";
 
-/// Opens the menu of what is looked through, and waits until it has this entry.
+/// Opens the viewing menu, and waits until it has this entry.
 fn menu(window: &mut Window, entry: &str) {
     let bar = window.get_by_role_and_label(Role::ComboBox, "View");
     bar.click();
@@ -144,7 +144,7 @@ fn menu(window: &mut Window, entry: &str) {
     window.run_steps(4);
 }
 
-/// Looks through [`VIEW`].
+/// Selects [`VIEW`] for viewing.
 pub fn look_through_view(window: &mut Window) {
     menu(window, VIEW);
     window.get_by_label(VIEW).click();
@@ -172,7 +172,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     let is_through = |app: &StudioApp| app.state().viewing.through.is_some();
     until(&mut window, "table of the view", is_through);
     until_shown(&mut window);
-    // What the configuration itself makes of the same light, pixel by pixel.
+    // The same light through the configuration itself, pixel by pixel.
     let view = ColorConfig::open(config)
         .and_then(|config| config.to_view(None, Some(VIEW), None))
         .unwrap();
@@ -181,7 +181,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     let seen = picture(&window);
     let off: Vec<f32> = exact.zip(&seen).map(|(a, b)| (a - f32::from(*b)).abs()).collect();
     let near = off.iter().filter(|off| **off < 1.5).count();
-    // Half a step of 8 bits, another of the dither, and the table.
+    // Half an 8-bit step, another for the dither, and the table's error.
     assert!(near * 100 >= off.len() * 99, "{near} of {}", off.len());
     assert_ne!(seen, plain);
     let said = format!("viewing {VIEW}: not exported");
@@ -189,7 +189,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     snapshot(&mut window, "studio_color_view");
     assert!(!window.state().state().can_undo());
 
-    // A tone curve takes its place; a reset shows what is exported.
+    // A tone curve replaces it; a reset restores the exported picture.
     menu(&mut window, "Filmic");
     window.get_by_label("Filmic").click();
     until_shown(&mut window);
@@ -218,7 +218,7 @@ fn a_configuration_that_another_program_chooses_shows_up_when_the_window_is_back
     window.key_press(Key::Escape);
     window.run_steps(3);
 
-    // As `afterlight ocio PROJECT --use CONFIG`, and a person who comes back from there.
+    // As after `afterlight ocio PROJECT --use CONFIG`, when the person returns to the window.
     let choose = |window: &mut Window, config: Option<&str>| {
         let config = config.map(Path::new);
         Project::change(folder.path(), |project| project.set_color_config(config)).unwrap();
@@ -226,7 +226,7 @@ fn a_configuration_that_another_program_chooses_shows_up_when_the_window_is_back
         let known = |app: &StudioApp| app.project().unwrap().color_config();
         window.event(Event::WindowFocused(false));
         window.run_steps(4);
-        assert_ne!(known(window.state()), config, "nobody looks all the time");
+        assert_ne!(known(window.state()), config, "the file is read on focus only");
         window.event(Event::WindowFocused(true));
         until(window, "the configuration", move |app| known(app) == config);
     };
@@ -276,7 +276,7 @@ fn scopes_have_a_scale_count_what_clips_and_fill_the_pane() {
     let [r, g, b] = counts(&window, 0);
     window.get_by_label(&format!("Clipped black: R {r}, G {g}, B {b} pixels"));
 
-    // What is seen is what is counted, and that is said.
+    // The scopes count the visible picture, and say so.
     press(&mut window, Key::E, 8);
     window.get_by_label("Counted as you see it: viewing +4.0 stops");
     let [r, g, b] = counts(&window, 255);

@@ -1,4 +1,4 @@
-# One line of what tests have skipped, from the lines that they record: need, crate, test, reason.
+# One-line summary of skipped tests, from their records: need, crate, test, reason.
 BEGIN { FS = "\t" }
 !seen[$1, $2, $3]++ {
 	if (!count[$1]++) {

@@ -1,38 +1,38 @@
-//! The subject's motion while the lamps went round: what was found beside what is true.
+//! Motion of the subject while the lamps went round: the estimate against the truth.
 
 use crate::results::Row;
 use footage::{Motion, PoseMotion};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// A pose moves if the face is somewhere farther than this from its middle, in pixels of the pictures. Less blurs the sum
-/// of the OLATs by less than the pixels do.
+/// Least distance of the face from its middle, in picture pixels, that counts as motion. Less blurs the sum of the
+/// OLATs by less than the pixels do.
 pub const MOVES_PX: f64 = 0.3;
 
-/// Columns of a shoot's row, over the poses in which motion was looked for. Pixels are those of the pictures.
+/// Columns of a shoot's row, over the poses with a motion estimate. Pixels are those of the pictures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MotionColumns {
     pub poses: usize,
-    /// Poses that move by more than [`MOVES_PX`], and those of them that were not corrected.
+    /// Poses that move by more than [`MOVES_PX`], and those among them that were not corrected.
     pub moving: usize,
     pub missed: usize,
-    /// Poses that were corrected although the subject sat still.
+    /// Corrected poses of a still subject.
     pub false_alarms: usize,
-    /// Poses whose true largest motion is within one and two stated deviations of the one found.
+    /// Poses whose true largest motion is within one and two stated deviations of the estimate.
     pub within_one: usize,
     pub within_two: usize,
-    /// Root mean square over poses and lamps of the face's way from its middle, and of what the correction leaves.
+    /// Root mean square over poses and lamps of the face's distance from its middle, before and after the correction.
     pub moved_px: f64,
     pub left_px: f64,
 }
 
-/// The face's place per lamp, to the right and down.
+/// Position of the face per lamp, right and down.
 type Way = Vec<[f64; 2]>;
 
 impl MotionColumns {
-    /// Columns for the motion found in pictures of `size` pixels, beside the truth: the face's place per pose (by the numbers at
-    /// the end of their names) and lamp (in the order of `lamps`); empty if the subject sat still.
+    /// Columns for the motion estimated in pictures of `size` pixels, against the truth: the face's position per pose
+    /// (by the numbers at the end of their names) and lamp (in the order of `lamps`); empty if the subject sat still.
     pub fn of(found: &Motion, truth: &Value, lamps: &[&str], size: usize) -> Self {
         let mut columns = Self::default();
         let (mut moved, mut left) = (0.0, 0.0);
@@ -64,7 +64,7 @@ impl MotionColumns {
     }
 }
 
-/// A true way, less its mean; without one the subject sits still.
+/// A true path, less its mean; zero for a still subject.
 fn way(truth: &Value, lamps: usize) -> Way {
     let mut way: Way = (0..lamps)
         .map(|lamp| [0, 1].map(|axis| truth[lamp][axis].as_f64().unwrap_or(0.0)))
@@ -76,7 +76,7 @@ fn way(truth: &Value, lamps: usize) -> Way {
     way
 }
 
-/// The way that the exemplars are freed of.
+/// The path that the correction removes from the exemplars.
 fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way {
     let at = |lamp: &&str| {
         let place = order.iter().position(|name| name == lamp);
@@ -87,7 +87,7 @@ fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way
     lamps.iter().map(at).collect()
 }
 
-/// The page's section, if motion was looked for.
+/// Section of the page, if motion was estimated.
 pub fn section(rows: &[&Row]) -> String {
     let of = |belongs: fn(&Row) -> bool| -> Vec<&MotionColumns> {
         let rows = rows.iter().copied().filter(|row| belongs(row));
@@ -109,7 +109,7 @@ pub fn section(rows: &[&Row]) -> String {
     let mut page = format!(
         "\n## The subject's motion
 
-While the lamps went round the face swayed in {} of {} poses. Pixels are those of the pictures; a pose moves if the face is
+While the lamps went round, the face swayed in {} of {} poses. Pixels are those of the pictures; a pose moves if the face is
 somewhere more than {MOVES_PX} of them from its middle.
 
 | | aim | found |

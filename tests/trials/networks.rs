@@ -1,5 +1,5 @@
-//! Cost of the calibration in the picture: networks trained with the response that it found and with the true one, on
-//! the same shoot with as many steps, compared with the truth. The program itself does it, as a person would.
+//! Cost of the calibration in the picture: networks trained with the estimated and with the true response, on the same
+//! shoot and with equal steps, compared with the truth. All through the program, as a user would run it.
 
 use crate::trial;
 use base::progress::Progress;
@@ -11,10 +11,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use virtual_stage::{StageSettings, write_shoot};
 
-/// Frames of the interview; every third is kept out of training and compared with the truth.
+/// Frames of the interview; every third is held out of training and compared with the truth.
 const FRAMES: usize = 12;
 
-/// One shoot under one environment.
+/// A shoot under an environment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Pair {
@@ -24,7 +24,7 @@ pub struct Pair {
     /// Steps of each network.
     pub steps: u64,
     pub environment: String,
-    /// PSNR in dB of the relit frames: by the network with the response that was found, by that with the true one, and by
+    /// PSNR in dB of the relit frames: by the network with the estimated response, by that with the true one, and by
     /// the true OLATs.
     pub found: f64,
     pub exact: f64,
@@ -58,7 +58,7 @@ impl fmt::Display for Pair {
     }
 }
 
-/// Settings of the networks' training.
+/// Settings for training the networks.
 #[derive(Clone, Copy, Debug)]
 pub struct Training<'a> {
     /// The program `afterlight`.
@@ -68,7 +68,7 @@ pub struct Training<'a> {
 }
 
 impl Training<'_> {
-    /// Makes the shoot of a seed and trains both networks: a pair for each environment of its truth.
+    /// Writes the shoot of a seed and trains both networks: a pair for each environment of its truth.
     ///
     /// # Errors
     /// When the shoot cannot be written, or a command fails.
@@ -95,7 +95,7 @@ impl Training<'_> {
             |scores: &Value, environment: &str| number(&scores["relit_psnr_db"][environment]);
         let environments = found["relit_psnr_db"].as_object();
         let environments =
-            environments.ok_or_else(|| Error::bug("evaluate --json names no environment"))?;
+            environments.ok_or_else(|| Error::bug("evaluate --json lists no environment"))?;
         Ok(environments
             .keys()
             .map(|environment| Pair {
@@ -113,8 +113,8 @@ impl Training<'_> {
             .collect())
     }
 
-    /// Imports a shoot into a project, calibrates it, with a given response if there is one, trains, and scores that
-    /// against the truth.
+    /// Imports a shoot into a project, calibrates it, with `response` if given, trains, and scores the result against
+    /// the truth.
     fn network(&self, shoot: &Path, project: &Path, response: Option<&str>) -> Result<Value> {
         let (shoot, project) = (text(shoot), text(project));
         let (size, epochs) = (self.size.to_string(), self.epochs.to_string());
@@ -138,7 +138,7 @@ impl Training<'_> {
             })?;
         if !output.status.success() {
             let said = String::from_utf8_lossy(&output.stderr);
-            let last = said.lines().last().unwrap_or("it said nothing");
+            let last = said.lines().last().unwrap_or("no output");
             return Err(Error::invalid(
                 format!("`{}` failed: {last}", command()),
                 "Run that command by hand",
@@ -146,14 +146,14 @@ impl Training<'_> {
         }
         serde_json::from_slice(&output.stdout).map_err(|e| {
             Error::invalid(
-                format!("`{}` printed no JSON: {e}", command()),
+                format!("`{}` did not print JSON: {e}", command()),
                 "Build the program again",
             )
         })
     }
 }
 
-/// The true response and exposure as `calibrate --gamma` takes them; that of a log-like camera is the nearest dual gamma.
+/// True response and exposure in the form of `calibrate --gamma`; a log-like camera gets the nearest dual gamma.
 fn response(truth: &Value) -> String {
     let trouble = &truth["trouble"];
     let exposure = trouble["exposure_change"].as_f64().unwrap_or(1.0);

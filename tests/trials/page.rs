@@ -1,4 +1,4 @@
-//! The page with what the trials found, and its plots.
+//! Page of the trials, and its plots.
 
 use crate::motion;
 use crate::networks::Pair;
@@ -15,7 +15,7 @@ const ORANGE: &str = "#c8641e";
 const GREEN: &str = "#3a8a3a";
 const GREY: &str = "#999";
 
-/// Writes the page to `path`, and its plots into the folder of the same name beside it.
+/// Writes the page to `path`, and its plots into the folder of that name beside it.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -46,14 +46,14 @@ fn share(name: &str) -> Axis<'_> {
     Axis { name, from: 0.0, to: 1.0, tick: 0.25 }
 }
 
-/// An empty plot of which share of values lies below each; the values' axis by its name, its end and its ticks.
+/// Empty plot of cumulative shares; the value axis has a name, an end and a tick distance.
 fn shares_below<'a>(title: &'a str, values: (&'a str, f64, f64), shares: &'a str) -> Plot<'a> {
     let (name, to, tick) = values;
     let values = Axis { name, from: 0.0, to, tick };
     Plot::new(title, values, share(shares))
 }
 
-/// The plots by the names of their files.
+/// The plots by file name.
 fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     let gamma_axis = |name| Axis { name, from: 1.0, to: 4.0, tick: 0.5 };
     let mut gamma = Plot::new("γ found and true", gamma_axis("true"), gamma_axis("found ± σ"));
@@ -118,10 +118,10 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Condition that puts a shoot in a group.
+/// Condition of a group of shoots.
 type Belongs = fn(&Row) -> bool;
 
-/// Groups of shoots that have something in common, the first being all.
+/// Groups of shoots with something in common; the first holds all.
 const GROUPS: &[(&str, Belongs)] = &[
     ("all", |_| true),
     ("a sum of the lamps", |r| r.light == "banks" && r.ambient == 0.0),
@@ -143,7 +143,7 @@ const GROUPS: &[(&str, Belongs)] = &[
     ("dark skin", |r| r.skin > 2.0 / 3.0),
 ];
 
-/// The page down to its plots, of all trials and of those that are calibrated.
+/// The page down to its plots, from all trials and the calibrated ones.
 fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     let (gammas, exposures) = (all_gammas(rows), exposures(rows));
     let off =
@@ -158,18 +158,18 @@ fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     format!(
         "# Robustness: calibration on shoots drawn at random
 
-`make trials` writes this page. It makes shoots of the [virtual stage](method.md) of the seeds {first} to {last}, draws light,
+`make trials` writes this page. It writes shoots of the [virtual stage](method.md) for the seeds {first} to {last}, draws light,
 camera, subject and mirror ball of each at random (`afterlight stage DIR --trouble --seed N` makes the like), calibrates
-each with the default settings, and compares with the truth. `make trials TRIALS=50` is shorter, a run that was stopped
-goes on where it was, and `FRESH=1` calibrates again. No figure of the calibration was chosen by these shoots.
+each with the default settings, and compares with the truth. `make trials TRIALS=50` is shorter, a stopped run
+continues, and `FRESH=1` calibrates again. The calibration was not tuned on these shoots.
 
 {count} shoots of {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} were refused. Together {minutes:.0} minutes.
 
-What is drawn: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; a tint; a bright room),
+Random settings: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; a tint; a bright room),
 whether the exposure was changed after the balls (one in five, up to a stop), the response (γ from 1.2 to 3.2, sRGB,
 log-like), noise, JPEG, skin, hair, glasses, hands, where the subject sits and how it sways, dust on the ball, a room and a
-photographer in it, balls that clip. For responses that are no dual gamma the true γ is that of the nearest one. In {named}
-shoots a standard curve was found, which states no interval.
+photographer in it, balls that clip. For other responses the true γ is that of the nearest dual gamma. In {named}
+shoots the calibration found a standard curve, which has no interval.
 
 | | aim | found |
 |---|---:|---:|
@@ -211,7 +211,7 @@ shoots a standard curve was found, which states no interval.
     )
 }
 
-/// Causes of difficulty: the same by groups.
+/// Causes of difficulty: the same figures by group.
 fn groups(rows: &[&Row]) -> String {
     let mut page = String::from(
         "\n## What makes it hard
@@ -240,7 +240,7 @@ fn groups(rows: &[&Row]) -> String {
     page
 }
 
-/// The shoots where γ was sure and wrong, if there are any.
+/// Shoots where γ was confident and wrong, if there are any.
 fn wrong(rows: &[&Row]) -> String {
     let is_wrong = |row: &&&Row| gammas(row).iter().any(Estimate::is_sure_and_wrong);
     let mut page = String::new();
@@ -277,7 +277,7 @@ fn networks(pairs: &[Pair]) -> String {
     let mut page = format!(
         "\n## What it costs in the picture
 
-`make trials NETWORKS=8` trains two networks on each of the first shoots, one with the response that was found and one with
+`make trials NETWORKS=8` trains two networks on each of the first shoots, one with the estimated response and one with
 the true response and exposure (for log-like cameras the nearest dual gamma), with as many steps, and compares their
 relit frames with the truth (PSNR in dB as in [accuracy.md](accuracy.md)): {size} × {size} pixels, {epochs} epochs, 12
 frames, of which four are the truth. \"Limit\" is the sum of the true OLATs.
@@ -309,7 +309,7 @@ The calibration costs {median:.2} dB in the median (aim: at most 0.5) and {worst
     page
 }
 
-/// Coverage at each of [`LEVELS`], or a dash if no interval was stated.
+/// Coverage at each of [`LEVELS`], or a dash without intervals.
 fn percentages(estimates: &[Estimate]) -> String {
     if !estimates.iter().any(|e| e.within > 0.0) {
         return "–".into();

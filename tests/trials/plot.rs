@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 360.0;
 const HEIGHT: f64 = 260.0;
-/// Room for numbers on the left and below, and for the title above.
+/// Margins for numbers on the left and below, and for the title above.
 const LEFT: f64 = 48.0;
 const BELOW: f64 = 40.0;
 const ABOVE: f64 = 26.0;
 const RIGHT: f64 = 12.0;
 
-/// An axis from its first to its last value, with numbers at ticks.
+/// An axis from its first to its last value, with numbered ticks.
 #[derive(Clone, Copy)]
 pub struct Axis<'a> {
     pub name: &'a str,
@@ -24,7 +24,7 @@ pub struct Plot<'a> {
     x: Axis<'a>,
     y: Axis<'a>,
     body: String,
-    /// Names of curves and points with their colours.
+    /// Legend: names and colours.
     legend: Vec<(&'a str, &'a str)>,
     title: &'a str,
 }
@@ -34,7 +34,7 @@ impl<'a> Plot<'a> {
         Self { x, y, body: String::new(), legend: vec![], title }
     }
 
-    /// The place of a value, kept within the frame.
+    /// Position of a value, clamped to the frame.
     fn place(&self, x: f64, y: f64) -> (f64, f64) {
         let share =
             |axis: &Axis, value: f64| ((value - axis.from) / (axis.to - axis.from)).clamp(0.0, 1.0);
@@ -44,12 +44,12 @@ impl<'a> Plot<'a> {
         )
     }
 
-    /// Names a colour.
+    /// Adds a legend entry.
     pub fn name(&mut self, name: &'a str, colour: &'a str) {
         self.legend.push((name, colour));
     }
 
-    /// A line through values.
+    /// Draws a line through values.
     pub fn line(
         &mut self,
         values: impl IntoIterator<Item = (f64, f64)>,
@@ -70,7 +70,7 @@ impl<'a> Plot<'a> {
         );
     }
 
-    /// A point, and how certain its height is, if that is known.
+    /// Draws a point, with an error bar for its height if known.
     pub fn point(&mut self, x: f64, y: f64, deviation: f64, colour: &str) {
         let (at_x, at_y) = self.place(x, y);
         if deviation > 0.0 {
@@ -87,7 +87,7 @@ impl<'a> Plot<'a> {
         );
     }
 
-    /// Shares of values below each value.
+    /// Draws the cumulative share of values.
     pub fn distribution(&mut self, values: impl IntoIterator<Item = f64>, colour: &str) {
         let mut values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -100,7 +100,7 @@ impl<'a> Plot<'a> {
         self.line(steps, colour, false);
     }
 
-    /// The file's text.
+    /// Text of the SVG file.
     pub fn svg(&self) -> String {
         let mut text = format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="10" fill="#333">

@@ -1,8 +1,8 @@
-//! Calibrates many small shoots of the virtual stage whose light, camera, subject and mirror ball are drawn at random,
-//! and writes how far the calibration was off, and how often the truth lay within what it stated: `make trials`.
+//! Calibrates many small shoots of the virtual stage with random light, camera, subject and mirror ball, and writes the
+//! errors of the calibration and the coverage of its intervals: `make trials`.
 //!
-//! The idea is that of simulation-based calibration (Talts, Betancourt, Simpson, Vehtari and Gelman, "Validating Bayesian
-//! Inference Algorithms with Simulation-Based Calibration", 2018): what is stated must hold as often as it says.
+//! Based on simulation-based calibration (Talts, Betancourt, Simpson, Vehtari and Gelman, "Validating Bayesian
+//! Inference Algorithms with Simulation-Based Calibration", 2018): a stated interval must hold as often as it claims.
 
 mod motion;
 mod networks;
@@ -24,37 +24,37 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Calibrates shoots drawn at random and writes what came out. Trials that the tables hold are not made again.
+/// Calibrates random shoots and writes the results. Trials already in the tables are not repeated.
 #[derive(Debug, Parser)]
 struct Options {
-    /// Number of shoots, of this seed and those that follow.
+    /// Number of shoots, from the first seed on.
     #[arg(long, default_value_t = 200)]
     trials: u64,
     /// The first seed.
     #[arg(long, default_value_t = 1)]
     first: u64,
-    /// With how many of them networks are trained, to see what the calibration costs in the picture.
+    /// Number of shoots for which networks are trained, to measure the calibration's cost in the picture.
     #[arg(long, default_value_t = 0)]
     networks: u64,
     /// Width and height of every picture in pixels.
     #[arg(long, default_value_t = trial::SIZE)]
     size: usize,
-    /// Epochs of each network's training. In ten minutes, two cores without a GPU make about as many at 128 × 128.
+    /// Epochs of each network's training. Two cores without a GPU make about as many in ten minutes at 128 × 128.
     #[arg(long, default_value_t = 2300)]
     epochs: u64,
-    /// The program that trains the networks.
+    /// Program for training the networks.
     #[arg(long, default_value = "target/debug/afterlight")]
     program: PathBuf,
-    /// The folder of the tables, which are continued.
+    /// Folder of the tables, which are continued.
     #[arg(long, default_value = "target/trials")]
     tables: PathBuf,
-    /// Forget the tables and calibrate again: after a change of the calibration.
+    /// Discard the tables and calibrate again, after a change of the calibration.
     #[arg(long)]
     fresh: bool,
-    /// Forget the shoots too, which take the most time: after a change of the stage.
+    /// Discard the shoots too, which take the most time, after a change of the stage.
     #[arg(long)]
     fresh_shoots: bool,
-    /// The page to write; its plots go into a folder of its name.
+    /// Page to write; its plots go into a folder of that name.
     #[arg(long, default_value = "docs/robustness.md")]
     page: PathBuf,
 }
@@ -85,7 +85,7 @@ fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The table of the calibrations, after those that it lacks are made.
+/// Table of the calibrations, completed if necessary.
 fn calibrations(options: &Options) -> Result<Vec<Row>> {
     let path = options.tables.join("calibrations.csv");
     let shoots = options.tables.join("shoots");
@@ -106,7 +106,7 @@ fn calibrations(options: &Options) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The table of the networks, after those that it lacks are trained.
+/// Table of the networks, completed if necessary.
 fn pairs(options: &Options) -> Result<Vec<Pair>> {
     let path = options.tables.join("networks.csv");
     let mut pairs: Vec<Pair> = kept(options, &path)?;
@@ -128,7 +128,7 @@ fn pairs(options: &Options) -> Result<Vec<Pair>> {
     Ok(pairs)
 }
 
-/// Rows of a table, unless it is to be forgotten.
+/// Rows of a table, or none if it is discarded.
 fn kept<R: DeserializeOwned>(options: &Options, path: &Path) -> Result<Vec<R>> {
     if options.fresh || options.fresh_shoots {
         return Ok(vec![]);

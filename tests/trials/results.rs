@@ -4,21 +4,21 @@ use crate::motion::MotionColumns;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The truth is outside all stated intervals.
+/// Value for a truth outside all stated intervals.
 pub const OUTSIDE: f64 = 1.0;
 
-/// Description of one shoot, and the result of its calibration.
+/// A shoot and the result of its calibration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Row {
     pub seed: u64,
     pub size: usize,
     pub lamps: usize,
-    /// The interview's light and the camera's response in a word.
+    /// Kinds of the interview's light and of the camera's response.
     pub light: String,
     pub response: String,
     pub ambient: f64,
-    /// Share of the interview's light that no sum of the lamps can be.
+    /// Share of the interview's light that no sum of the lamps can reproduce.
     pub off_span: f64,
     pub exposure_change: f64,
     pub ball_exposure: f64,
@@ -26,7 +26,7 @@ pub struct Row {
     pub room: f64,
     pub sway: f64,
     pub skin: f64,
-    /// Truth, result and its stated standard deviation.
+    /// True value, estimate and stated standard deviation.
     pub gamma1: f64,
     pub gamma2: f64,
     pub found1: f64,
@@ -34,10 +34,10 @@ pub struct Row {
     pub deviation1: f64,
     pub deviation2: f64,
     pub found_exposure: f64,
-    /// Of ln exposure.
+    /// Deviation of ln exposure.
     pub exposure_deviation: f64,
-    /// The smallest of the stated intervals of 0.5, 0.9 and 0.99 that holds the truth; [`OUTSIDE`] if none does, and 0 if
-    /// none is stated, because a standard curve was found.
+    /// Smallest of the stated intervals of 0.5, 0.9 and 0.99 that holds the truth; [`OUTSIDE`] if none does, and 0
+    /// without intervals, because a standard curve was found.
     pub within1: f64,
     pub within2: f64,
     pub within_exposure: f64,
@@ -45,11 +45,11 @@ pub struct Row {
     pub said_changed: f64,
     /// Difference of the interview's weights, summed over lamps and relative to their sum.
     pub weights_error: f64,
-    /// Difference between the subject's picture under the found light and the true one, root mean square and relative,
-    /// with true OLATs; 0 could only be reached by light that is a sum of the lamps.
+    /// Relative root mean square difference between the subject's pictures under the estimated and the true light, with
+    /// true OLATs; 0 is possible only for light that is a sum of the lamps.
     pub light_error: f64,
-    /// Of the lamps' directions, in degrees, over lamps that the ball shows; the worst of those with a confidence above
-    /// one half; and how many of these are off by more than five degrees.
+    /// Error of the lamps' directions in degrees: the median over lamps that the ball shows, the worst with a
+    /// confidence above one half, and the number of those that are off by more than five degrees.
     pub direction_median: f64,
     pub direction_worst: f64,
     pub misled: usize,
@@ -58,7 +58,7 @@ pub struct Row {
     /// Seconds for the shoot and for its calibration.
     pub shoot_seconds: f64,
     pub seconds: f64,
-    /// Reason for a missing calibration; empty if there is one.
+    /// Reason for a missing calibration, otherwise empty.
     pub refused: String,
 }
 

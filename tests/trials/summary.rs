@@ -1,9 +1,9 @@
-//! Summary of many trials: errors, and the share in which the truth lay within what was stated.
+//! Summary of many trials: errors, and coverage of the stated intervals.
 
 use crate::results::Row;
 
-/// An unknown of a trial: how far the result was from the truth, the stated standard deviation, and the smallest stated
-/// interval that holds the truth, as in [`Row::within1`].
+/// An unknown of a trial: error of the estimate, stated standard deviation, and smallest stated interval that holds the
+/// truth, as in [`Row::within1`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     pub off: f64,
@@ -11,16 +11,16 @@ pub struct Estimate {
     pub within: f64,
 }
 
-/// A result without a deviation, such as a standard curve, states that it is exact. This much is rounding.
+/// Rounding tolerance of a result without a deviation, such as a standard curve, which claims to be exact.
 const EXACT: f64 = 0.01;
-/// Beyond this many stated deviations a result was sure and wrong.
+/// Stated deviations beyond which a result was confident and wrong.
 const SURE: f64 = 5.0;
 
-/// The intervals that a calibration states.
+/// Intervals stated by a calibration.
 pub const LEVELS: [f64; 3] = [0.5, 0.9, 0.99];
 
 impl Estimate {
-    /// Distance of the truth in stated deviations.
+    /// Error in stated deviations.
     pub fn deviations_off(&self) -> f64 {
         if self.deviation > 0.0 {
             return (self.off / self.deviation).abs();
@@ -51,13 +51,13 @@ pub fn exposure(row: &Row) -> Estimate {
     }
 }
 
-/// Share of the estimates with intervals whose truth lies within that of `level`, one of [`LEVELS`]; NaN of none.
+/// Share of the estimates with intervals whose truth lies within that of `level`, one of [`LEVELS`]; NaN without any.
 pub fn coverage(estimates: &[Estimate], level: f64) -> f64 {
     let stated: Vec<f64> = (estimates.iter().map(|e| e.within)).filter(|w| *w > 0.0).collect();
     stated.iter().filter(|within| **within <= level).count() as f64 / stated.len() as f64
 }
 
-/// The value below which a share of the values lies, from 0 to 1; NaN of none.
+/// Quantile of the values, for a share from 0 to 1; NaN without values.
 pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Tables as CSV files: one row each, with the fields' names above them.
+//! Tables as CSV files: one row per record, with field names as the header.
 
 use base::files::write_beside;
 use base::{Error, Result};
@@ -8,10 +8,10 @@ use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
 
-/// Reads a table; without a file it is empty.
+/// Reads a table; empty without a file.
 ///
 /// # Errors
-/// When the file cannot be read or is no such table.
+/// When the file cannot be read, or is not such a table.
 pub fn read<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>> {
     const REMEDY: &str = "Begin again with --fresh (make trials FRESH=1)";
     let text = match std::fs::read_to_string(path) {
@@ -33,15 +33,15 @@ pub fn read<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>> {
     rows.collect()
 }
 
-/// Writes a table, whole or not at all.
+/// Writes a table atomically.
 ///
 /// # Errors
-/// When it cannot be written.
+/// When the file cannot be written.
 pub fn write<R: Serialize>(path: &Path, rows: &[R]) -> Result<()> {
     let mut text = String::new();
     for (i, row) in rows.iter().enumerate() {
         let Ok(Value::Object(cells)) = serde_json::to_value(row) else {
-            return Err(Error::bug("a row of a table is no object"));
+            return Err(Error::bug("a row of a table is not an object"));
         };
         if i == 0 {
             let names: Vec<&str> = cells.keys().map(String::as_str).collect();
@@ -53,7 +53,7 @@ pub fn write<R: Serialize>(path: &Path, rows: &[R]) -> Result<()> {
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// A value as a cell: numbers to six digits after the point, words without commas.
+/// A value as a cell: numbers to six decimals, words without commas.
 fn cell(value: &Value) -> String {
     match value {
         Value::String(text) => text.replace([',', '\n'], ";"),

@@ -1,4 +1,4 @@
-//! A fixed small part of the trials, and statements about the table and its summary.
+//! A fixed small part of the trials, and properties of the table and its summary.
 
 use crate::motion::MotionColumns;
 use crate::networks::Pair;
@@ -54,7 +54,7 @@ fn coverage_counts_what_was_stated() {
     assert_eq!(LEVELS.map(|level| coverage(&[first, second], level)), [0.5; 3]);
     let nine = Estimate { within: 0.9, ..first };
     assert_eq!(LEVELS.map(|level| coverage(&[nine], level)), [0.0, 1.0, 1.0]);
-    // A result without a deviation states that it is exact, and no interval.
+    // A result without a deviation claims to be exact, without an interval.
     let exact = |off| Estimate { off, deviation: 0.0, within: 0.0 };
     assert!(exact(0.02).is_sure_and_wrong() && !exact(0.005).is_sure_and_wrong());
     assert_eq!(coverage(&[nine, exact(0.02)], 0.9), 1.0);
@@ -87,7 +87,7 @@ fn the_page_says_what_was_sure_and_wrong() {
     }
 }
 
-/// The calibration's statement about one pose under four lamps.
+/// The calibration's estimate for one pose under four lamps.
 fn said(pose: &str, largest_px: f32, shifts: Vec<[f32; 4]>) -> PoseMotion {
     PoseMotion {
         pose: pose.into(),
@@ -101,12 +101,12 @@ fn said(pose: &str, largest_px: f32, shifts: Vec<[f32; 4]>) -> PoseMotion {
 #[test]
 fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
     let names = ["a", "b", "c", "d"];
-    // The face 1 pixel to the right, half of it with the body, and 1 pixel back; in pictures of 50 pixels.
+    // The face moves 1 pixel right, half of it with the body, and 1 pixel back; in pictures of 50 pixels.
     let half = [0.01f32, 0.0, 0.01, 0.0];
     let there_and_back = vec![half, half, half.map(|v| -v), half.map(|v| -v)];
     let found = |poses| Motion {
         seen_in: SeenIn::Olats,
-        // They were not lit in the order in which the truth has them.
+        // The lighting order differs from the truth's order.
         lamps: ["a", "c", "b", "d"].map(String::from).to_vec(),
         poses,
     };
@@ -145,7 +145,7 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
     ] {
         assert!(text.contains(line), "{line}: {text}");
     }
-    // The table keeps them.
+    // The table keeps the columns.
     let table = folder.path().join("calibrations.csv");
     table::write(&table, &rows).unwrap();
     let read: Vec<Row> = table::read(&table).unwrap();
@@ -161,7 +161,7 @@ fn a_trial_is_the_same_each_time() {
         folders.each_ref().map(|shoots| without_times(trial::run(2, 32, shoots.path()).unwrap()));
     assert_eq!(first, second);
     assert!(first.refused.is_empty(), "{first}");
-    // A shoot that is there is calibrated again.
+    // An existing shoot is calibrated again.
     let again = trial::run(2, 32, folders[0].path()).unwrap();
     assert_eq!(without_times(again), first);
     assert_eq!(folders[0].path().join("32").read_dir().unwrap().count(), 1);

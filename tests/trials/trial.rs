@@ -1,4 +1,4 @@
-//! One trial: a shoot of a seed, made, imported and calibrated as anyone would, and compared with its truth.
+//! One trial: a shoot of a seed, written, imported and calibrated as by a user, and compared with its truth.
 
 use crate::motion::MotionColumns;
 use crate::results::{OUTSIDE, Row};
@@ -16,29 +16,29 @@ use std::time::Instant;
 use tempfile::TempDir;
 use virtual_stage::{StageSettings, TroubleSettings, write_shoot};
 
-/// Width and height of the pictures if nothing else is asked for.
+/// Default width and height of the pictures.
 pub const SIZE: usize = 64;
-/// A direction that is off by more than this many degrees must not be trusted.
+/// Direction error in degrees above which a lamp must not be trusted.
 const MISLEADING_DEG: f64 = 5.0;
 
-/// The shoot of a seed: everything that can be drawn is.
+/// The shoot of a seed, with everything random.
 pub fn settings(seed: u64, size: usize) -> StageSettings {
     StageSettings {
         frames: 4,
         size,
         seed,
-        // From 9 to 24, in an order without a pattern (a multiplicative hash after Knuth).
+        // From 9 to 24, in a patternless order (a multiplicative hash after Knuth).
         lamps: 9 + (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60) as usize,
         trouble: TroubleSettings { trouble: true, ..TroubleSettings::NONE },
         ..StageSettings::default()
     }
 }
 
-/// Calibrates the shoot of a seed and compares that with its truth. Shoots are kept in the folder `shoots`; one that it
-/// lacks is made.
+/// Calibrates the shoot of a seed and compares the result with its truth. Shoots are kept in the folder `shoots`; a
+/// missing one is written.
 ///
 /// # Errors
-/// When the shoot cannot be written or read. A calibration that refuses is a result.
+/// When the shoot cannot be written or read. A refused calibration is a result.
 pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     let settings = settings(seed, size);
     let shoot = shoots.join(format!("{size}/{seed}"));
@@ -68,7 +68,7 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     })
 }
 
-/// Removes a folder, if it is there.
+/// Removes a folder, if it exists.
 ///
 /// # Errors
 /// When it cannot be removed.
@@ -81,7 +81,7 @@ pub fn remove(folder: &Path) -> Result<()> {
     }
 }
 
-/// A folder that goes with the trial.
+/// A temporary folder for the trial.
 ///
 /// # Errors
 /// When it cannot be made.
@@ -90,21 +90,21 @@ pub fn temporary_folder() -> Result<TempDir> {
         .map_err(|e| Error::io("make", Path::new("a temporary folder"), e, "Make room on the disk"))
 }
 
-/// Reads a file of JSON.
+/// Reads a JSON file.
 ///
 /// # Errors
-/// When it cannot be read.
+/// When the file cannot be read.
 pub fn json(path: &Path) -> Result<Value> {
     const REMEDY: &str = "Run the trial again";
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e, REMEDY))?;
     serde_json::from_slice(&bytes).map_err(|e| Error::codec("read", path, e, REMEDY))
 }
 
-/// Truth about a shoot.
+/// Truth of a shoot.
 struct Truth {
     facts: Value,
     directions: Vec<Vec3>,
-    /// Of one frame: the OLATs, the picture under the interview's light, both in the camera's linear units, and the
+    /// For one frame: the OLATs, the picture under the interview's light, both in the camera's linear units, and the
     /// pixels that the subject covers.
     olats: Vec<Image>,
     interview: Image,
@@ -141,7 +141,7 @@ impl Truth {
         })
     }
 
-    /// A row with what is known without a calibration.
+    /// A row with everything that is known without a calibration.
     fn row(&self) -> Row {
         let trouble = &self.facts["trouble"];
         let number = |key: &str| trouble[key].as_f64().unwrap_or(0.0);
@@ -168,7 +168,7 @@ impl Truth {
         }
     }
 
-    /// The row with what a calibration found.
+    /// The row completed with a calibration's results.
     fn compare(&self, found: &Calibration, row: Row) -> Row {
         let (curve, _) = found.response.nearest_dual_gamma();
         let [within1, within2, within_exposure] = within(&found.gamma_evidence.intervals, &row);
@@ -217,7 +217,7 @@ impl Truth {
         }
     }
 
-    /// Relative root-mean-square difference of the sum of the true OLATs under `light` and the true picture.
+    /// Relative root mean square difference between the sum of the true OLATs under `light` and the true picture.
     fn light_error(&self, light: &[[f64; 3]]) -> f64 {
         let (mut error, mut power) = (0.0, 0.0);
         for &i in &self.covered {
@@ -233,7 +233,7 @@ impl Truth {
     }
 }
 
-/// For γ1, γ2 and the exposure of a shoot the smallest interval that holds the truth, as in [`Row::within1`].
+/// Smallest interval that holds the truth, for γ1, γ2 and the exposure of a shoot, as in [`Row::within1`].
 fn within(intervals: &[Interval], truth: &Row) -> [f64; 3] {
     if intervals.is_empty() {
         return [0.0; 3];

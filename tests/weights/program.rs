@@ -1,5 +1,5 @@
-//! Closeness of the kinds of weights to the truth: true OLATs of the virtual stage, summed with each kind, beside the
-//! same subject under all lamps of the dome.
+//! Accuracy of the kinds of weights: true OLATs of the virtual stage, summed with each kind, against the same subject
+//! under all lamps of the dome.
 //!
 //! `make weights` writes docs/weights.md; a small part runs with the tests.
 
@@ -18,23 +18,23 @@ use std::time::Instant;
 
 const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
 
-/// Decibels that each kind reaches in one picture.
+/// Decibels of each kind for one picture.
 struct Case {
     environment: usize,
     subject: usize,
     decibels: [f64; 3],
-    /// Share of the subject's pixels that are exactly black by `fit`.
+    /// Share of the subject's pixels that are exactly black with `fit`.
     black: f64,
 }
 
 impl Case {
-    /// Decibels by which `fit` is better than the best of the others.
+    /// Gain of `fit` over the best of the others, in decibels.
     fn gain(&self) -> f64 {
         self.decibels[2] - self.decibels[0].max(self.decibels[1])
     }
 }
 
-/// All subjects under all environments at `yaws` turns, a whole number of columns each.
+/// All subjects under all environments at `yaws` yaws, a whole number of columns apart.
 fn cases(
     shoot: &Shoot,
     subjects: &[Subject],
@@ -108,7 +108,7 @@ fn main() -> std::io::Result<()> {
     std::fs::write(test_support::repository("docs/weights.md"), text)
 }
 
-/// Prints how long a turn takes by each kind, the quickest of some.
+/// Prints the time of a turn for each kind, the fastest of several runs.
 fn print_times() {
     let environment = random::environments(4, 8).remove(3).reduced(Partition::WIDTH);
     for lamps in [41, 146, 931] {
@@ -133,7 +133,7 @@ fn print_times() {
     }
 }
 
-/// docs/weights.md, of the cases under known environments and under random ones.
+/// Text of docs/weights.md, from the cases under known and under random environments.
 fn table(
     subjects: &[Subject],
     (known, known_cases): (&[Environment], &[Case]),
@@ -182,7 +182,7 @@ fn table(
     text
 }
 
-/// A row of a table: these cases in short.
+/// A table row that summarizes these cases.
 fn row(text: &mut String, name: &str, cases: &[&Case]) {
     let kind = |k: usize| median(cases.iter().map(|case| case.decibels[k]));
     let gains: Vec<f64> = cases.iter().map(|case| case.gain()).collect();

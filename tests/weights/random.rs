@@ -1,4 +1,4 @@
-//! Environments drawn at random: suns, softboxes and rooms, so that what is tuned to known panoramas shows.
+//! Random environments: suns, softboxes and rooms, which reveal tuning to the known panoramas.
 
 use chacha20::ChaCha8Rng;
 use glam::Vec3;
@@ -49,7 +49,7 @@ fn environment(kind: usize, random: &mut ChaCha8Rng) -> Environment {
         .map(|patch| (patch, within(-2.0, 2.0).exp(), within(0.02, 0.6)))
         .collect();
     let (slope, colour) = (within(0.0, 0.95), [0; 3].map(|_| within(0.3, 1.0)));
-    // Light of the lamps for one of the rest: from a tenth to a hundred.
+    // Relative power of the room's lamps: from a tenth to a hundred times the rest.
     let ratio = within(0.1f32.ln(), 100f32.ln()).exp();
     let even = Image::from_fn(COLUMNS, COLUMNS / 2, |x, y| {
         let at = texel_direction(x, y, COLUMNS, COLUMNS / 2);

@@ -14,18 +14,18 @@ use virtual_stage::{Hair, StageSettings, write_shoot};
 
 /// Lamps of the dome.
 const LAMPS: usize = 931;
-/// Columns of the panoramas that the truth is lit by.
+/// Columns of the panoramas that light the truth.
 pub const COLUMNS: usize = 4 * Partition::WIDTH;
 
 /// One pixel, or one weight, per channel.
 pub type Rgb = [f32; 3];
 
-/// A rig of banks, and the dome that its lamps belong to.
+/// A rig of banks, and the dome with its lamps.
 pub struct Shoot {
     pub rig: Rig,
-    /// Per bank its lamps.
+    /// Lamps of each bank.
     banks: Vec<Vec<usize>>,
-    /// Per texel of a panorama the nearest lamp.
+    /// Nearest lamp for each texel of a panorama.
     owners: Vec<usize>,
 }
 
@@ -65,7 +65,7 @@ impl Shoot {
         }
     }
 
-    /// The mean radiance that each lamp of the dome stands for, under a panorama of [`COLUMNS`] turned by whole columns.
+    /// Mean radiance around each lamp of the dome, under a panorama of [`COLUMNS`] turned by whole columns.
     pub fn lamps_under(&self, panorama: &Environment, columns: usize) -> Vec<Rgb> {
         assert_eq!(panorama.radiance.size(), (COLUMNS, COLUMNS / 2));
         let mut sums = vec![[0.0f64; 4]; LAMPS];
@@ -81,7 +81,7 @@ impl Shoot {
     }
 }
 
-/// The subject's pixels in one pose, under each lamp of the dome and each bank, linear.
+/// Pixels of the subject in one pose, under each lamp of the dome and each bank, linear.
 pub struct Subject {
     pub name: String,
     lamps: Vec<Vec<Rgb>>,
@@ -157,7 +157,7 @@ pub const LOOKS: [Look; 7] = [
     },
 ];
 
-/// Subjects of `size` pixels across: for each look with its seed, the first `poses` poses and frames whose truth is known.
+/// Subjects of `size` pixels across: for each look with its seed, the first `poses` poses and truth frames.
 pub fn subjects(shoot: &Shoot, size: usize, looks: &[(u64, usize)], poses: usize) -> Vec<Subject> {
     let mut subjects = Vec::new();
     for &(seed, look) in looks {
@@ -206,7 +206,7 @@ fn subject(shoot: &Shoot, name: String, olats: &Path, matte: &Path) -> Subject {
     Subject { name, banks: banks.collect(), lamps }
 }
 
-/// PSNR as docs/accuracy.md measures it: equal mean luminance, exposed for the truth's 95th percentile, display values.
+/// PSNR as measured in docs/accuracy.md: equal mean luminance, exposed for the truth's 95th percentile, display values.
 pub fn psnr(picture: &[Rgb], truth: &[Rgb]) -> f64 {
     let mean = |pixels: &[Rgb]| pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>();
     let scale = mean(truth) / mean(picture);

@@ -6,9 +6,9 @@ use evaluation::blind::BlindSettings;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Compare methods blindly, as the paper's user study: write a page that shows two clips side by side, relit by one lamp,
-/// beside a photograph of the subject under that lamp, and asks two questions. People answer in a browser, by keys, without
-/// knowing whose clip is whose, and send a file back; --answers counts those files.
+/// Compare methods blindly, as in the paper's user study. Writes a page with two clips side by side, relit by one
+/// lamp, beside a photograph of the subject under that lamp, and two questions. People answer in a browser by
+/// keys, without knowing the methods, and send a file back; --answers counts these files.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight blind interview --with network,ratio,texler,sun --page compare.html\n         afterlight blind interview --answers answers-*.csv"
@@ -16,7 +16,8 @@ use worker::Job;
 pub struct BlindArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Write no page: collect these files of answers, and count all that were collected. Without a file, only count.
+    /// Collect these files of answers instead of writing a page, and count all collected answers. Without a file,
+    /// only count.
     #[arg(
         long,
         value_name = "FILE",
@@ -31,7 +32,7 @@ pub struct BlindArgs {
 }
 
 impl BlindArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         match self.answers {
             Some(files) => Job::Answers { project: self.project, files },

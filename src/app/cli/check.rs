@@ -11,31 +11,31 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use worker::{Job, Outcome};
 
-/// The last line, for those who want to know what was not looked at.
-const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: docs/stability.md says what is done about each";
+/// Last line of the output: documentation of what the check does not cover.
+const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: see docs/stability.md";
 
-/// Check how far a project can be trusted: lamps, camera response, interview light, frames, environments. Each check is
-/// green, amber, red or not known, with a sentence and a remedy.
+/// Check a project: lamps, camera response, interview light, frames, environments. Each check is green, amber,
+/// red or not known, with a sentence and a remedy.
 ///
-/// Or check the frames of an exported shot: that they are there, whole and alike, that their light layers add up to the
-/// pictures, and that time codes and colour tags are right; --certificate writes that down, with the hash of each file. A
-/// certificate that is named is compared with the files.
+/// Or check the frames of an exported shot: that none is missing, damaged or unlike the others, that their light
+/// layers add up to the pictures, and that time codes and colour tags are right. --certificate writes the result
+/// with a checksum of each file. Given a certificate, compares the files with it.
 ///
-/// Or rebuild the picture of one exported EXR from its light layers and say how much is missing.
+/// Or rebuild the picture of one exported EXR from its light layers and print the difference.
 ///
-/// The exit code is 0 if the project could be checked, whatever the result. With --strict it is 1 unless all is green. It is 1
-/// if a shot has a fault, and with --strict also if something of it could not be checked.
+/// The exit code is 0 if the project could be checked, whatever the result. With --strict it is 1 unless all is
+/// green. It is 1 if a shot has a fault, and with --strict also if part of it could not be checked.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr\n         afterlight check shot.%04d.exr --frames 1-240 --certificate shot.json\n         afterlight check shot.json"
 )]
 pub struct CheckArgs {
-    /// The project's folder; or the frames of a shot: EXR files, their folder, or a pattern such as shot.%04d.exr or
-    /// shot.####.exr; or a shot's certificate.
+    /// The project's folder; or the frames of a shot: EXR files, their folder, or a pattern such as shot.%04d.exr
+    /// or shot.####.exr; or a shot's certificate.
     #[arg(required = true, value_name = "PROJECT|FRAMES|CERTIFICATE")]
     named: Vec<PathBuf>,
-    /// Check under this environment: one of the project's, a built-in one or a panorama's file. Can be given several
-    /// times [default: all of the project's].
+    /// Check under this environment: one of the project's, a built-in one or a panorama file. Can be given
+    /// several times [default: all of the project's].
     #[arg(long, value_name = "NAME")]
     environment: Vec<PathBuf>,
     /// Exit with 1 if anything is amber, red or not known, so that a pipeline stops.
@@ -50,21 +50,21 @@ pub struct CheckArgs {
 /// Delivery requirements of a shot.
 #[derive(Debug, Args)]
 struct ShotArgs {
-    /// Write what is found of a shot to this file, with the hash of each frame.
+    /// Write the result for a shot to this file, with a checksum of each frame.
     #[arg(long, value_name = "FILE")]
     certificate: Option<PathBuf>,
-    /// The frames that a shot has to have [default: from the first to the last that is there].
+    /// Frame range required of a shot [default: from the first to the last frame found].
     #[arg(long, value_name = "A-B", value_parser = range)]
     frames: Option<(u64, u64)>,
-    /// Frames per second that the time codes of a shot count by [default: what the headers say].
+    /// Frame rate of a shot's time codes, in frames per second [default: from the file headers].
     #[arg(long, value_name = "FPS", value_parser = within(0.01..=1000.0))]
     rate: Option<f64>,
-    /// Neighbouring frames of a shot may show the same picture.
+    /// Allow neighbouring frames of a shot with the same picture.
     #[arg(long)]
     allow_repeats: bool,
 }
 
-/// The first and last frame, such as `1-240`.
+/// Parses the first and last frame, such as `1-240`.
 fn range(text: &str) -> std::result::Result<(u64, u64), String> {
     let number = |s: &str| s.trim().parse::<u64>().ok();
     let ends = text.split_once('-').unwrap_or((text, text));
@@ -84,10 +84,10 @@ impl ShotArgs {
 }
 
 impl CheckArgs {
-    /// Checks, and prints what was found.
+    /// Runs the check and prints the result.
     ///
     /// # Errors
-    /// When the check cannot be made, a shot has a fault, and with `--strict` unless all is green.
+    /// When the check cannot run, a shot has a fault, and with `--strict` unless all is green.
     pub fn run(self) -> Result<()> {
         match &self.named[..] {
             [file] if has_ending(file, "json") && !file.is_dir() => {
@@ -109,7 +109,7 @@ impl CheckArgs {
     fn check_project(&self, project: &Path) -> Result<()> {
         if self.shot.is_given() {
             return Err(Error::invalid(
-                format!("{} is no shot", project.display()),
+                format!("{} is not a shot", project.display()),
                 "Leave --certificate, --frames, --rate and --allow-repeats out, or name a shot's frames",
             ));
         }
@@ -133,18 +133,18 @@ impl CheckArgs {
         }
     }
 
-    /// Frames know no environment.
+    /// Checks that no environment was given: frames are checked without one.
     fn of_frames(&self, file: &Path) -> Result<()> {
         if self.environment.is_empty() {
             return Ok(());
         }
         Err(Error::invalid(
-            format!("{} is no project: it is checked under no environment", file.display()),
+            format!("{} is not a project: an environment does not apply", file.display()),
             "Leave --environment out, or give the project's folder",
         ))
     }
 
-    /// Looks at all frames of a shot.
+    /// Checks all frames of a shot.
     fn check_shot(&self) -> Result<()> {
         let settings = CertifySettings {
             frames: self.shot.frames,
@@ -177,12 +177,12 @@ impl CheckArgs {
         self.conclude(&file.display().to_string(), faults, remarks)
     }
 
-    /// The exit code of a shot.
+    /// Turns faults and remarks into the exit code of a shot.
     fn conclude(&self, shot: &str, faults: &[Fault], remarks: &[Remark]) -> Result<()> {
         let count = |count: usize, what: &str| {
             format!("{count} {what}{}", if count == 1 { "" } else { "s" })
         };
-        // What a shot need not have, or may have, is said and no more.
+        // Remarks about optional features are printed, but do not fail a strict check.
         let open = |remark: &&Remark| !["layers", "data_window"].contains(&&*remark.kind);
         match (faults, remarks.iter().find(open)) {
             ([first, ..], _) => Err(Error::invalid(
@@ -191,11 +191,11 @@ impl CheckArgs {
                     count(faults.len(), "fault"),
                     first.sentence
                 ),
-                "Export the frames again that are named, and check the shot again",
+                "Export the named frames again, and check the shot again",
             )),
             ([], Some(open)) if self.strict => Err(Error::invalid(
                 format!("{shot} could not be fully checked. {}", open.sentence),
-                "Check without --strict if that is meant so",
+                "Check without --strict if that is intended",
             )),
             _ => Ok(()),
         }
@@ -212,7 +212,7 @@ impl CheckArgs {
         Console::new(self.output.json).finish(&figures, || found.file_sentence(file))?;
         if self.strict && !found.is_exact() {
             return Err(Error::invalid(
-                format!("the light layers of {} do not give back its picture", file.display()),
+                format!("the light layers of {} do not add up to its picture", file.display()),
                 "Export it again with its light layers, or check without --strict",
             ));
         }

@@ -10,18 +10,18 @@ use std::path::PathBuf;
 use training::checkpoints::{self, SavedCheckpoint};
 use worker::Job;
 
-/// List a project's saved checkpoints, the newest first, go back to one, or adopt one that was trained elsewhere.
+/// List a project's saved checkpoints, the newest first, go back to one, or adopt one trained elsewhere.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight checkpoints interview --back-to 1200")]
 pub struct CheckpointsArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Replace the current checkpoint by the newest one of this step, or by the one of this name. The current
-    /// one is set aside in the list.
+    /// Replace the current checkpoint by the newest one of this step, or by the one of this name. The current one
+    /// stays in the list.
     #[arg(long, value_name = "STEP|NAME")]
     back_to: Option<String>,
-    /// Replace the current checkpoint by that of a copy of this project, in this folder, that was trained elsewhere, as by
-    /// a farm. The current one is set aside in the list.
+    /// Replace the current checkpoint by one trained elsewhere, such as on a farm: that of this copy of the
+    /// project. The current one stays in the list.
     #[arg(long, value_name = "DIR", conflicts_with = "back_to")]
     adopt: Option<PathBuf>,
     #[command(flatten)]
@@ -29,7 +29,7 @@ pub struct CheckpointsArgs {
 }
 
 impl CheckpointsArgs {
-    /// Does what was asked.
+    /// Runs the command.
     pub fn run(self) -> Result<()> {
         if let Some(to) = self.back_to {
             let project = self.project;

@@ -6,9 +6,9 @@ use clap::Args;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Estimate how far predictions can be trusted without a ground truth: frames that are unlike every photographed pose, frames
-/// to photograph as poses next, and the errors to expect, by frame, place and lamp. Each pose is predicted from the others and
-/// compared with its photographs: no training is needed.
+/// Estimate the accuracy of predictions without a ground truth: frames unlike every photographed pose, the best
+/// frames to photograph as poses next, and the expected errors by frame, region and lamp. Predicts each pose from
+/// the others and compares it with its photographs; needs no training.
 ///
 /// Results are kept in the project's folder `confidence`.
 #[derive(Debug, Args)]
@@ -25,7 +25,7 @@ pub struct ConfidenceArgs {
 }
 
 impl ConfidenceArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         Job::Confidence { project: self.project, settings: self.settings }
     }

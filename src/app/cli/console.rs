@@ -9,7 +9,7 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// A command's console. One bar at a time; where stderr is no terminal, a line every few seconds.
+/// A command's console. Shows one bar at a time, or a line every few seconds if stderr is not a terminal.
 pub struct Console {
     json: bool,
     control: Control,
@@ -23,12 +23,12 @@ struct Bar {
     printed: Instant,
 }
 
-/// Between two lines where there is no terminal.
+/// Interval between lines without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 impl Console {
-    /// A console that prints its figures as JSON where `json` is set. Ctrl-C asks running work to
-    /// stop; a second one ends the program.
+    /// Creates a console that prints its figures as JSON if `json` is set. Ctrl-C stops running work; a second
+    /// one ends the program.
     pub fn new(json: bool) -> Self {
         let control = Control::default();
         let asked = control.clone();
@@ -51,7 +51,7 @@ impl Console {
         }
     }
 
-    /// Runs `work` with progress shown here.
+    /// Runs `work` with its progress shown here.
     pub fn run<T>(&self, work: impl FnOnce(&Progress) -> T) -> T {
         let sink = |report: Report| self.show(report);
         let result = work(&Progress::new(&sink, self.control.clone()));
@@ -77,14 +77,14 @@ impl Console {
     /// Prints a command's result: `figures` as JSON, or `sentences`.
     ///
     /// # Errors
-    /// As [`print`], and when the figures name a path that JSON cannot hold.
+    /// As [`print`], and when the figures contain a path that JSON cannot hold.
     pub fn finish(
         &self,
         figures: &impl Serialize,
         sentences: impl FnOnce() -> String,
     ) -> Result<()> {
         if self.json {
-            // NaN becomes null; a path may be no UTF-8.
+            // NaN becomes null; a path may not be UTF-8.
             let figures = serde_json::to_string(figures).map_err(|e| {
                 Error::invalid(
                     format!("the figures cannot be written as JSON: {e}"),
@@ -98,10 +98,10 @@ impl Console {
     }
 }
 
-/// Prints lines on stdout. A reader that has gone, such as `head`, has read what it wanted.
+/// Prints lines on stdout. A closed pipe, as after `head`, is not an error.
 ///
 /// # Errors
-/// When they cannot be written for another reason, such as a full disk.
+/// When the lines cannot be written for another reason, such as a full disk.
 pub fn print(lines: &str) -> Result<()> {
     let mut out = std::io::stdout();
     match writeln!(out, "{lines}").and_then(|()| out.flush()) {
@@ -109,13 +109,13 @@ pub fn print(lines: &str) -> Result<()> {
             "write",
             "the figures to stdout",
             e,
-            "The work itself is done. Give the output to a file on a disk with room",
+            "The work itself is done. Redirect the output to a file on a disk with room",
         )),
         _ => Ok(()),
     }
 }
 
-/// Says something on stderr. Where nobody reads it, work goes on.
+/// Prints a sentence on stderr. Work goes on if stderr is closed.
 fn say(sentence: impl Display) {
     let _ = writeln!(std::io::stderr(), "{sentence}");
 }

@@ -7,12 +7,12 @@ use benchmark::DeviceSettings;
 use clap::Args;
 use worker::{Job, Outcome};
 
-/// Measure what this machine can do, in less than eight minutes and without a project: training steps, predictions, relit
-/// frames, the light turned by hand and every pass, on the GPU and on the CPU. Run it before you buy a card, on a machine
-/// that has one.
+/// Measure this machine, in less than eight minutes and without a project: training steps, predictions, relit
+/// frames, the light turned by hand and every pass, on the GPU and on the CPU. Before you buy a card, run it on a
+/// machine with that card.
 ///
-/// It lists all adapters, tests the GPU against the CPU, and prints a table. What does not fit into the time is left out,
-/// with a prediction. Ctrl-C ends it with what was measured so far.
+/// Lists all adapters, tests the GPU against the CPU, and prints a table. Measurements that do not fit into the
+/// time are replaced by a prediction. Ctrl-C ends the command and keeps the measurements so far.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight device --report machine.md\n         afterlight device --minutes 2 --device cpu --json"
@@ -20,7 +20,7 @@ use worker::{Job, Outcome};
 pub struct MachineArgs {
     #[command(flatten)]
     settings: DeviceSettings,
-    /// Make one measurement and print it; the program runs itself so.
+    /// Make one measurement and print it; used by the program itself.
     #[arg(long, hide = true, value_name = "REQUEST")]
     measure: Option<String>,
     #[command(flatten)]
@@ -28,15 +28,15 @@ pub struct MachineArgs {
 }
 
 impl MachineArgs {
-    /// Refuses what cannot be measured.
+    /// Rejects impossible requests.
     ///
     /// # Errors
-    /// Then.
+    /// When the request is impossible.
     pub fn check(&self) -> Result<()> {
         self.settings.check()
     }
 
-    /// Measures, and prints what was found.
+    /// Measures the machine and prints the result.
     ///
     /// # Errors
     /// As [`benchmark::device`].
@@ -45,7 +45,7 @@ impl MachineArgs {
             return benchmark::answer(request, console::print);
         }
         let program = std::env::current_exe().map_err(|e| {
-            let remedy = "Each measure is a process of this program: check that it is still there";
+            let remedy = "Each measurement starts this program: check that its file still exists";
             Error::io("find", "this program", e, remedy)
         })?;
         let console = Console::new(self.output.json);

@@ -6,7 +6,7 @@ use project::EnvironmentChange;
 use std::path::PathBuf;
 use worker::Job;
 
-/// List, add and remove a project's environments, and set which way is front in them.
+/// List, add and remove a project's environments, and set their front directions.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight environments interview --add courtyard.hdr --front blender"
@@ -21,7 +21,7 @@ pub struct EnvironmentsArgs {
 }
 
 impl EnvironmentsArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         Job::Environments { project: self.project, change: self.change }
     }

@@ -1,4 +1,4 @@
-//! `afterlight farm`, and what its workers run.
+//! `afterlight farm`, and the commands that its workers run.
 
 use super::OutputArgs;
 use super::relight::ExportArgs;
@@ -12,13 +12,13 @@ use worker::Job;
 
 /// Write a job for a render farm: the interview relit in chunks, on many machines. Nothing is submitted.
 ///
-/// The job has a snapshot of the project, so that work on it can go on.
+/// The job contains a snapshot of the project, so that you can go on working on it.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight farm interview --environment courtyard.hdr --output relit.mov --engine slurm --to jobs/interview",
-    // Here --to is the job; --resume is what chunks always do.
+    // Here --to is the job, and chunks always resume.
     mut_arg("to", |arg| arg.long("output").value_name("FILE").help(
-        "What the job makes: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf"
+        "Output of the job: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf"
     )),
     mut_arg("resume", |arg| arg.hide(true))
 )]
@@ -36,7 +36,7 @@ pub struct FarmArgs {
 }
 
 impl FarmArgs {
-    /// The job that was asked for.
+    /// The requested job.
     ///
     /// # Errors
     /// When the keys cannot be read or are too large.
@@ -50,9 +50,9 @@ impl FarmArgs {
     }
 }
 
-/// Write a job for a render farm that trains networks, one task for each project. Nothing is submitted.
+/// Write a job for a render farm that trains networks, one task per project. Nothing is submitted.
 ///
-/// Each task trains a copy of its project; `afterlight checkpoints PROJECT --adopt DIR` takes the result home.
+/// Each task trains a copy of its project; `afterlight checkpoints PROJECT --adopt DIR` brings the result back.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight farm-train monday tuesday --preset paper --engine slurm --to jobs/training"
@@ -65,8 +65,8 @@ pub struct FarmTrainArgs {
     farm: FarmSettings,
     #[command(flatten)]
     training: TrainingArgs,
-    /// A rung: train with these settings changed, from the start, as a task of its own. Can be given several times; without it
-    /// there is one task for each project.
+    /// A rung: train with these settings changed, from the start, as a separate task. Can be given several times;
+    /// without it each project has one task.
     #[arg(long, value_name = "KEY=VALUE,…")]
     rung: Vec<String>,
     #[command(flatten)]
@@ -74,10 +74,10 @@ pub struct FarmTrainArgs {
 }
 
 impl FarmTrainArgs {
-    /// The job that was asked for.
+    /// The requested job.
     ///
     /// # Errors
-    /// When a setting cannot be.
+    /// When a setting is invalid.
     pub fn job(self) -> Result<Job> {
         let settings = self.training.settings()?;
         let mut trainings = Vec::new();
@@ -96,19 +96,19 @@ impl FarmTrainArgs {
     }
 }
 
-/// Do a part of a farm's job: relight frames, or train one network. It can be run again at any time.
+/// Run one part of a farm's job: relight frames, or train one network. Can be repeated at any time.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight farm-chunk jobs/interview --frames 500-749")]
 pub struct FarmChunkArgs {
     /// The job's folder.
     job: PathBuf,
-    /// Frames A to B, or N frames from A on. What is there already, whole and of this job, is kept.
+    /// Frames A to B, or N frames from A on. Complete frames of this job are kept.
     #[arg(long, value_name = "A-B|A+N", required_unless_present = "task")]
     frames: Option<FrameSpan>,
-    /// A task of a job that trains, from 0.
+    /// Index of a training task, from 0.
     #[arg(long, value_name = "K", conflicts_with = "frames")]
     task: Option<usize>,
-    /// Device of the network [default: as the job says].
+    /// Device of the network [default: the job's].
     #[arg(long, value_enum, conflicts_with = "task")]
     device: Option<DeviceChoice>,
     /// The footage's folder, if it is mounted at another path here.
@@ -119,7 +119,7 @@ pub struct FarmChunkArgs {
 }
 
 impl FarmChunkArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         match (self.frames, self.task) {
             (None, task) => Job::FarmTask { job: self.job, task: task.unwrap_or_default() },
@@ -130,7 +130,8 @@ impl FarmChunkArgs {
     }
 }
 
-/// End a farm's job: check every frame, then make the movie with sound and time code. Names what has to be run again.
+/// Finish a farm's job: check every frame, then make the movie with sound and time code. Names the parts to run
+/// again.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight farm-assemble jobs/interview")]
 pub struct FarmAssembleArgs {
@@ -144,7 +145,7 @@ pub struct FarmAssembleArgs {
 }
 
 impl FarmAssembleArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         Job::FarmAssemble { job: self.job, shoot: self.shoot }
     }

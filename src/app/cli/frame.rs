@@ -6,9 +6,9 @@ use footage::FrameSettings;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Choose which square of the pictures is used and what stands in for damaged frames, or print the current choice.
+/// Choose the crop of the pictures and the replacement for damaged frames, or print the current choice.
 ///
-/// A calibration and a network made under another framing are set aside in the project's folder.
+/// Changing the crop sets the calibration and the network aside in the project's folder.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight frame interview --interview 420,0,1080")]
 pub struct FrameArgs {
@@ -21,7 +21,7 @@ pub struct FrameArgs {
 }
 
 impl FrameArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         Job::Frame { project: self.project, settings: self.settings }
     }

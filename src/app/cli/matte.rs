@@ -6,11 +6,11 @@ use footage::MatteSettings;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Make the mattes that a shoot lacks: by a green or blue screen, a box, a clean plate, or strokes of a brush.
+/// Make the mattes that a shoot lacks: by a green or blue screen, a box, a clean plate, or brush strokes.
 ///
-/// Without a screen a small network finds the person in each frame. Strokes that were painted in the studio
-/// (PROJECT/mattes/strokes.toml) correct the frames' mattes. Poses without a screen are cut out by brightness. The mattes are
-/// kept in PROJECT/mattes as grey PNGs; the shoot's own are never touched.
+/// Without a screen a small network finds the person in each frame. Strokes painted in the studio
+/// (PROJECT/mattes/strokes.toml) correct the frames' mattes. Poses without a screen are cut out by brightness.
+/// The mattes are saved in PROJECT/mattes as grey PNGs; the shoot's own never change.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight matte interview")]
 pub struct MatteArgs {
@@ -23,7 +23,7 @@ pub struct MatteArgs {
 }
 
 impl MatteArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         Job::Matte { project: self.project, settings: self.settings }
     }

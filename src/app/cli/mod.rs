@@ -1,5 +1,5 @@
-//! The command line. Each command reads its arguments, runs one action of the library with a
-//! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
+//! The command line. Each command reads its arguments, runs one action of the library with a progress bar on
+//! stderr, and prints its figures: sentences, or with `--json` one object.
 
 mod blind;
 mod check;
@@ -50,7 +50,7 @@ use worker::Job;
 
 /// Relight filmed interviews after filming.
 ///
-/// Without a command the studio opens, on PROJECT if one is given.
+/// Without a command, opens the studio, with PROJECT if given.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
@@ -61,7 +61,7 @@ pub struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-// One command is parsed in a run: its size does not matter.
+// Only one command is parsed per run, so its size does not matter.
 #[allow(clippy::large_enum_variant)]
 enum Command {
     Stage(StageArgs),
@@ -91,7 +91,7 @@ enum Command {
     Pack(PackArgs),
 }
 
-/// Write a shoot of a virtual light stage with its ground truth, to try everything with.
+/// Write a shoot of a virtual light stage with its ground truth, as test material.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight stage shoot --frames 24 --size 128")]
 struct StageArgs {
@@ -107,10 +107,10 @@ struct StageArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight import interview --shoot shoot --size 128")]
 struct ImportArgs {
-    /// The project's folder, made if it is missing.
+    /// The project's folder, created if it is missing.
     project: PathBuf,
-    /// The folder that holds the shoot's manifest.json, whose interview, poses and balls may be movies; or a TOML map that
-    /// says which files and frames they are (docs/movies.md).
+    /// The folder with the shoot's manifest.json, whose interview, poses and balls may be movies; or a TOML map
+    /// of files and frames (docs/movies.md).
     #[arg(long)]
     shoot: PathBuf,
     #[command(flatten)]
@@ -161,11 +161,11 @@ struct StudioArgs {
     output: OutputArgs,
 }
 
-/// Run everything once, on a shoot of the virtual stage. Needs no data and no download.
+/// Run the complete workflow once, on a shoot of the virtual stage. Needs no data and no download.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight demo demo")]
 struct DemoArgs {
-    /// The folder to work in. Existing results are kept and not made again.
+    /// The working folder. Existing results are kept.
     #[arg(default_value = "demo")]
     dir: PathBuf,
     /// Only make the project, for the studio to open.
@@ -180,7 +180,7 @@ struct DemoArgs {
     output: OutputArgs,
 }
 
-/// Write a project's network small, to keep or hand on: half floats, without the optimiser's
+/// Write a small copy of a project's network, for archiving or hand-over: half floats, without the optimiser's
 /// state.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight pack interview --to packed")]
@@ -209,10 +209,10 @@ struct DeviceArgs {
 }
 
 impl Cli {
-    /// Refuses settings that no run could have, before anything is read or written.
+    /// Rejects settings that no run can have, before anything is read or written.
     ///
     /// # Errors
-    /// Then: which one, and what it can be.
+    /// For an invalid setting: its name and its valid values.
     pub fn check(&self) -> Result<()> {
         match &self.command {
             Some(Command::Stage(args)) => args.settings.check(),
@@ -224,10 +224,10 @@ impl Cli {
         }
     }
 
-    /// Does what was asked.
+    /// Runs the command.
     ///
     /// # Errors
-    /// Whatever the action failed with, as one sentence.
+    /// The error of the action, as one sentence.
     pub fn run(self) -> Result<()> {
         let Some(command) = self.command else {
             return open_studio(self.project, DeviceChoice::Auto);
@@ -295,7 +295,7 @@ impl Cli {
     }
 }
 
-/// Runs a job on this thread and prints what came of it.
+/// Runs a job on this thread and prints its result.
 fn do_job(output: OutputArgs, job: Result<Job>) -> Result<()> {
     let job = job?;
     let console = Console::new(output.json);
@@ -309,7 +309,7 @@ fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
     studio::run(project.transpose()?, device)
 }
 
-/// A project's folder, also if its `project.toml` was given, as a desktop does that opens the file.
+/// A project's folder. Also accepts its `project.toml`, as when a desktop opens that file.
 fn project_folder(path: &Path) -> &Path {
     if !path.ends_with("project.toml") || !path.is_file() {
         return path;
@@ -335,7 +335,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("project.toml");
         assert_eq!(project_folder(folder.path()), folder.path());
-        // An error names the path that was given.
+        // An error names the given path.
         assert_eq!(project_folder(&file), file);
         std::fs::write(&file, "").unwrap();
         assert_eq!(project_folder(&file), folder.path());

@@ -8,8 +8,8 @@ use color_config::ColorChoice;
 use project::Project;
 use std::path::{Path, PathBuf};
 
-/// List displays, views, looks, roles and colour spaces of an OpenColorIO configuration: the one that is named, the project's,
-/// or that of the variable OCIO. `relight` shows pictures by them (--ocio-view, --ocio-space).
+/// List displays, views, looks, roles and colour spaces of an OpenColorIO configuration: the given one, the
+/// project's, or that of the variable OCIO. `relight` shows pictures through them (--ocio-view, --ocio-space).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight ocio --ocio ocio://default\n         afterlight ocio interview --use show/config.ocio"
@@ -20,7 +20,7 @@ pub struct OcioArgs {
     /// The configuration: a file, or a built-in one such as ocio://default.
     #[arg(long = "ocio", value_name = "CONFIG", conflicts_with = "choose")]
     config: Option<PathBuf>,
-    /// Use this configuration for the project from now on; `none` for none.
+    /// Use this configuration for the project from now on; `none` removes it.
     #[arg(id = "choose", long = "use", value_name = "CONFIG", requires = "project")]
     choose: Option<PathBuf>,
     #[command(flatten)]
@@ -28,16 +28,16 @@ pub struct OcioArgs {
 }
 
 impl OcioArgs {
-    /// Lists, or changes the project.
+    /// Lists the configuration, or changes the project.
     ///
     /// # Errors
-    /// When there is no configuration, or it cannot be read; then the project is not changed.
+    /// When there is no configuration, or it cannot be read; the project is then unchanged.
     pub fn run(self) -> Result<()> {
         if let (Some(root), Some(chosen)) = (&self.project, &self.choose) {
             let chosen = (chosen != Path::new("none")).then_some(&**chosen);
-            // What cannot be read is not chosen.
+            // An unreadable configuration is not chosen.
             let opened = chosen.map(color_config::ColorConfig::open).transpose()?;
-            // Merged with what others change meanwhile: a window that is open on the project goes on.
+            // Merged with other changes: an open window on the project goes on.
             Project::change(root, |project| project.set_color_config(chosen))?;
             if opened.is_none() {
                 return match self.output.json {

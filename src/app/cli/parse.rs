@@ -1,4 +1,4 @@
-//! Values of options that are more than a word or a number.
+//! Parsers for options that are more than a word or a number.
 
 use base::numbers;
 

@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Exposures that a camera may have beside another, in stops.
+/// Range of exposures relative to another, in stops.
 const STOPS: RangeInclusive<f32> = -40.0..=40.0;
 
 /// Make a light probe, a panorama of the light, from photographs of a mirror ball.
@@ -22,16 +22,16 @@ const STOPS: RangeInclusive<f32> = -40.0..=40.0;
     after_help = "Example: afterlight probe ball_0.png ball_2.png ball_4.png --stops 0,-2,-4 --fov 20 --to light.exr"
 )]
 pub struct ProbeArgs {
-    /// The ball's photograph, or a bracket of several. EXR and HDR are linear, others as --gamma says.
+    /// The ball's photograph, or an exposure bracket. EXR and HDR are linear; --gamma applies to other formats.
     #[arg(required = true)]
     photographs: Vec<PathBuf>,
-    /// Exposures of the photographs in stops, in their order.
+    /// Exposures of the photographs in stops, in the same order.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true, value_parser = within(STOPS))]
     stops: Vec<f32>,
     /// The ball's centre and radius in pixels [default: found in the photographs].
     #[arg(long, value_name = "X,Y,RADIUS")]
     circle: Option<Circle>,
-    /// The same ball from another side, to fill in what the first photograph hides.
+    /// Photographs of the same ball from another side, to fill in what the first one hides.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     second: Vec<PathBuf>,
     /// Exposures of those photographs in stops.
@@ -43,7 +43,7 @@ pub struct ProbeArgs {
         requires = "second"
     )]
     second_stops: Vec<f32>,
-    /// Angle from the first camera to the right to the second, seen from the ball.
+    /// Angle from the first camera to the second, positive to the right, seen from the ball.
     #[arg(
         long,
         value_name = "DEG",
@@ -52,13 +52,13 @@ pub struct ProbeArgs {
         value_parser = within(-180.0f32..=180.0)
     )]
     second_angle: f32,
-    /// The camera's field of view across the picture's width [default: a camera far away].
+    /// The camera's horizontal field of view [default: a distant camera].
     #[arg(long, value_name = "DEG", group = "lens", allow_negative_numbers = true, value_parser = within(0.1f64..=179.0))]
     fov: Option<f64>,
     /// The camera's focal length in pixels.
     #[arg(long, value_name = "PIXELS", group = "lens", allow_negative_numbers = true, value_parser = within(1.0f64..=1e7))]
     focal_length: Option<f64>,
-    /// The camera's distance from the ball's centre in radii of the ball.
+    /// The camera's distance from the ball's centre, in ball radii.
     #[arg(long, value_name = "RADII", group = "lens", allow_negative_numbers = true, value_parser = within(1.01f64..=1e6))]
     distance: Option<f64>,
     /// The camera's response: two exponents, srgb, rec709, linear, or log,K.
@@ -70,7 +70,7 @@ pub struct ProbeArgs {
     /// Estimate clipped light from its surroundings; otherwise clipped pixels are only counted.
     #[arg(long)]
     estimate_clipped: bool,
-    /// Turn the light probe: positive moves it to camera-right in front.
+    /// Turn the light probe; positive moves its front to camera-right.
     #[arg(
         long,
         value_name = "DEG",
@@ -93,7 +93,7 @@ pub struct ProbeArgs {
 }
 
 impl ProbeArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(&self) -> Job {
         let camera = match (self.fov, self.focal_length, self.distance) {
             (Some(degrees), ..) => Lens::FieldOfView(degrees),

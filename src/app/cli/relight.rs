@@ -25,14 +25,14 @@ pub struct RelightArgs {
     pub output: OutputArgs,
 }
 
-/// An export. What a command line says in another way than the window comes behind the settings: keyframes, the background,
+/// An export. Arguments whose form differs from the window's follow the settings: keyframes, the background,
 /// existing files.
 #[derive(Debug, Args)]
 pub struct ExportArgs {
     #[command(flatten)]
     settings: RelightSettings,
-    /// Keyframes of any settings: a JSON object of their names and keys, as `keys` in a project's look.json. Lights have
-    /// the numbers 1, 2, … in the order of --light.
+    /// Keyframes for any setting: a JSON object of names and keys, like `keys` in a project's look.json. Lights
+    /// are numbered 1, 2, … in the order of --light.
     #[arg(long, value_name = "FILE")]
     keys: Option<PathBuf>,
     /// Keyframes of the yaw, added to --yaw.
@@ -53,7 +53,7 @@ pub struct ExportArgs {
 }
 
 impl RelightArgs {
-    /// The job that was asked for.
+    /// The requested job.
     ///
     /// # Errors
     /// When the keys cannot be read or are too large.
@@ -63,7 +63,7 @@ impl RelightArgs {
 }
 
 impl ExportArgs {
-    /// The settings with everything else.
+    /// The settings, complete with keyframes, background and file handling.
     ///
     /// # Errors
     /// When the keys cannot be read or are too large.
@@ -95,15 +95,15 @@ impl ExportArgs {
     }
 }
 
-/// The keys in a file.
+/// Reads the keyframes in a file.
 ///
 /// # Errors
-/// When it cannot be read or understood.
+/// When the file cannot be read or parsed.
 fn read_keys(file: &Path) -> Result<Animation> {
     let text = files::read_text(file, files::MOST_TEXT)
         .map_err(|e| Error::io("read the keys in", file, e, "Check the path"))?;
     serde_json::from_str(&text).map_err(|e| {
-        let remedy = "Write it as docs/guide.md says under \"Animate\"";
+        let remedy = "See \"Animate\" in docs/guide.md for the format";
         Error::codec("understand the keys in", file, e, remedy)
     })
 }

@@ -20,7 +20,7 @@ pub struct ReviewArgs {
 }
 
 impl ReviewArgs {
-    /// The job that was asked for.
+    /// The requested job.
     pub fn job(self) -> Job {
         Job::Review { project: self.project, settings: self.settings }
     }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use training::{Preset, TrainSettings, TrainingConfig};
 use worker::Job;
 
-/// Train the project's network, or continue training it. Ctrl-C stops it and keeps the checkpoint.
+/// Train the project's network, or continue training it. Ctrl-C stops training and keeps the checkpoint.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36"
@@ -19,7 +19,7 @@ use worker::Job;
 pub struct TrainArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Keep the frames of this truth out of training, so that they can validate it.
+    /// Keep the frames of this truth out of training, for validation.
     #[arg(long, value_name = "DIR")]
     exclude_truth: Option<PathBuf>,
     #[command(flatten)]
@@ -31,7 +31,7 @@ pub struct TrainArgs {
 /// Settings of a training.
 #[derive(Debug, Args)]
 pub struct TrainingArgs {
-    /// The preset that the settings start from.
+    /// Preset for the settings.
     #[arg(long, value_enum, default_value = "quick")]
     preset: Preset,
     /// Precision of convolutions on a CPU.
@@ -43,15 +43,15 @@ pub struct TrainingArgs {
     /// End after this many epochs, including earlier runs.
     #[arg(long)]
     epochs: Option<u32>,
-    /// Compare pictures by the features of the network in this file instead of the built-in ones:
-    /// torchvision's VGG-16, VGG-19 or SqueezeNet 1.1 as .safetensors or .pth.
+    /// Compare pictures by the features of the network in this file instead of the built-in ones: torchvision's
+    /// VGG-16, VGG-19 or SqueezeNet 1.1 as .safetensors or .pth.
     #[arg(long, value_name = "FILE")]
     features: Option<PathBuf>,
-    /// Compare the OLATs of this many lamps per step, drawn again each time [default: all].
+    /// Compare the OLATs of this many lamps per step, drawn at random each time [default: all].
     #[arg(long, value_name = "K", value_parser = parse_count)]
     lamps_per_step: Option<usize>,
-    /// Compute the rendering loss in every n-th exemplar step only; the steps between compute only the lamps
-    /// that they compare.
+    /// Compute the rendering loss only in every n-th exemplar step; the other steps compute only the lamps that
+    /// they compare.
     #[arg(long, value_name = "STEPS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     rendering_every: u64,
     /// Change any other setting of the preset, such as width=32. Can be given several times.
@@ -62,10 +62,10 @@ pub struct TrainingArgs {
 }
 
 impl TrainingArgs {
-    /// The configuration that was asked for.
+    /// The requested configuration.
     ///
     /// # Errors
-    /// When a setting cannot be.
+    /// When a setting is invalid.
     fn config(&self) -> Result<TrainingConfig> {
         let mut config = self.preset.config();
         if let Some(precision) = self.precision {
@@ -85,28 +85,28 @@ impl TrainingArgs {
         Ok(config)
     }
 
-    /// The settings that were asked for.
+    /// The requested settings.
     ///
     /// # Errors
-    /// When one of them cannot be.
+    /// When a setting is invalid.
     pub fn settings(self) -> Result<TrainSettings> {
         Ok(TrainSettings { config: self.config()?, ..self.settings })
     }
 }
 
 impl TrainArgs {
-    /// Refuses settings that cannot be.
+    /// Rejects invalid settings.
     ///
     /// # Errors
-    /// Then.
+    /// When a setting is invalid.
     pub fn check(&self) -> Result<()> {
         self.training.config().map(drop)
     }
 
-    /// The job that was asked for.
+    /// The requested job.
     ///
     /// # Errors
-    /// When a setting cannot be, or the truth cannot be read.
+    /// When a setting is invalid, or the truth cannot be read.
     pub fn job(self) -> Result<Job> {
         let mut settings = self.training.settings()?;
         if let Some(truth) = &self.exclude_truth {

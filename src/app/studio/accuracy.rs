@@ -1,4 +1,4 @@
-//! The window's knowledge of the cost of accuracy. A thread of its own reads the measurements.
+//! Cost of accuracy as the window knows it. A background thread reads the measurements.
 
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use project::Project;
@@ -9,29 +9,29 @@ use tradeoff::Ledger;
 use worker::LadderThread;
 use worker::background::drop_later;
 
-/// Interval between reads of the ladder while rungs are measured.
+/// Interval between reads of the ladder while rungs are being measured.
 const AGAIN: Duration = Duration::from_secs(2);
-/// The picture of the truth.
+/// The true picture.
 pub const TRUTH: &str = "truth.png";
 
-/// The thread's answers; it starts when it is first needed.
+/// Answers of the thread, which starts on first use.
 #[derive(Default)]
 pub struct Accuracy {
-    /// The measurements, or the reason they cannot be read; None before they are known, and inside before anything was measured.
+    /// The measurements, or the reason they cannot be read. None until read; the inner None means nothing was measured.
     pub ledger: Option<Result<Option<Arc<Ledger>>, String>>,
-    /// Pictures of rungs by their files.
+    /// Pictures of rungs, by file.
     pub pictures: BTreeMap<String, TextureHandle>,
-    /// Reason for missing pictures.
+    /// Reason the pictures are missing.
     pub failure: Option<String>,
     thread: Option<LadderThread>,
-    /// When the ladder was asked for last.
+    /// Time of the last request for the ladder.
     asked: Option<Instant>,
-    /// The pictures that were asked for last.
+    /// Pictures of the last request.
     drawn: Vec<String>,
 }
 
 impl Accuracy {
-    /// A job may have measured something.
+    /// Marks the measurements as stale, since a job may have added some.
     pub fn invalidate(&mut self) {
         self.asked = None;
         self.drawn.clear();
@@ -58,7 +58,8 @@ impl Accuracy {
         }
     }
 
-    /// Asks for what was measured, if that may have changed: `running` while a job measures. Called while it is visible.
+    /// Requests the measurements if they may have changed. `running` is true while a job measures. Called while the
+    /// panel is visible.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -74,7 +75,7 @@ impl Accuracy {
         }
     }
 
-    /// Asks for the pictures of these files and of the truth.
+    /// Requests the pictures of these files and the true picture.
     pub fn draw(&mut self, files: &[String]) {
         let mut wanted = vec![TRUTH.to_owned()];
         wanted.extend_from_slice(files);
@@ -87,14 +88,14 @@ impl Accuracy {
         }
     }
 
-    /// The measurements, if anything was measured.
+    /// The measurements, if there are any.
     pub fn measured(&self) -> Option<&Arc<Ledger>> {
         self.ledger.as_ref()?.as_ref().ok()?.as_ref()
     }
 }
 
 impl Drop for Accuracy {
-    /// Joins the thread in the background: it may be reading.
+    /// Joins the thread in the background, since it may be reading.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             drop_later(thread);

@@ -1,5 +1,5 @@
-//! The application: it takes in what the threads report, draws the panels, applies their commands and asks for
-//! the picture that the state calls for.
+//! The application: takes in the threads' reports, draws the panels, applies their commands and requests the picture of
+//! the current state.
 
 mod accuracy;
 mod aiming;
@@ -81,16 +81,16 @@ pub struct StudioApp {
     machine: Machine,
     autosave: Autosave,
     looks: StoredLooks,
-    /// The look that is to be written into the file that is asked for.
+    /// The look to write once a file is chosen for it.
     saved_as: Option<LookId>,
     view: WindowView,
-    /// The panes that were drawn last.
+    /// The panes drawn in the last frame.
     shown: Vec<Pane>,
-    /// Place for the project when the window can no longer be drawn.
+    /// Slot that receives the project when the window can no longer be drawn.
     handover: Option<ProjectHandover>,
 }
 
-/// True if a person who went elsewhere wants to know of it: work that is over, or waits for them.
+/// True if the event deserves the attention of an absent person: work has ended or is blocked.
 fn needs_a_look(event: &Event) -> bool {
     matches!(event, Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_)))
 }
@@ -101,7 +101,7 @@ fn is_pressed(input: &InputState) -> bool {
     input.pointer.any_pressed() || input.events.iter().any(key)
 }
 
-/// Effect of keys while something covers the window: it is closed.
+/// Commands that keys can give while something covers the window: they close it.
 fn closing_keys(state: &State) -> Vec<WindowCommand> {
     let keys = state.keys.then_some(WindowCommand::ToggleKeys);
     keys.into_iter().chain([WindowCommand::Dismiss]).collect()
@@ -113,12 +113,12 @@ pub(super) fn title(project: Option<&Project>) -> String {
 }
 
 impl StudioApp {
-    /// A window on a project, or on the offer to open one, that remembers nothing of a person.
+    /// A window on a project or on the start page, without preferences of a person.
     pub fn new(ctx: &Context, project: Option<Project>, device: DeviceChoice) -> Self {
         Self::of(ctx, Preferences::default(), project, device)
     }
 
-    /// A person's window, on a project or on the offer to open one.
+    /// A person's window, on a project or on the start page.
     pub fn of(
         ctx: &Context,
         preferences: Preferences,
@@ -133,7 +133,7 @@ impl StudioApp {
         app
     }
 
-    /// A window on frames from anywhere, for tests and for other sources of reflectance fields.
+    /// A window on frames from any source of reflectance fields, for tests.
     pub fn over(
         ctx: &Context,
         project: Project,
@@ -142,7 +142,7 @@ impl StudioApp {
         Self::over_as(ctx, Preferences::default(), project, source)
     }
 
-    /// The same, in the window of a person.
+    /// The same, with a person's preferences.
     pub fn over_as(
         ctx: &Context,
         preferences: Preferences,
@@ -155,7 +155,7 @@ impl StudioApp {
         app
     }
 
-    /// Draws what the network's GPU made from there, if the window draws with the same GPU.
+    /// Draws predictions from GPU memory if window and network share a GPU.
     pub fn drawn_with(mut self, window: RenderState) -> Self {
         self.preview = Preview::drawn_by(Gpu::is_shared(&window.device));
         self.view.draw_with(window);
@@ -192,7 +192,7 @@ impl StudioApp {
         }
     }
 
-    /// The state that is shown.
+    /// The current state.
     pub fn state(&self) -> &State {
         &self.state
     }
@@ -202,7 +202,7 @@ impl StudioApp {
         &self.status
     }
 
-    /// The threads behind the open project.
+    /// The threads of the open project.
     pub fn worker(&self) -> Option<&Worker> {
         self.session.worker.as_ref()
     }
@@ -212,32 +212,32 @@ impl StudioApp {
         self.preview.relit.as_ref()
     }
 
-    /// The light of the probed pixel under each lamp at full power, once it is known.
+    /// Light of the probed pixel under each lamp at full power, once known.
     pub fn texel(&self) -> Option<&[[f32; 3]]> {
         self.readers.inspector.texel()
     }
 
-    /// The window's knowledge of the calibration.
+    /// State of the calibration.
     pub fn analysis(&self) -> &CalibrationAnalysis {
         &self.readers.analysis
     }
 
-    /// The window's knowledge of the network's quality.
+    /// State of the network's quality measurements.
     pub fn review(&self) -> &NetworkReview {
         &self.readers.review
     }
 
-    /// Degree of trust in the project.
+    /// State of the project check.
     pub fn check(&self) -> &ProjectCheck {
         &self.readers.check
     }
 
-    /// The window's knowledge of the network's training.
+    /// State of the network's training.
     pub fn training(&self) -> &Training {
         &self.readers.training
     }
 
-    /// The exports that wait, run or are finished.
+    /// Exports: waiting, running and finished.
     pub fn exports(&self) -> &[Export] {
         &self.exports.queue
     }
@@ -252,17 +252,17 @@ impl StudioApp {
         &self.picker.recents
     }
 
-    /// The project that is being planned.
+    /// The plan for a new project.
     pub fn wizard(&self) -> &Wizard {
         &self.picker.wizard
     }
 
-    /// The pictures as they were filmed.
+    /// The footage as filmed.
     pub fn footage(&self) -> &FootageReader {
         &self.readers.footage
     }
 
-    /// The strokes on mattes, and the matte by them.
+    /// Strokes on mattes, and the resulting matte.
     pub fn matte(&self) -> &MattePainting {
         &self.readers.matte
     }
@@ -314,7 +314,7 @@ impl StudioApp {
             return;
         };
         for event in worker.events() {
-            // A worker without a project has nothing to open.
+            // Without a project, a worker has nothing to open.
             if self.session.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_))
             {
                 continue;
@@ -323,7 +323,7 @@ impl StudioApp {
                 self.state.playing = false;
             }
             if event == Event::Opening {
-                // Pictures of another network are no longer what was asked for.
+                // Pictures of an older network are stale.
                 self.preview.clear();
             }
             if needs_a_look(&event) && !self.ctx.input(|input| input.focused) {
@@ -394,7 +394,7 @@ impl StudioApp {
         self.activate_shown();
     }
 
-    /// Asks the threads for what is shown and not known yet.
+    /// Requests from the threads whatever is visible and not known yet.
     fn ask(&mut self) {
         let wake = self.wake();
         if let Some(worker) = &self.session.worker {
@@ -405,7 +405,7 @@ impl StudioApp {
         if self.shown.contains(&Pane::Project) || self.session.project.is_some() {
             self.picker.ask(&self.autosave, wake.clone());
         }
-        // The menu of projects shows their first frames too.
+        // The project menu shows first frames too.
         if self.shown.contains(&Pane::Project) || egui::Popup::is_any_open(&self.ctx) {
             self.picker.recents.draw(&self.ctx, wake.clone());
         }
@@ -433,7 +433,7 @@ impl StudioApp {
         }
     }
 
-    /// Saves what changed, unless a drag is not over yet.
+    /// Saves changes once no drag is in progress.
     fn save(&mut self) {
         if self.ctx.input(|i| i.pointer.any_down()) {
             return;
@@ -443,7 +443,7 @@ impl StudioApp {
         self.autosave.save_layout();
     }
 
-    /// Saves the look if it changed, also while the clip plays.
+    /// Saves the look if it changed, even while the clip plays.
     fn save_look(&mut self) {
         if let (Some(project), None) = (&self.session.project, &self.session.read_only) {
             self.autosave.save_look(project, &self.state);
@@ -472,7 +472,7 @@ impl eframe::App for StudioApp {
         self.dropped(&mut commands);
         self.draw(ui, &mut commands);
         if !commands.is_empty() {
-            // The panels were drawn before the commands were applied.
+            // Commands are applied after the panels are drawn, so another frame is needed.
             self.ctx.request_repaint();
         }
         for command in commands {

@@ -1,4 +1,4 @@
-//! The window's knowledge of the calibration. A thread of its own finds it out.
+//! Calibration as the window knows it. A background thread analyses it.
 
 use super::layout::Pane;
 use super::state::State;
@@ -8,22 +8,22 @@ use std::sync::Arc;
 use worker::background::drop_later;
 use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
 
-/// The thread's answers; it starts when it is first needed.
+/// Answers of the thread, which starts on first use.
 #[derive(Default)]
 pub struct CalibrationAnalysis {
-    /// Study of the mirror balls, or the reason they cannot be read.
+    /// Analysis of the mirror balls, or the reason they cannot be read.
     pub probe: Option<Result<Arc<ProbeView>, String>>,
-    /// Fit of the tried response, or the reason it is unknown.
+    /// Fit of the trial response, or the reason it is unknown.
     pub gamma: Option<Result<Arc<GammaView>, String>>,
     thread: Option<CalibrationThread>,
-    /// The last question.
+    /// The last request.
     asked: Option<CalibrationRequest>,
-    /// Counts how often the calibration may have changed.
+    /// Number of times that the calibration may have changed.
     calibrations: u64,
 }
 
 impl CalibrationAnalysis {
-    /// A job may have changed the calibration.
+    /// Marks the calibration as possibly changed by a job.
     pub fn invalidate(&mut self) {
         self.calibrations += 1;
     }
@@ -36,7 +36,7 @@ impl CalibrationAnalysis {
         }
     }
 
-    /// Asks for what the panes `shown` need, if that changed; of two panes, for the active one.
+    /// Requests what the panes `shown` need, if that changed. If both panes are visible, the active one counts.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -69,10 +69,10 @@ impl CalibrationAnalysis {
         }
     }
 
-    /// The mirror ball's outline that is shown, set by hand or the project's.
+    /// The outline of the mirror ball in use: set by hand, or the project's.
     ///
     /// # Errors
-    /// Why it is not known.
+    /// The reason it is unknown.
     pub fn circle(&self, state: &State) -> Result<Circle, String> {
         match state.look.circle {
             Some(circle) => Ok(circle),
@@ -80,10 +80,10 @@ impl CalibrationAnalysis {
         }
     }
 
-    /// The response that is shown, set by hand or the calibration's.
+    /// The response in use: set by hand, or the calibration's.
     ///
     /// # Errors
-    /// Why it is not known.
+    /// The reason it is unknown.
     pub fn trial(&self, state: &State) -> Result<Trial, String> {
         match state.look.trial {
             Some(trial) => Ok(trial),
@@ -91,17 +91,17 @@ impl CalibrationAnalysis {
         }
     }
 
-    /// The outline that was found in the photographs.
+    /// The outline detected in the photographs.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason for its absence.
     pub fn found(&self) -> Result<Circle, String> {
         let found = &known(&self.probe, "mirror balls")?.found;
         found.as_ref().map(|found| found.circle).map_err(Clone::clone)
     }
 }
 
-/// An answer, or why there is none.
+/// The answer, or the reason for its absence.
 fn known<'a, T>(answer: &'a Option<Result<Arc<T>, String>>, what: &str) -> Result<&'a T, String> {
     match answer {
         Some(Ok(answer)) => Ok(answer),
@@ -111,7 +111,7 @@ fn known<'a, T>(answer: &'a Option<Result<Arc<T>, String>>, what: &str) -> Resul
 }
 
 impl Drop for CalibrationAnalysis {
-    /// Joins the thread in the background: it may be busy with a fit.
+    /// Joins the thread in the background, since it may be busy with a fit.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             drop_later(thread);

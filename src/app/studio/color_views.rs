@@ -1,5 +1,5 @@
-//! Displays and views of the OpenColorIO configuration of the project, or of the variable `OCIO`, and the one that the picture is
-//! looked through. A configuration is read, and a view made into a table, in the background.
+//! Displays and views of the project's OpenColorIO configuration or of the variable `OCIO`, and the viewing transform
+//! in use. A background thread reads the configuration and bakes the view into a table.
 
 use super::state::State;
 use base::error::Result;
@@ -10,31 +10,31 @@ use project::Project;
 use std::sync::Arc;
 use worker::Lookup;
 
-/// Names in a configuration, and the view that was asked for as a table.
+/// Names in a configuration, and the requested view as a table.
 type Answer = (Arc<ConfigNames>, Option<Arc<DisplayTable>>);
 
-/// The window's knowledge of the configuration, and the thread that reads it.
+/// State of the configuration, and the thread that reads it.
 #[derive(Default)]
 pub struct ColorViews {
     lookup: Option<Lookup<ColorChoice, Answer>>,
     asked: Option<ColorChoice>,
-    /// Names in it, or the reason it cannot be read; None until that is known, and without a configuration.
+    /// Names in it, or the reason it cannot be read. None until known, and without a configuration.
     names: Option<std::result::Result<Arc<ConfigNames>, String>>,
 }
 
 impl ColorViews {
-    /// Names in the configuration, or the reason it cannot be read. None until that is known, and without a configuration.
+    /// Names in the configuration, or the reason it cannot be read. None until known, and without a configuration.
     pub fn names(&self) -> Option<&std::result::Result<Arc<ConfigNames>, String>> {
         self.names.as_ref()
     }
 
-    /// True if there is a configuration, read or not.
+    /// True if a configuration is set, whether or not it has been read.
     pub fn is_configured(&self) -> bool {
         let asked = self.asked.as_ref();
         asked.is_some_and(|asked| asked.named().is_some())
     }
 
-    /// Asks for what a project's configuration offers and for the view that the state looks through, if either changed.
+    /// Requests the names in the project's configuration and the table of the current view, if either changed.
     pub fn ask(&mut self, project: &Project, state: &State, wake: impl Fn() + Send + 'static) {
         let chosen = state.color_view.clone().unwrap_or_default();
         let choice = chosen.or_config(project.color_config());
@@ -54,11 +54,11 @@ impl ColorViews {
         }
     }
 
-    /// Takes in what was read: the state looks through a view once its table is there, and exports no longer go through what
-    /// another configuration had. Why it is so is returned once.
+    /// Takes in what was read. Applies the view once its table is there. Resets export colours that the new
+    /// configuration lacks, and returns the reason once.
     pub fn receive(&mut self, state: &mut State) -> Option<String> {
         let newest = (self.lookup.iter().flat_map(Lookup::answers)).last();
-        // What was asked before is no longer wanted.
+        // Answers to older requests no longer matter.
         let (_, answer) = newest.filter(|(choice, _)| self.asked.as_ref() == Some(choice))?;
         match answer {
             Ok((names, table)) => {
@@ -71,7 +71,7 @@ impl ColorViews {
                 let sentence = lost.map(|lost| {
                     let name = lost.space.or(lost.view).unwrap_or_default();
                     format!(
-                        "{} has no {name}. Exports have the working colours again: choose others under Export, Colours",
+                        "{} has no {name}. Exports use the working colours again. Choose others in Export, Colours",
                         shown(&names.config)
                     )
                 });
@@ -80,7 +80,7 @@ impl ColorViews {
             }
             Err(e) => {
                 let sentence = e.to_string();
-                // Another view of a configuration that was read may be there.
+                // A different view may have failed while the configuration itself was read.
                 if !matches!(self.names, Some(Ok(_))) {
                     self.names = Some(Err(sentence.clone()));
                 }
@@ -92,7 +92,7 @@ impl ColorViews {
     }
 }
 
-/// True if a configuration has all that was chosen from it.
+/// True if the configuration contains everything that was chosen from it.
 fn has(names: &ConfigNames, choice: &ColorChoice) -> bool {
     if let Some(space) = &choice.space {
         return names.spaces.iter().any(|known| known.name == *space);
@@ -106,7 +106,7 @@ fn has(names: &ConfigNames, choice: &ColorChoice) -> bool {
     has_look && has_view
 }
 
-/// Reads a configuration, and makes the chosen view of it a table.
+/// Reads a configuration, and bakes the chosen view into a table.
 fn answer(choice: &ColorChoice) -> Result<Answer> {
     let config = choice.open()?;
     let look = choice.look.as_deref();
@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Asks until something is known of it, or of what went wrong.
+    /// Requests until the condition holds; returns the last message.
     fn until(
         views: &mut ColorViews,
         project: &Project,
@@ -180,18 +180,18 @@ mod tests {
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
         until(&mut views, &project, &mut state, |_, state| state.viewing.through.is_some());
         assert_eq!(state.scene().viewing.through.unwrap().name, wanted);
-        // An exposure leaves it, a reset does not.
+        // An exposure change keeps the view, a reset does not.
         state.show(ViewCommand::StepViewing(1.0));
         assert!(state.viewing.through.is_some());
         state.show(ViewCommand::ResetView);
         assert_eq!((&state.viewing, &state.color_view), (&Viewing::default(), &None));
         views.ask(&project, &state, || {});
-        // A view that arrives late is not looked through.
+        // A view that arrives late is not applied.
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
         views.ask(&project, &state, || {});
         state.show(ViewCommand::LookThrough(None));
         views.ask(&project, &state, || {});
-        // The names, the view, and the view again.
+        // Three answers: the names, the view, and the view again.
         test_support::wait_for(|| (answers.load(Ordering::SeqCst) == 3).then_some(()));
         assert_eq!(views.receive(&mut state), None);
         assert_eq!(state.viewing.through, None);
@@ -202,7 +202,7 @@ mod tests {
         let (mut views, mut state) = (ColorViews::default(), State::new(1, 24.0));
         let gone = with(Some("/gone/config.ocio"));
         let said = until(&mut views, &gone, &mut state, |views, _| views.names().is_some());
-        // Nobody asked for it: the list of views shows it.
+        // The list of views shows the reason, so no message is needed.
         assert_eq!(said, None);
         let why = views.names().unwrap().clone().unwrap_err();
         assert!(why.contains("/gone/config.ocio"), "{why}");
@@ -226,7 +226,7 @@ mod tests {
         const NEW: &str = "ocio://default";
         const OLD: &str = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1";
         let (new, old) = (with(Some(NEW)), with(Some(OLD)));
-        // Both have this space and a view of this name.
+        // Both configurations have this space and a view of this name.
         let space = ColorChoice { space: Some("ACEScg".to_owned()), ..ColorChoice::default() };
         for kept in [space, view("Raw")] {
             state.export_options.ocio = kept.clone();
@@ -238,12 +238,12 @@ mod tests {
         until(&mut views, &new, &mut state, read(NEW));
         let names = views.names().unwrap().clone().unwrap();
         let first = &names.displays[0].views[0];
-        // What exports go through.
+        // Colours of exports.
         state.export_options.ocio = view(first);
         let said = until(&mut views, &old, &mut state, read(OLD));
         assert!(said.unwrap().contains(&**first));
         assert_eq!(state.export_options.ocio, ColorChoice::default());
-        // What is looked through.
+        // The view of the picture.
         until(&mut views, &new, &mut state, read(NEW));
         state.show(ViewCommand::LookThrough(Some(view(first))));
         until(&mut views, &new, &mut state, |_, state| state.viewing.through.is_some());

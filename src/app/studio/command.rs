@@ -1,5 +1,5 @@
-//! Commands of a person. Panels emit commands; the application applies them. Each group is matched
-//! exhaustively by the code that handles it: a command without an effect does not compile.
+//! Commands of the user. Panels emit commands; the application applies them. The handler of each group matches it
+//! exhaustively: a command without a handler does not compile.
 
 use super::comparison::{CellPicture, CompareSettings};
 use super::export_options::ExportOptions;
@@ -48,28 +48,28 @@ pub enum Command {
     Environments(EnvironmentsCommand),
     Lights(LightsCommand),
     Dialog(Dialog),
-    /// These paths were chosen in a dialog, or typed or dropped in its place.
+    /// Paths chosen in a dialog, or typed or dropped in its place.
     Chosen(Dialog, Vec<PathBuf>),
-    /// This file to write was typed in place of a dialog, which would have asked before it replaces one.
+    /// A new file, typed instead of chosen in a dialog. A dialog would have asked before replacing an existing file.
     NewFile(Dialog, PathBuf),
 }
 
-/// Changes settings that can be undone.
+/// Changes settings. Undoable.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LookCommand {
-    /// Light the subject by this entry of the list.
+    /// Light the subject with this entry of the list.
     Environment(usize),
-    /// Add panoramas to the list and show the first of them.
+    /// Add panoramas to the list and light with the first of them.
     AddEnvironments(Vec<PathBuf>),
-    /// Take this entry out of the list, if a person added it; its file stays.
+    /// Remove this entry from the list, if it was added by hand; its file stays.
     RemoveEnvironment(usize),
-    /// Front in the file of this entry; None if not known.
+    /// Set the front direction in the file of this entry; None if unknown.
     Front(usize, Option<Front>),
-    /// Show a stored look.
+    /// Apply a stored look.
     Apply(Box<AppliedLook>),
-    /// Set a key at the current frame, or remove the one that is there.
+    /// Set a key at the current frame, or remove the existing one.
     ToggleKey(Setting),
-    /// Give settings these keys in place of their own.
+    /// Replace the keys of these settings.
     Keys(Vec<(Setting, Keyframes)>),
     /// Turn the environment to this yaw in degrees.
     Yaw(f32),
@@ -77,316 +77,316 @@ pub enum LookCommand {
     Turn(f32),
     /// Set the exposure in stops.
     Exposure(f32),
-    /// Turn and grade of the environment's light, and the lights placed by hand.
+    /// Change the environment's rotation and grade, and the lights placed by hand.
     Lighting(Box<Lighting>),
-    /// Add a light with its keys.
+    /// Add a light, with its keys.
     AddLight(Box<CopiedLight>),
-    /// Place a light, or move the one that the same drag has placed.
+    /// Place a light, or move the one placed by the same drag.
     Aim(AimedLight),
     /// Effects on the picture.
     Effects(Effects),
     /// Background behind the subject.
     Background(Background),
-    /// Use this outline of the mirror ball; None for the project's own.
+    /// Use this outline of the mirror ball; None for the project's.
     Circle(Option<Circle>),
-    /// Try this camera response; None for the calibration's own.
+    /// Try this camera response; None for the calibration's.
     Trial(Option<Trial>),
-    /// Play and export from this frame to that; None for all.
+    /// Play and export this range of frames; None for all.
     Range(Option<(usize, usize)>),
-    /// Train with these settings from the next start.
+    /// Use these settings for the next training from the start.
     Training(TrainChoice),
-    /// Give the settings under one heading their defaults.
+    /// Reset the settings of one group.
     Reset(Group),
     Undo,
     Redo,
 }
 
-/// A light whose direction follows from a point of the picture.
+/// A light whose direction follows from a point in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AimedLight {
-    /// Number of the drag: all of a drag is one light and one step of undo.
+    /// Number of the drag. One drag makes one light and one undo step.
     pub drag: u64,
-    /// The frame, and its picture's column and row, on which the light falls.
+    /// Frame of the picture, and the column and row on which the light falls.
     pub frame: usize,
     pub pixel: [usize; 2],
-    /// From the subject towards the light; a unit vector.
+    /// Unit vector from the subject towards the light.
     pub direction: Vec3,
 }
 
-/// Lights the subject by where the light should fall.
+/// Places lights by the point on which they should fall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AimCommand {
-    /// Have a press on the picture place a light, or turn the environment again.
+    /// Let a press on the picture place a light, or let it turn the environment again.
     Toggle,
-    /// The pointer was pressed: what follows moves the light of this index, or places another.
+    /// The pointer was pressed: the drag moves the light with this index, or places a new one.
     Begin(Option<usize>),
-    /// The pointer is over this column and row of the picture, or beside it.
+    /// The pointer is over this column and row of the picture; None outside it.
     At(Option<[usize; 2]>),
 }
 
-/// Changes what is shown. It cannot be undone.
+/// Changes the view. Not undoable.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ViewCommand {
     /// Show the mirror ball under this lamp; None for the interview's light.
     Photograph(Option<usize>),
-    /// Show the photograph this many places further; the interview's comes before the lamps'.
+    /// Show the photograph this many places further. The interview's photograph comes before those of the lamps.
     StepPhotograph(isize),
-    /// Show the pose in training under this lamp.
+    /// Show the training pose under this lamp.
     TrainedLamp(usize),
-    /// Show it under the lamp this many places further.
+    /// Show the training pose under the lamp this many places further.
     StepTrainedLamp(isize),
-    /// Relight this exemplar as the interview.
+    /// Relight this exemplar to match the interview.
     Pose(usize),
     /// Position of the wipe between two pictures: 0 left, 1 right.
     Wipe(f32),
-    /// Move the wipe to the right, to the left or to the middle, in turn.
+    /// Step the wipe: right, left, middle.
     StepWipe,
-    /// Compare the picture with another.
+    /// Change the comparison with another picture.
     Compare(CompareSettings),
-    /// Wipe between the two pictures, or stop that.
+    /// Start or stop the wipe between the two pictures.
     ToggleWipe,
-    /// Show the other of the two pictures alone.
+    /// Switch to the other of the two pictures.
     ToggleSecond,
-    /// Show over the picture where errors are expected, or stop that.
+    /// Show or hide the map of expected errors over the picture.
     ToggleDoubts,
-    /// Show a measured frame or pose and lamp beside the truth; None to end that.
+    /// Show a measured cell (frame or pose, and lamp) beside the truth; None to leave it.
     Cell(Option<(usize, usize)>),
-    /// Show this picture of the cell alone; None for all three.
+    /// Show only this picture of the cell; None for all three.
     Enlarge(Option<CellPicture>),
-    /// Show the cell's prediction alone, or its truth in place of that.
+    /// Show only the cell's prediction, or its truth if the prediction is shown.
     FlipCell,
-    /// Order measured cells by this metric.
+    /// Sort measured cells by this metric.
     Metric(Metric),
     /// Multiply differences by one of [`super::comparison::GAINS`].
     Gain(f32),
-    /// Show the frame under this lamp alone; None for the environment.
+    /// Show the frame under this lamp only; None for the environment.
     Solo(Option<usize>),
-    /// Add this lamp to those that are shown, or remove it.
+    /// Add this lamp to the solo lamps, or remove it.
     SoloAlso(usize),
     /// Show the frame under the lamp this many places further.
     StepSolo(isize),
-    /// Choose the light placed by hand that has this index.
+    /// Select the placed light with this index.
     ChooseLight(Option<usize>),
-    /// Hide the lights of the group with this id, or show them again.
+    /// Fold or unfold the lights of the group with this id.
     FoldLights(u32, bool),
-    /// Viewing settings of the picture; none of them is exported.
+    /// Change the viewing settings of the picture, which are never exported.
     Viewing(Viewing),
-    /// Look through a view of the OpenColorIO configuration in place of a tone curve; None to end that.
+    /// View through an OpenColorIO view instead of a tone curve; None to leave it.
     LookThrough(Option<ColorChoice>),
     /// Change the viewing exposure by this many stops.
     StepViewing(f32),
-    /// Look at this in place of the picture, or at the picture again.
+    /// Show this image instead of the picture; None for the picture.
     Inspect(Inspection),
-    /// Fit the picture, and show it as it is exported.
+    /// Reset the zoom and the viewing settings.
     ResetView,
     /// Read the values of the pixel in this column and row.
     Pixel(Option<[usize; 2]>),
-    /// Read the means of this part of the picture; None for pixels alone.
+    /// Read the averages of this region; None to read pixels.
     Region(Option<Region>),
     /// Show another part of the footage, or its mattes.
     Footage(FootageView),
-    /// Go to this frame; playing stops.
+    /// Go to this frame and stop playback.
     Frame(usize),
-    /// Go this many frames on, as far as there are any; playing stops.
+    /// Go this many frames further, within the clip, and stop playback.
     StepFrame(isize),
     LastFrame,
     TogglePlay,
-    /// Go around the range between in and out while playing, or stop at its end.
+    /// Loop between the in and out points, or stop playback at the out point.
     ToggleLoop,
-    /// Play and export from the current frame on, or up to it.
+    /// Set the in point to the current frame, or the out point.
     MarkIn,
     MarkOut,
-    /// Scale the picture by a factor about a point, in points from the viewport's centre.
+    /// Scale the picture by a factor about a point, given in points from the viewport's centre.
     Zoom {
         factor: f32,
         about: [f32; 2],
     },
-    /// Move the picture by points.
+    /// Move the picture, in points.
     Pan([f32; 2]),
     /// Fit the picture into the viewport.
     Fit,
 }
 
-/// Changes how the window is arranged and what covers it.
+/// Changes the layout of the window and the lists over it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum WindowCommand {
-    /// Show another arrangement of the window.
+    /// Switch to a workspace.
     Workspace(Workspace),
     /// Show this pane: its tab comes to the front.
     ShowPane(Pane),
-    /// Close this pane, unless it is a main one.
+    /// Close this pane, unless it is a main pane.
     ClosePane(Pane),
-    /// Keys go to this pane from now on.
+    /// Send keys to this pane from now on.
     Activate(Pane),
-    /// Give the workspace its original arrangement.
+    /// Restore the workspace's original layout.
     ResetLayout,
-    /// Hide what stands under a heading, or show it again.
+    /// Fold or unfold a heading.
     Fold(String, bool),
-    /// Give the focus to the first control of the active pane.
+    /// Move the focus to the first control of the active pane.
     FocusPane,
     TogglePanels,
     ToggleFullScreen,
     ToggleKeys,
-    /// Open the list of all commands, or close it.
+    /// Open or close the list of all commands.
     TogglePalette,
-    /// Open what this machine can do, or close it.
+    /// Open or close the performance report of this machine.
     ToggleMachine,
-    /// Zoom until a pixel of the picture is one of the screen.
+    /// Zoom to one picture pixel per screen pixel.
     ActualSize,
-    /// Close what covers the picture, leave full screen, do as [`Self::DismissRefusal`], leave the four looks, show all
-    /// pictures of a cell, leave the cell, read pixels instead of a region, light by all lamps and lights again, stop placing
-    /// lights on the picture, or choose no light: the first of these that applies.
+    /// Close or leave the first that applies: what covers the picture, full screen, the refusal as in
+    /// [`Self::DismissRefusal`], the four looks, an enlarged picture of a cell, the cell, the region, solo lamps, solo
+    /// lights, placing lights on the picture, the light selection.
     Dismiss,
-    /// Close the message that says why something could not be done.
+    /// Close the message about a refused command.
     DismissRefusal,
-    /// Close the window, whatever is running.
+    /// Close the window, even if work is running.
     Close,
-    /// Close the field for a path.
+    /// Close the path field.
     ClosePath,
-    /// Close the question whether work may end: it goes on.
+    /// Close the question about ending work: work continues.
     KeepOpen,
-    /// Type another name than that of the file which would be replaced.
+    /// Choose a different name than that of the existing file.
     KeepName,
-    /// Say whether all is saved.
+    /// Report whether everything is saved.
     TellSaved,
     /// Close the last message of a job.
     DismissMessage,
     ClearLog,
 }
 
-/// Measures what this machine can do.
+/// Measures the performance of this machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MachineCommand {
-    /// Measure for at most so many minutes.
+    /// Measure for at most this many minutes.
     Measure(f64),
-    /// Write what was found into this file.
+    /// Write the report to this file.
     Save(PathBuf),
 }
 
-/// Stores looks, shows stored ones, and shows them side by side.
+/// Stores looks, applies them, and compares them side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LooksCommand {
-    /// Store the present look under this name; a new version, if there is a look of this name.
+    /// Store the current look under this name. A look of this name gets a new version.
     Store(String),
-    /// Store the present look as a new version of this one.
+    /// Store the current look as a new version of this look.
     Update(LookId),
-    /// Show a version of a look, by its number; None for the newest.
+    /// Apply a version of a look, by number; None for the newest.
     Apply(LookId, Option<u32>),
     Rename(LookId, String),
     Duplicate(LookId),
-    /// Take a look off its shelf; it can be brought back.
+    /// Remove a look from its shelf; it can be restored.
     Remove(LookId),
-    /// Bring back a look that was removed.
+    /// Restore a removed look.
     BringBack(LookId),
-    /// Keep a look for all projects, or take one of those into this project.
+    /// Move a look to the shelf for all projects, or from there to this project.
     Copy(LookId),
-    /// Ask for a file to write a look into.
+    /// Ask for the file to write a look to.
     SaveAs(LookId),
-    /// Write the look that was asked for into this file.
+    /// Write the look to this file.
     Write(PathBuf),
-    /// Show the look in a file, and store it under the file's name.
+    /// Apply the look in a file, and store it under the file's name.
     Load(PathBuf),
-    /// Show four looks side by side, or the picture again.
+    /// Show four looks side by side, or the single picture again.
     ToggleFour,
-    /// Show this in a place of the four: 0 to 3 from the upper left.
+    /// Show this in one of the four slots, 0 to 3 from the upper left.
     Place(usize, FourSlot),
-    /// Make what is in a place of the four the present look.
+    /// Apply the look in one of the four slots.
     Pick(usize),
 }
 
-/// Goes along the timeline, and changes its keys.
+/// Navigates the timeline, and changes its keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimelineCommand {
     /// Show all frames.
     ShowAll,
-    /// Go to the next key of the chosen lane, or of any if none is chosen; to the one before if negative.
+    /// Go to the next key of the selected lane, or of all lanes if none is selected; to the previous one if negative.
     StepKey(isize),
     /// Select all keys of the curve or of the lanes.
     SelectAll,
-    /// Move the selected keys by so many frames.
+    /// Move the selected keys by this many frames.
     Nudge(isize),
 }
 
-/// Changes how environments are listed.
+/// Changes the list of environments.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EnvironmentsCommand {
-    /// Light the subject by the entry this many places further in the list as it is shown, around its end.
+    /// Light the subject with the entry this many places further in the visible list, which wraps around.
     Step(isize),
-    /// Read the panorama of this entry again, which could not be read.
+    /// Read this entry's panorama again after a failure.
     ReadAgain(usize),
-    /// Make an entry of the list a favourite, or no longer; None for the one that is shown.
+    /// Add an entry to the favourites or remove it; None for the current environment.
     ToggleFavourite(Option<usize>),
-    /// List those alone that have each of these words.
+    /// List only entries that contain each of these words.
     Search(String),
 }
 
-/// Adds, copies and removes lights placed by hand: each is one step of undo. The chosen one is that of
+/// Adds, copies and removes lights placed by hand. Each command is one undo step. The selected light is
 /// [`super::State::chosen_light`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightsCommand {
-    /// Add a softbox, and choose it.
+    /// Add a softbox and select it.
     Add,
-    /// Add another light like the chosen one, with its keys, and choose it.
+    /// Duplicate the selected light with its keys, and select the copy.
     Duplicate,
-    /// Put the chosen light with its keys on the clipboard.
+    /// Copy the selected light with its keys to the clipboard.
     Copy,
-    /// Add the light that a text from the clipboard holds, and choose it.
+    /// Add the light in this clipboard text, and select it.
     Paste(String),
-    /// Remove the chosen light, with its keys.
+    /// Remove the selected light with its keys.
     Remove,
-    /// Give the group of this index another name.
+    /// Rename the group with this index.
     RenameGroup(usize, String),
-    /// Remove the group of this index; its lights stay.
+    /// Remove the group with this index; its lights stay.
     RemoveGroup(usize),
 }
 
-/// Calibrates, by hand or by fitting.
+/// Calibrates, by hand or by a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CalibrationCommand {
-    /// Use the outline that was found in the photographs.
+    /// Use the outline detected in the photographs.
     FindCircle,
-    /// Move the outline by pixels of the photograph, and enlarge its radius.
+    /// Move the outline and enlarge its radius, in pixels of the photograph.
     NudgeCircle { by: [f64; 2], radius: f64 },
-    /// Change the tried response by these differences of γ1, γ2 and the exposure.
+    /// Change the trial response by these differences of γ1, γ2 and the exposure.
     NudgeTrial([f32; 3]),
-    /// Calibrate with what is set by hand; the rest is fitted.
+    /// Calibrate with the values set by hand; the rest is fitted.
     Start,
 }
 
 /// Trains the network.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrainingCommand {
-    /// Train with the chosen settings: from the start, or from the checkpoint on.
+    /// Train with the current settings: from the start, or from the checkpoint.
     Start { fresh: bool },
     /// Restore the saved checkpoint of this name.
     GoBack(String),
-    /// Read which checkpoints there are.
+    /// Read the list of checkpoints.
     ListCheckpoints,
 }
 
 /// Compares the network with the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReviewCommand {
-    /// Measure against the truth in this folder, or the one that was used last.
+    /// Measure against the truth in this folder, or in the last folder used.
     Measure(Option<PathBuf>),
-    /// Write the review's page.
+    /// Write the review as a page.
     Report(PathBuf),
     /// Save a verdict and a note.
     Mark(Box<MarkedOlat>),
-    /// Give the chosen cell a verdict.
+    /// Give the selected cell a verdict.
     Verdict(Mark),
-    /// Choose a cell, by its indices of case and lamp in the review, and show it beside its truth.
+    /// Select a cell by its indices of case and lamp in the review, and show it beside its truth.
     Choose((usize, usize)),
-    /// Choose the worst cell after the chosen one that has no verdict.
+    /// Select the worst cell without a verdict that follows the selected one.
     NextWorst,
-    /// Estimate the errors of all frames, and which are unlike every pose.
+    /// Estimate the errors of all frames, and find those unlike every pose.
     Trust,
 }
 
-/// Measures what accuracy costs in time, and chooses.
+/// Measures the time that accuracy costs, and chooses a rung.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AccuracyCommand {
-    /// Measure, or go on with it.
+    /// Start or resume the measurement.
     Measure(Box<TradeoffSettings>),
     /// Use the network of this rung.
     Apply(String),
@@ -397,87 +397,87 @@ pub enum AccuracyCommand {
 /// Paints mattes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MatteCommand {
-    /// Take the brush, or lay it down.
+    /// Start or stop painting.
     Tool(bool),
     ToggleTool,
-    /// Effect of the brush: to keep or to remove.
+    /// Set the brush to keep or to remove.
     Side(BrushSide),
     SwapSide,
-    /// The brush's radius in pixels of the plate.
+    /// Set the brush's radius, in pixels of the plate.
     Radius(f32),
-    /// Make the brush larger by so many steps, or smaller.
+    /// Enlarge the brush by this many steps; shrink it if negative.
     StepRadius(i32),
     /// Add a stroke.
     Stroke(Box<Stroke>),
-    /// Take away the strokes of this frame.
+    /// Remove the strokes of this frame.
     Clear(usize),
-    /// Make all mattes that the shoot does not bring.
+    /// Make all mattes that are not in the shoot.
     MakeAll,
 }
 
 /// Exports clips and stills.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportCommand {
-    /// Options of the next export.
+    /// Change the options of the next export.
     Options(Box<ExportOptions>),
-    /// Take this file as the export's name.
+    /// Use this file as the export's name.
     Destination(PathBuf),
-    /// Add an export of the current settings to the queue.
+    /// Add an export with the current settings to the queue.
     Add,
-    /// Write an export of the current settings as a job for this engine into a new folder in this one.
+    /// Write an export with the current settings as a farm job for this engine, into a new folder in this one.
     Farm(Engine, PathBuf),
-    /// Take an export out of the queue; a running one is asked to stop.
+    /// Remove an export from the queue; a running one is asked to stop.
     Withdraw(u64),
     /// Show a folder in the system's file manager.
     OpenFolder(PathBuf),
 }
 
-/// Opens, makes and changes projects.
+/// Opens, creates and changes projects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProjectCommand {
-    /// Open the project in a folder, after a question if work would end.
+    /// Open the project in a folder. Asks first if work would end.
     Open(PathBuf),
-    /// Open the project that was asked about: the work ends.
+    /// Open the project that the question was about; work ends.
     Leave,
-    /// Read the open project again.
+    /// Reread the open project.
     Reopen,
-    /// Remove a folder from the recent projects; nothing on the disk changes.
+    /// Remove a folder from the recent projects; the disk is unchanged.
     Forget(PathBuf),
-    /// Plan a project, of the shoot in a folder if it is known.
+    /// Plan a project, for the shoot in a folder if known.
     New(Option<PathBuf>),
-    /// Change the plan for a project; None gives it up.
+    /// Change the plan for a project; None discards it.
     Plan(Option<Box<Plan>>),
-    /// Bring files or folders of a shoot to the plan, as parts of this kind or as they are guessed.
+    /// Add files or folders of a shoot to the plan, as parts of this kind, or guess the kind.
     Bring(Vec<PathBuf>, Option<Slot>),
     /// Make the planned project and open it.
     Make,
     /// Make the demo in this folder and open its project.
     MakeDemo(PathBuf),
-    /// The project's shoot is in this folder now.
+    /// Set the new folder of the project's shoot.
     Locate(PathBuf),
-    /// Work with this square of the pictures. What was made with another is put aside.
+    /// Change the crop to this square. Results with another crop are put aside.
     Reframe(Framing),
     /// Read these thumbnails, which this pane has room for.
     Thumbnails(Pane, Vec<Thumbnail>),
 }
 
-/// Commands for any job.
+/// Commands for jobs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JobCommand {
     /// Run the job that makes what is missing.
     Provide(Need),
-    /// Pause the running job, or continue it.
+    /// Pause or resume the running job.
     Pause,
-    /// Stop the running job; what is finished is kept.
+    /// Stop the running job; finished work is kept.
     Stop,
 }
 
-/// Purpose of a file dialog; the choice comes back as a command.
+/// Purpose of a file dialog. The choice returns as a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dialog {
     /// Panoramas to add.
     Environments,
-    /// True OLATs to compare the picture with.
+    /// True OLATs for a comparison with the picture.
     ComparisonTruth,
     /// A project to open.
     Project,
@@ -487,7 +487,7 @@ pub enum Dialog {
     ShootPart(Slot),
     /// The folder of a new project.
     ProjectFolder,
-    /// Present folder of the open project's shoot.
+    /// New folder of the open project's shoot.
     ShootLocation,
     /// The next export's file.
     Destination,
@@ -501,6 +501,6 @@ pub enum Dialog {
     MachineReport,
     /// File for a look.
     SaveLook,
-    /// A look to show and store.
+    /// A look to apply and store.
     LoadLook,
 }

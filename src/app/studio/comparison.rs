@@ -8,29 +8,29 @@ use super::stored_looks::{LookId, StoredLooks};
 use std::path::PathBuf;
 use worker::{Comparison, ComparisonSource, Origin};
 
-/// A picture to compare with.
+/// A reference picture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reference {
     /// The interview's frame.
     Plate,
     /// The same frame under another environment of the list.
     Environment(Origin),
-    /// The same frame in a version of a stored look, by its number; None for the newest.
+    /// The same frame in a version of a stored look, by number; None for the newest.
     Look(LookId, Option<u32>),
-    /// The photographs of a pose in the same light.
+    /// The photographs of a pose, in the same light.
     Exemplar(usize),
     /// The true OLATs in a folder, in the same light.
     Truth(PathBuf),
-    /// The OLATs that another network corrects, in the same light.
+    /// The OLATs corrected by another network, in the same light.
     Checkpoint(PathBuf),
-    /// The OLATs of the exemplars alone, in the same light.
+    /// The transfer from the exemplars, without a network, in the same light.
     Transfer,
 }
 
 /// Way to show two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CompareMode {
-    /// The first to the left of a line that can be dragged, the second to its right.
+    /// The first picture left of a line that can be dragged, the second right of it.
     Wipe,
     /// Side by side.
     Side,
@@ -55,7 +55,7 @@ impl CellPicture {
     /// All of them, from left to right.
     pub const ALL: [Self; 3] = [Self::Prediction, Self::Truth, Self::Difference];
 
-    /// The truth after the prediction, and the prediction after any other.
+    /// The truth after the prediction, the prediction after any other.
     pub fn flipped(shown: Option<Self>) -> Self {
         match shown {
             Some(Self::Prediction) => Self::Truth,
@@ -68,12 +68,12 @@ impl CellPicture {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompareSettings {
     pub on: bool,
-    /// The first picture; None for the relit one.
+    /// The first picture; None for the relit picture.
     pub first: Option<Reference>,
     /// The second picture.
     pub reference: Reference,
     pub mode: CompareMode,
-    /// In [`CompareMode::Toggle`], whether the second is shown.
+    /// True if the second picture is shown in [`CompareMode::Toggle`].
     pub second: bool,
 }
 
@@ -96,13 +96,13 @@ impl CompareSettings {
         self.mode = CompareMode::Wipe;
     }
 
-    /// Shows the other of the two alone.
+    /// Switches to the other of the two pictures.
     pub fn toggle_second(&mut self) {
         self.second = !(self.on && self.mode == CompareMode::Toggle && self.second);
         (self.on, self.mode) = (true, CompareMode::Toggle);
     }
 
-    /// The environments that are compared.
+    /// Environments of the compared pictures.
     pub fn environments(&self, state: &State, looks: &StoredLooks) -> Vec<Origin> {
         let compared = self.references().into_iter().flatten();
         compared
@@ -116,7 +116,7 @@ impl CompareSettings {
             .collect()
     }
 
-    /// The first and the second picture of a comparison that is on; None in place of the relit one.
+    /// First and second picture of an active comparison; None stands in place of the relit picture.
     fn references(&self) -> [Option<&Reference>; 2] {
         match self.on {
             true => [self.first.as_ref(), Some(&self.reference)],
@@ -124,8 +124,8 @@ impl CompareSettings {
         }
     }
 
-    /// The pictures that these settings ask for besides the relit one, the first and the second; None for one that cannot be
-    /// made yet.
+    /// Pictures that these settings need besides the relit picture: the first and the second. None for a picture that
+    /// cannot be made yet.
     pub fn pictures(
         &self,
         state: &State,
@@ -135,7 +135,7 @@ impl CompareSettings {
         self.references().map(|shown| shown?.picture(state, looks, environments).ok())
     }
 
-    /// Reason one of the pictures is not there.
+    /// Reason that one of the pictures is missing.
     pub fn missing(
         &self,
         state: &State,
@@ -146,7 +146,7 @@ impl CompareSettings {
         compared.filter_map(|one| one.picture(state, looks, environments).err()).next()
     }
 
-    /// A look has another name.
+    /// Follows the renaming of a look.
     pub fn rename(&mut self, from: &LookId, to: &LookId) {
         for one in self.first.iter_mut().chain([&mut self.reference]) {
             if let Reference::Look(id, _) = one
@@ -159,7 +159,7 @@ impl CompareSettings {
 }
 
 impl Reference {
-    /// The picture, or why there is none yet.
+    /// The picture, or the reason for its absence.
     fn picture(
         &self,
         state: &State,
@@ -172,8 +172,7 @@ impl Reference {
                 let look = &state.look;
                 let mut list = look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
-                let listed =
-                    listed.ok_or_else(|| format!("{origin} is not in the list any more"))?;
+                let listed = listed.ok_or_else(|| format!("{origin} is no longer in the list"))?;
                 let light = light_of(environments, origin);
                 let light = light.ok_or_else(|| reading(environments, listed))?;
                 Comparison::Light(light, listed.front().turned(look.yaw_deg))
@@ -198,7 +197,7 @@ impl Reference {
     }
 }
 
-/// Reason an environment of the list gives no light.
+/// Reason that an environment in the list gives no light.
 fn reading(environments: &[EnvironmentEntry], listed: &ListedEnvironment) -> String {
     let entry = environments.iter().find(|e| e.listed.origin == listed.origin);
     match entry.is_some_and(|entry| entry.panorama.is_failed()) {
@@ -236,7 +235,7 @@ mod tests {
         assert!(!compare.on);
     }
 
-    /// An entry of the list whose light is in memory.
+    /// An entry of the list with its light in memory.
     fn read(listed: &ListedEnvironment, light: &Arc<Environment>) -> EnvironmentEntry {
         let dot = || SrgbPicture { width: 1, height: 1, rgb: vec![0; 3] };
         EnvironmentEntry {
@@ -289,7 +288,7 @@ mod tests {
         assert_eq!(state.scene().yaw_deg, 100.0);
         state.change(LookCommand::RemoveEnvironment(1));
         let why = said(&state, &entries);
-        assert!(why.contains("b.hdr is not in the list"), "{why}");
+        assert!(why.contains("b.hdr is no longer in the list"), "{why}");
     }
 
     #[test]

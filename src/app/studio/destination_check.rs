@@ -1,31 +1,31 @@
-//! Checks in the background whether files of the next export exist already.
+//! Background check for existing files of the next export.
 
 use base::error::Result;
 use export::{Destination, untaken};
 use worker::Lookup;
 
-/// The question: where the export goes.
+/// Query: destination and range of the export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DestinationQuery {
-    /// As [`Destination::parse`] understands it.
+    /// Destination, in the syntax of [`Destination::parse`].
     pub to: String,
     /// First and last frame.
     pub range: (usize, usize),
-    /// Number of finished exports: each may have written files.
+    /// Number of finished exports. Each may have written files.
     pub finished: usize,
 }
 
-/// The answer.
+/// Result of the check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExistingFiles {
     pub query: DestinationQuery,
-    /// Number of its files that exist.
+    /// Number of the export's files that exist.
     pub files: usize,
-    /// The destination with a number appended that is free; unchanged if no file exists.
+    /// Free destination: a number is appended if files exist.
     pub free: String,
 }
 
-/// The newest answer, and the thread that finds it.
+/// The newest result, and the thread that finds it.
 pub struct DestinationCheck {
     lookup: Lookup<DestinationQuery, ExistingFiles>,
     asked: Option<DestinationQuery>,
@@ -34,12 +34,12 @@ pub struct DestinationCheck {
 }
 
 impl DestinationCheck {
-    /// Nothing is known yet; `wake` is called with each answer.
+    /// A check without a result yet. Calls `wake` with each answer.
     pub fn new(wake: impl Fn() + Send + 'static) -> Self {
         Self::by(wake, |query| Ok(ExistingFiles::of(query)))
     }
 
-    /// The same with another way to look.
+    /// The same with another search function.
     fn by(
         wake: impl Fn() + Send + 'static,
         find: impl FnMut(&DestinationQuery) -> Result<ExistingFiles> + Send + 'static,
@@ -47,7 +47,7 @@ impl DestinationCheck {
         Self { lookup: Lookup::start(wake, find), asked: None, found: None, failure: None }
     }
 
-    /// Asks if the question changed.
+    /// Starts a check if the query changed.
     pub fn ask(&mut self, query: DestinationQuery) {
         if self.asked.as_ref() != Some(&query) {
             self.lookup.ask(query.clone());
@@ -55,7 +55,7 @@ impl DestinationCheck {
         }
     }
 
-    /// Takes in the newest answer.
+    /// Takes in the newest result.
     pub fn receive(&mut self) {
         match self.lookup.answers().last() {
             Some((_, Ok(found))) => self.found = Some(found),
@@ -64,22 +64,22 @@ impl DestinationCheck {
         }
     }
 
-    /// The newest answer.
+    /// The newest result.
     pub fn found(&self) -> Option<&ExistingFiles> {
         self.found.as_ref()
     }
 
-    /// Reason the newest question was not answered, once.
+    /// Reason the newest query failed; reported once.
     pub fn failure(&mut self) -> Option<String> {
         self.failure.take()
     }
 }
 
 impl ExistingFiles {
-    /// Looks at the disk.
+    /// Searches the disk.
     fn of(query: &DestinationQuery) -> Self {
         let (first, last) = query.range;
-        // A destination that is not understood has no files; the export says what is wrong with it.
+        // An invalid destination has no files. The export reports the error.
         let files = Destination::parse(&query.to).map_or(0, |d| d.taken(first, last));
         let free = untaken(&query.to, first, last).unwrap_or_else(|_| query.to.clone());
         Self { query: query.clone(), files, free }

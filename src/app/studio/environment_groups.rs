@@ -1,5 +1,5 @@
-//! Order of the list of environments: favourites first, then the shoot's, the built-in ones and those that were added, by
-//! their folders; and only those that match the search.
+//! Order of the environment list: favourites, shoot, built-in, then added files by folder. Only entries that match the
+//! search are listed.
 
 use super::environment_library::EnvironmentEntry;
 use super::environment_list::{ListedEnvironment, Owner};
@@ -10,18 +10,18 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EnvironmentGroup {
     pub title: String,
-    /// Their places in the list, in its order.
+    /// Indices in the list, in its order.
     pub entries: Vec<usize>,
 }
 
-/// A list in the order in which it is shown.
+/// Groups in the order of display.
 pub fn shown(entries: &[EnvironmentEntry], search: &str) -> Vec<EnvironmentGroup> {
     let all = entries.iter().map(|entry| (&entry.listed, entry.favourite));
     grouped(&all.collect::<Vec<_>>(), search)
 }
 
-/// The entry `step` places after `from` in what is shown, around its end; None if nothing is. One that is not shown stands
-/// before the first.
+/// The entry `step` places after `from` in display order, wrapping around. None if the list is empty. A hidden entry
+/// counts as before the first.
 pub fn step(groups: &[EnvironmentGroup], from: usize, step: isize) -> Option<usize> {
     let order: Vec<usize> = groups.iter().flat_map(|group| group.entries.clone()).collect();
     let count = order.len() as isize;
@@ -55,15 +55,14 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
     groups.into_iter().map(group).collect()
 }
 
-/// True if a name, or its heading, has each searched word.
+/// True if a name together with its heading contains each word of the search.
 fn is_found(name: &str, heading: &str, search: &str) -> bool {
     let text = format!("{name}\n{heading}").to_lowercase();
     let search = search.to_lowercase();
     search.split_whitespace().all(|word| text.contains(word))
 }
 
-/// Titles of the folders of added files: their names, and where two have the same, as much of their paths as tells
-/// them apart.
+/// Titles of the folders of added files. A title is the folder's name, extended by its parents until it is unique.
 fn folder_titles<'a>(
     list: impl Iterator<Item = &'a ListedEnvironment>,
 ) -> BTreeMap<&'a Path, String> {
@@ -158,7 +157,7 @@ mod tests {
         assert_eq!(step(&groups, 4, 1), Some(1));
         assert_eq!(step(&groups, 0, 1), Some(4));
         assert_eq!(step(&groups, 4, -1), Some(0));
-        assert_eq!(step(&groups, 9, 1), Some(4), "it is filtered out");
+        assert_eq!(step(&groups, 9, 1), Some(4), "the entry is filtered out");
         assert_eq!(step(&groups, 9, -1), Some(0));
         assert_eq!(step(&[], 4, 1), None);
     }

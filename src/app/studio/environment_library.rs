@@ -1,4 +1,4 @@
-//! The panoramas of the environments in the list: loads them as the list grows, and saves the list in the project.
+//! Panoramas of the listed environments: loads them as the list grows, and saves the list in the project.
 
 use super::environment_list::{self, ListedEnvironment};
 use super::favourites::Favourites;
@@ -12,38 +12,38 @@ use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader, SrgbPicture};
 
-/// Memory for the light of panoramas that nothing shows now: ten of 4096 columns.
+/// Memory for panoramas that are not in use: enough for ten with 4096 columns.
 const LIGHT_BUDGET_BYTES: usize = 1 << 30;
 
 /// An environment in the list.
 pub struct EnvironmentEntry {
     pub listed: ListedEnvironment,
     pub panorama: PanoramaState,
-    /// The person likes it.
+    /// True for a favourite.
     pub favourite: bool,
 }
 
-/// State of a panorama on its way into memory.
+/// Loading state of a panorama.
 pub enum PanoramaState {
     Waiting,
     Done {
         panorama: ReadPanorama,
         thumbnail: egui::TextureHandle,
     },
-    /// Reason it cannot be used.
+    /// Reason for the failure.
     Failed(String),
 }
 
-/// A panorama that was read.
+/// A panorama after reading.
 pub struct ReadPanorama {
-    /// Its light; None while others take the memory, see [`EnvironmentLibrary::use_light`].
+    /// Its light; None while others use the memory, see [`EnvironmentLibrary::use_light`].
     pub environment: Option<Arc<Environment>>,
     /// Columns and rows of its light.
     pub size: (usize, usize),
     pub thumbnail: Arc<SrgbPicture>,
-    /// Its brightest areas, the one with most energy first.
+    /// Its brightest areas, by descending energy.
     pub areas: Vec<Area>,
-    /// Guesses and repairs in the file, a sentence each.
+    /// Guesses and repairs in the file, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -59,7 +59,7 @@ impl ReadPanorama {
     }
 }
 
-/// The light of a panorama of a list; None while it is not in memory.
+/// Light of a listed panorama; None while it is not in memory.
 pub fn light_of(entries: &[EnvironmentEntry], origin: &Origin) -> Option<Arc<Environment>> {
     let mut entries = entries.iter();
     match &entries.find(|e| e.listed.origin == *origin)?.panorama {
@@ -69,17 +69,17 @@ pub fn light_of(entries: &[EnvironmentEntry], origin: &Origin) -> Option<Arc<Env
 }
 
 impl PanoramaState {
-    /// True if it cannot be used.
+    /// True if the panorama cannot be used.
     pub fn is_failed(&self) -> bool {
         matches!(self, Self::Failed(_))
     }
 
-    /// True if its light is in memory.
+    /// True if the light is in memory.
     pub fn has_light(&self) -> bool {
         matches!(self, Self::Done { panorama, .. } if panorama.environment.is_some())
     }
 
-    /// True if it is still being loaded.
+    /// True while loading.
     pub fn is_waiting(&self) -> bool {
         matches!(self, Self::Waiting)
     }
@@ -90,32 +90,32 @@ impl PanoramaState {
     }
 }
 
-/// The panoramas of the list, in its order.
+/// Panoramas in the order of the list.
 pub struct EnvironmentLibrary {
     ctx: Context,
     loader: PanoramaLoader,
     entries: Vec<EnvironmentEntry>,
-    /// Panoramas by when they were used, the latest last.
+    /// Panoramas in order of use, the latest last.
     recent: Vec<Origin>,
-    /// The one that is being read before its turn.
+    /// The panorama that jumped the queue.
     hurried: Option<Origin>,
-    /// Bytes of light that is kept.
+    /// Memory for light, in bytes.
     budget: usize,
-    /// Those that could be read once.
+    /// Panoramas that could be read at least once.
     read: Vec<Origin>,
     list: Arc<Vec<ListedEnvironment>>,
-    /// The open project's folder, and the thread that writes there.
+    /// Folder of the open project, and the thread that writes there.
     root: Option<PathBuf>,
     writer: Option<EnvironmentListWriter>,
-    /// Those that wait for the writers of projects before.
+    /// Threads that wait for the writers of previous projects.
     retired: Vec<JoinHandle<()>>,
 }
 
 impl Drop for EnvironmentLibrary {
-    /// No list is lost.
+    /// Waits until every list is written.
     fn drop(&mut self) {
         for thread in self.retired.drain(..) {
-            // If it panicked, there is nothing to wait for.
+            // A panic of the thread leaves nothing to wait for.
             let _ = thread.join();
         }
     }
@@ -140,8 +140,7 @@ impl EnvironmentLibrary {
         }
     }
 
-    /// Tells once the open project's list has been written as it is now. A project that is read before may be the
-    /// same, and lack what changed.
+    /// Signals once the open project's list is on disk. A project read before that would lack the changes.
     pub fn settled(&self) -> Option<Receiver<()>> {
         Some(self.writer.as_ref()?.settled())
     }
@@ -153,8 +152,8 @@ impl EnvironmentLibrary {
         Some(EnvironmentListWriter::start(root, environment_list::saved(&self.list), wake))
     }
 
-    /// The list of a project that was just opened, and a sentence for each file that is missing. If `saved`, changes
-    /// of the list are saved in the project.
+    /// The list of a newly opened project, and a sentence for each missing file. `saved`: save changes of the list in
+    /// the project.
     pub fn open(
         &mut self,
         project: &Project,
@@ -163,7 +162,7 @@ impl EnvironmentLibrary {
         let list = Arc::new(environment_list::of_project(project));
         self.entries.clear();
         if let Some(old) = self.writer.take() {
-            // It waits until the list is written.
+            // Dropping the writer waits until the list is written.
             self.retired.retain(|thread| !thread.is_finished());
             self.retired.push(std::thread::spawn(move || drop(old)));
         }
@@ -174,25 +173,25 @@ impl EnvironmentLibrary {
         (list, known.iter().filter_map(|e| e.complaint()).collect())
     }
 
-    /// The panoramas in the list's order.
+    /// The entries, in the order of the list.
     pub fn entries(&self) -> &[EnvironmentEntry] {
         &self.entries
     }
 
-    /// The light of a panorama of the list; None while it is not in memory.
+    /// Light of a listed panorama; None while it is not in memory.
     pub fn environment(&self, origin: &Origin) -> Option<Arc<Environment>> {
         light_of(&self.entries, origin)
     }
 
-    /// Says which entries the person likes.
+    /// Marks the favourites.
     pub fn mark(&mut self, favourites: &Favourites) {
         for entry in &mut self.entries {
             entry.favourite = favourites.has(&entry.listed.origin);
         }
     }
 
-    /// Reads the panoramas first whose light is used now, and again those whose light was dropped. Other light goes where it
-    /// takes too much memory, what was used longest ago first.
+    /// Reads the panoramas in use first, again if their light was dropped. Other light is dropped when it exceeds the
+    /// memory budget, least recently used first.
     pub fn use_light(&mut self, used: &[Origin]) {
         self.recent.retain(|one| !used.contains(one));
         self.recent.extend_from_slice(used);
@@ -217,7 +216,7 @@ impl EnvironmentLibrary {
         for (place, entry) in self.entries.iter().enumerate() {
             if let PanoramaState::Done { panorama, .. } = &entry.panorama
                 && panorama.environment.is_some()
-                // What is built in stays in memory anyway.
+                // Built-in panoramas stay in memory anyway.
                 && let Origin::File(_) = entry.listed.origin
             {
                 let size = panorama.size.0 * panorama.size.1 * size_of::<[f32; 3]>();
@@ -242,7 +241,7 @@ impl EnvironmentLibrary {
         }
     }
 
-    /// Loads and saves what changed in the list.
+    /// Loads and saves changes of the list.
     pub fn follow(&mut self, list: &Arc<Vec<ListedEnvironment>>) {
         if self.list == *list && self.entries.len() == list.len() {
             return;
@@ -269,7 +268,7 @@ impl EnvironmentLibrary {
         self.list = list.clone();
     }
 
-    /// Reads a panorama of the list again, if it cannot be used.
+    /// Reads a listed panorama again after a failure.
     pub fn read_again(&mut self, place: usize) {
         let entry = self.entries.get_mut(place);
         if let Some(entry) = entry.filter(|entry| entry.panorama.is_failed()) {
@@ -278,7 +277,7 @@ impl EnvironmentLibrary {
         }
     }
 
-    /// Takes in what was loaded; returns those that could never be read, with a sentence each.
+    /// Takes in loaded panoramas. Returns those that could never be read, with a sentence each.
     pub fn receive(&mut self) -> Vec<(Origin, String)> {
         let mut unreadable = Vec::new();
         for (origin, read) in self.loader.loaded() {
@@ -295,7 +294,7 @@ impl EnvironmentLibrary {
                     PanoramaState::Done { panorama: ReadPanorama::of(panorama), thumbnail }
                 }
                 Err(e) => {
-                    // A disk may be away for a while.
+                    // The disk may be disconnected for a while.
                     if !self.read.contains(&origin) {
                         unreadable.push((origin.clone(), e.to_string()));
                     }
@@ -355,7 +354,7 @@ mod tests {
             owner: Owner::Person,
         };
         let mut library = EnvironmentLibrary::new(&Context::default());
-        // Two of them fit.
+        // Room for two of them.
         library.budget = 2 * 8 * 4 * size_of::<[f32; 3]>();
         library.follow(&Arc::new(files.iter().map(listed).collect()));
         let lit = |library: &EnvironmentLibrary| -> Vec<bool> {
@@ -368,10 +367,10 @@ mod tests {
         until(&mut library, &files[1..2], PanoramaState::is_done);
         until(&mut library, &files[..1], PanoramaState::is_done);
         assert_eq!(lit(&library), [true, true, false, false, false]);
-        // More than fit are used at once.
+        // More are in use at once than fit.
         until(&mut library, &files[2..], PanoramaState::is_done);
         assert_eq!(lit(&library), [false, false, true, true, true]);
-        // A file that is gone for a while stays in the list, and is read again by a click.
+        // A file that is missing for a while stays in the list; a click reads it again.
         let file = folder.path().join("0.exr");
         std::fs::rename(&file, folder.path().join("away")).unwrap();
         test_support::wait_for(|| {
@@ -382,7 +381,7 @@ mod tests {
         std::fs::rename(folder.path().join("away"), &file).unwrap();
         library.read_again(0);
         until(&mut library, &files[..1], PanoramaState::is_done);
-        // One that could never be read is said once.
+        // A file that could never be read is reported once.
         let gone = Origin::File(folder.path().join("gone.exr"));
         library.follow(&Arc::new(vec![listed(&gone)]));
         let said = test_support::wait_for(|| library.receive().pop());

@@ -1,4 +1,4 @@
-//! The list of environments: what is in it, where it comes from, and which way is front.
+//! The environment list: its entries, their origin, and their front direction.
 
 use light::built_in;
 use light::conventions::Front;
@@ -6,12 +6,12 @@ use project::{NamedEnvironment, Project};
 use std::path::Path;
 use worker::Origin;
 
-/// An environment of the list.
+/// An entry of the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedEnvironment {
     pub name: String,
     pub origin: Origin,
-    /// Front in its file; None until the person says so.
+    /// Front direction in the file; None until set by hand.
     pub front: Option<Front>,
     pub owner: Owner,
 }
@@ -21,12 +21,12 @@ pub struct ListedEnvironment {
 pub enum Owner {
     Shoot,
     Program,
-    /// Added by a person, and saved in the project.
+    /// Added by hand and saved in the project.
     Person,
 }
 
 impl Owner {
-    /// Words for the origin in the window.
+    /// Name of the origin in the window.
     pub fn says(self) -> &'static str {
         match self {
             Self::Shoot => "from the shoot",
@@ -37,24 +37,24 @@ impl Owner {
 }
 
 impl ListedEnvironment {
-    /// True if another one in the list has the same name, ignoring case.
+    /// True if another entry has the same name, ignoring case.
     pub fn is_ambiguous(&self, list: &[Self]) -> bool {
         let name = self.name.to_lowercase();
         let same = list.iter().filter(|one| one.name.to_lowercase() == name);
         same.count() > 1
     }
 
-    /// True if the person still has to name the front in an added file.
+    /// True if the front direction of an added file still has to be set.
     pub fn asks(&self) -> bool {
         self.owner == Owner::Person && self.front.is_none()
     }
 
-    /// Front of the file: as the person said, or else Afterlight's convention.
+    /// Front direction: set by hand, or Afterlight's convention.
     pub fn front(&self) -> Front {
         self.front.unwrap_or_default()
     }
 
-    /// Its file; None if it is built in.
+    /// The file; None for a built-in environment.
     pub fn file(&self) -> Option<&Path> {
         match &self.origin {
             Origin::File(file) => Some(file),
@@ -63,7 +63,7 @@ impl ListedEnvironment {
     }
 }
 
-/// The list of a project that was just opened: the shoot's environments, the built-in ones, and the added ones.
+/// The list of a newly opened project: from the shoot, built in, and added.
 pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     let (added, shoots): (Vec<_>, Vec<_>) =
         project.environments().into_iter().partition(|e| e.added);
@@ -86,7 +86,7 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     shoots.chain(built_in).chain(added).collect()
 }
 
-/// Part of a list that is saved in the project.
+/// The part of a list that is saved in the project.
 pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
         Some(NamedEnvironment {
@@ -98,8 +98,8 @@ pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     files.collect()
 }
 
-/// A list that was saved, in a project whose list is `now`: its added files and what it said of fronts, among what the project
-/// brings.
+/// A saved list in a project with the list `now`: entries of the project with the saved front directions, then the
+/// saved added files.
 pub fn restored(now: &[ListedEnvironment], saved: &[NamedEnvironment]) -> Vec<ListedEnvironment> {
     let known = |file: &Path| saved.iter().find(|one| one.file == file);
     let brought = now.iter().filter(|one| one.owner != Owner::Person);

@@ -15,10 +15,10 @@ use scene::{Background, Effects, Inspection, Pass, Setting};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Extensions that a name may end in: the format's takes their place.
+/// Extensions that are replaced by that of the format.
 const ENDINGS: [&str; 8] = [".png", ".tif", ".tiff", ".exr", ".mp4", ".mov", ".mkv", ".mxf"];
 
-/// The chosen options.
+/// The current options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportOptions {
     pub format: Format,
@@ -26,52 +26,52 @@ pub struct ExportOptions {
     pub at: PictureSize,
     /// Pixels of the longer side; None to leave them as they are.
     pub size: Option<usize>,
-    /// Background behind the subject; None for that of the picture.
+    /// Background behind the subject; None for the picture's background.
     pub background: Option<Background>,
     /// Colour space of the files; None for sRGB, or linear Rec. 709 in an EXR.
     pub space: Option<OutputSpace>,
-    /// A `.cube` table that is baked into codes: relative to the project's folder, or absolute; "" for none.
+    /// A `.cube` table baked into the codes: relative to the project's folder, or absolute; "" for none.
     pub table: String,
-    /// View of an OpenColorIO configuration for the light, in place of tone curve, colour space and table; nothing if none
-    /// is asked. It is no part of the viewing settings.
+    /// OpenColorIO view or colour space that replaces tone curve, colour space and table; empty for none. Independent
+    /// of the viewing settings.
     pub ocio: ColorChoice,
-    /// Show the picture through the table as well.
+    /// True to show the picture through the table as well.
     pub show_table: bool,
     /// Pixel format of an EXR.
     pub exr: ExrSettings,
-    /// Alpha of a movie that keeps one.
+    /// Alpha of a movie, if its codec keeps it.
     pub movie_alpha: MovieAlpha,
-    /// Write the interview's sound into a movie, if it has some.
+    /// True to write the interview's sound into a movie, if there is any.
     pub sound: bool,
-    /// Add the subject under each lamp as layers, if the format can hold them.
+    /// True to add the subject under each lamp as layers, if the format can hold them.
     pub layers: bool,
-    /// Programs that the export is handed over to, as far as they can open it.
+    /// Programs to write hand-over files for, if they can open the export.
     pub hand_over: Vec<HandOver>,
     /// Name of the files without frame number and extension: relative to the project's folder, or absolute.
     pub name: String,
     /// Replace existing files. If off, they are kept and a number is appended to the name.
     pub replace: bool,
-    /// Keep stills of a stopped export that are made of the same, and replace the others.
+    /// True to keep finished stills of a stopped export with the same settings, and replace the others.
     pub resume: bool,
 }
 
 impl ExportOptions {
-    /// The pictures of a project as they are shown.
+    /// Options for the pictures of a project as shown.
     pub fn of(project: &Project) -> Self {
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
         let name: String = project.settings.name.chars().map(plain).collect();
         Self { name: format!("exports/{name}"), ..Self::default() }
     }
 
-    /// The table that is baked into codes; None if there is none, for an EXR, which has no codes, and where a configuration
-    /// makes them.
+    /// The table baked into the codes. None if not set, for an EXR, which has no codes, and if an OpenColorIO
+    /// configuration makes the codes.
     fn table(&self, root: &Path) -> Option<PathBuf> {
         let name = self.table.trim();
         let has_codes = self.format != Format::Exr && !self.ocio.is_asked();
         (!name.is_empty() && has_codes).then(|| root.join(name))
     }
 
-    /// Sentence on the content of files whose colours a configuration decides; None if none does.
+    /// Sentence about the contents of files with OpenColorIO colours; None without them.
     pub fn ocio_sentence(&self) -> Option<String> {
         let ColorChoice { display, view, look, space, .. } = &self.ocio;
         Some(match (space, view) {
@@ -85,8 +85,8 @@ impl ExportOptions {
                 let display = display.as_deref().unwrap_or("its first display");
                 let look = look.as_ref().map(|look| format!(", with the look {look}"));
                 format!(
-                    "Writes the view {view} for {display}{}, in place of the tone curve. What you look through above the \
-                     picture changes nothing of it.",
+                    "Writes the view {view} for {display}{}, in place of the tone curve. The viewing settings above the \
+                     picture do not affect it.",
                     look.unwrap_or_default()
                 )
             }
@@ -94,7 +94,8 @@ impl ExportOptions {
         })
     }
 
-    /// True if grain is asked for where a configuration makes the codes, which [`RelightSettings::check`] refuses.
+    /// True if grain is set while an OpenColorIO configuration makes the codes. [`RelightSettings::check`] refuses
+    /// that.
     fn has_foreign_grain(&self, look: &LookSettings) -> bool {
         let mut effects = look.effects;
         let grain = Setting::Effect(Pass::Grain);
@@ -104,12 +105,12 @@ impl ExportOptions {
         self.ocio.is_asked() && effects.asks(Pass::Grain)
     }
 
-    /// The table that the window shows pictures through; None if it shows them as they are.
+    /// The table of the viewing transform; None without one.
     pub fn shown_table(&self, root: &Path) -> Option<PathBuf> {
         self.table(root).filter(|_| self.show_table)
     }
 
-    /// Reason a program could not open such an export; None if it can.
+    /// Reason that a program could not open such an export; None if it can.
     pub fn hand_over_obstacle(&self, program: HandOver) -> Option<&'static str> {
         if !program.needs_layers() {
             return None;
@@ -131,7 +132,7 @@ impl ExportOptions {
         }
     }
 
-    /// True if files keep their names, whatever is there.
+    /// True if files keep their names, even if some exist.
     pub fn replaces(&self) -> bool {
         self.replace || (self.resume && !self.format.is_movie())
     }
@@ -148,18 +149,18 @@ impl ExportOptions {
 
     /// The destination, as [`export::Destination::parse`] reads it.
     pub fn to(&self, root: &Path) -> String {
-        // There a percent sign begins the frame number.
+        // A percent sign would begin the frame number.
         let path = root.join(self.stem()).display().to_string();
         path.replace('%', "%%") + self.format.ending()
     }
 
-    /// Takes a chosen file as the name.
+    /// Uses a chosen file as the name.
     pub fn choose(&mut self, file: &Path, root: &Path) {
         let name = file.strip_prefix(root).unwrap_or(file);
         self.name = name.display().to_string();
     }
 
-    /// Reason this look cannot be exported now, and the remedy; None if it can.
+    /// Reason that this look cannot be exported now, with the remedy; None if it can.
     pub fn obstacle(
         &self,
         phase: &Phase,
@@ -177,7 +178,7 @@ impl ExportOptions {
             (_, Some(PanoramaState::Failed(_))) => {
                 Some("This environment cannot be read. Choose another")
             }
-            // Its light may have been dropped for the memory, and is read again.
+            // The light may have been dropped from memory, and is being read again.
             (_, Some(panorama)) if !panorama.has_light() => {
                 Some("The environment is still being read")
             }
@@ -189,7 +190,7 @@ impl ExportOptions {
         }
     }
 
-    /// Everything that the export needs, under the lamps `solo` alone if there are any: later changes of the look do not
+    /// Everything that the export needs, under the lamps `solo` only if there are any. Later changes of the look do not
     /// affect it.
     pub fn settings(
         &self,
@@ -212,7 +213,7 @@ impl ExportOptions {
             lighting: look.lighting.clone(),
             animation: look.animation.clone(),
             effects: Effects {
-                // Channels are only for viewing.
+                // Channels are for viewing only.
                 inspection: Inspection::Picture,
                 ..look.effects
             },

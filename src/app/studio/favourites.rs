@@ -1,10 +1,10 @@
-//! The environments that a person likes, in whatever project.
+//! Favourite environments of a person, for all projects.
 
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use worker::Origin;
 
-/// Favourites at most: the oldest go.
+/// Most favourites. The oldest are dropped.
 const MOST: usize = 1000;
 
 /// The favourites, the oldest first.
@@ -16,12 +16,12 @@ pub struct Favourites(Vec<Favourite>);
 #[serde(rename_all = "snake_case")]
 enum Favourite {
     File(PathBuf),
-    /// The name of a built-in one.
+    /// Name of a built-in environment.
     BuiltIn(String),
 }
 
 impl Favourite {
-    /// None for a path that is no text: it would keep all settings from being saved.
+    /// None for a path that is not UTF-8, which would make the settings file invalid.
     fn of(origin: &Origin) -> Option<Self> {
         match origin {
             Origin::File(file) => Some(Self::File(file.to_str()?.into())),
@@ -31,12 +31,12 @@ impl Favourite {
 }
 
 impl Favourites {
-    /// True if an environment is one of them.
+    /// True if an environment is a favourite.
     pub fn has(&self, origin: &Origin) -> bool {
         Favourite::of(origin).is_some_and(|one| self.0.contains(&one))
     }
 
-    /// Makes an environment one of them, or no longer.
+    /// Adds an environment to the favourites or removes it.
     pub fn toggle(&mut self, origin: &Origin) {
         let Some(one) = Favourite::of(origin) else {
             return;

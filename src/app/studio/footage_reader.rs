@@ -1,4 +1,4 @@
-//! Reads the pictures of interview and exemplars as they were filmed, when the pane shows them.
+//! Reader of interview and exemplar pictures as filmed. It reads while the pane is visible.
 
 use super::layout::Pane;
 use base::error::Result;
@@ -13,16 +13,16 @@ use worker::{Lookup, SrgbPicture};
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const PICTURE_PX: usize = 2560;
 const THUMBNAIL_PX: usize = 128;
-/// Number of a pane's thumbnails that stay in memory.
+/// Number of a pane's thumbnails kept in memory.
 const MOST_THUMBNAILS: usize = 128;
-/// The matte's colour over a picture.
+/// Colour of the matte over a picture.
 const RED: [f32; 3] = [0.9, 0.1, 0.1];
 
 /// Content of the footage pane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FootageView {
     pub matte: MatteView,
-    /// Show the exemplar instead of the interview.
+    /// True for the exemplar, false for the interview.
     pub exemplars: bool,
 }
 
@@ -37,7 +37,7 @@ pub enum MatteView {
     Alone,
 }
 
-/// A picture of the shoot that is shown small.
+/// A thumbnail of a picture of the shoot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Thumbnail {
     /// A frame of the interview.
@@ -47,7 +47,7 @@ pub enum Thumbnail {
 }
 
 impl Thumbnail {
-    /// Its picture; None if the shoot has none.
+    /// File of the picture; None if the shoot has none.
     fn picture(self, project: &Project) -> Option<Picture> {
         let shoot = &project.settings.shoot;
         match self {
@@ -88,33 +88,33 @@ pub struct FootageReader {
     thumbnails: BTreeMap<Thumbnail, Option<TextureHandle>>,
     /// The thumbnails that each pane has room for.
     wanted: HashMap<Pane, Vec<Thumbnail>>,
-    /// The thumbnail that is being read.
+    /// The thumbnail being read.
     reading: Option<Thumbnail>,
     small: Option<Lookup<(Thumbnail, Picture), SrgbPicture>>,
 }
 
 impl FootageReader {
-    /// The current picture, or why it cannot be shown; None until the first is read.
+    /// The current picture, or the reason for its absence; None until the first is read.
     pub fn picture(&self) -> Option<&std::result::Result<FootagePicture, String>> {
         self.picture.as_ref()
     }
 
-    /// A thumbnail, once it is read.
+    /// A thumbnail, once read.
     pub fn thumbnail(&self, of: Thumbnail) -> Option<&TextureHandle> {
         self.thumbnails.get(&of)?.as_ref()
     }
 
-    /// The thumbnails that a pane has asked for.
+    /// The thumbnails requested by a pane.
     pub fn wanted(&self, pane: Pane) -> &[Thumbnail] {
         self.wanted.get(&pane).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Reads the shown picture again: a job may have made its matte.
+    /// Rereads the visible picture, since a job may have made its matte.
     pub fn invalidate(&mut self) {
         self.asked = None;
     }
 
-    /// Asks for these thumbnails, in place of those that the pane asked for before.
+    /// Replaces the thumbnails requested by a pane.
     pub fn want(&mut self, pane: Pane, mut all: Vec<Thumbnail>) {
         all.truncate(MOST_THUMBNAILS);
         self.wanted.insert(pane, all);
@@ -122,7 +122,7 @@ impl FootageReader {
         self.thumbnails.retain(|one, _| wanted.values().any(|all| all.contains(one)));
     }
 
-    /// Takes in what was read. Called in every frame of the window.
+    /// Takes in what was read. Call once per frame of the window.
     pub fn receive(&mut self, ctx: &Context) {
         if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
             self.picture = Some(match read {
@@ -135,14 +135,14 @@ impl FootageReader {
         for ((one, _), read) in self.small.iter().flat_map(Lookup::answers) {
             self.reading = None;
             if self.wanted.values().any(|all| all.contains(&one)) {
-                // An unreadable one stays dark: the large picture says why.
+                // An unreadable thumbnail stays dark; the large picture shows the reason.
                 let small = read.ok().map(|codes| texture(ctx, "thumbnail", &codes));
                 self.thumbnails.insert(one, small);
             }
         }
     }
 
-    /// Reads what the pane shows, if that changed. Called while the pane is visible.
+    /// Reads the pane's picture if its request changed. Call while the pane is visible.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -179,7 +179,7 @@ impl FootageReader {
         }
     }
 
-    /// Reads a thumbnail that a pane of those `shown` wants, unless one is being read.
+    /// Reads one thumbnail requested by one of the panes `shown`, unless one is being read.
     pub fn ask_thumbnails(
         &mut self,
         project: &Project,
@@ -202,7 +202,7 @@ impl FootageReader {
 }
 
 impl FootagePicture {
-    /// The file that is shown.
+    /// The file to show.
     pub fn file(&self) -> &Path {
         match self.request.view {
             MatteView::Alone => self.request.matte.file(),
@@ -246,12 +246,12 @@ pub fn thumbnail(picture: &Picture, longer_px: usize) -> Result<SrgbPicture> {
     Ok(codes(&picture, reduced(picture.size(), longer_px)))
 }
 
-/// For viewing, averages of encoded values are close enough.
+/// Averages of encoded values are close enough for viewing.
 fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
     SrgbPicture::of(&Encoded(resize_area(picture, width, height)))
 }
 
-/// The size at which the longer side has at most `most` pixels.
+/// The size scaled so that the longer side is at most `most` pixels.
 pub fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
     let longer = width.max(height);
     let scaled = |length: usize| (length * most / longer).max(1);

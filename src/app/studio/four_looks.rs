@@ -1,4 +1,4 @@
-//! Four looks side by side: which they are, and the pictures that they ask for.
+//! Four looks side by side: their slots and the pictures that these need.
 
 use super::environment_library::{EnvironmentEntry, light_of};
 use super::look::LookSettings;
@@ -6,19 +6,19 @@ use super::state::State;
 use super::stored_looks::{LookId, StoredLooks};
 use worker::{LookView, Origin};
 
-/// Content of one of the four places.
+/// Content of one of the four slots.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum FourSlot {
     #[default]
     Empty,
-    /// The present look.
+    /// The current look.
     Present,
-    /// A version of a stored look, by its number; None for the newest.
+    /// A version of a stored look, by number; None for the newest.
     Stored(LookId, Option<u32>),
 }
 
 impl FourSlot {
-    /// The environment of what stands here.
+    /// The environment of the slot's look.
     pub fn environment(&self, state: &State, stored: &StoredLooks) -> Option<Origin> {
         let origin = |look: &LookSettings| {
             let listed = look.environments.get(look.environment)?;
@@ -34,7 +34,7 @@ impl FourSlot {
         }
     }
 
-    /// A look has another name.
+    /// Follows the renaming of a look.
     pub fn rename(&mut self, from: &LookId, to: &LookId) {
         if let Self::Stored(id, _) = self
             && id == from
@@ -43,7 +43,7 @@ impl FourSlot {
         }
     }
 
-    /// Name of the look that stands here, in words.
+    /// Name of the slot's look, in words.
     pub fn name(&self) -> String {
         match self {
             Self::Empty => "nothing".to_owned(),
@@ -54,19 +54,19 @@ impl FourSlot {
     }
 }
 
-/// The four places, from the upper left: A, B, C and D.
+/// The four slots, from the upper left: A, B, C and D.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FourLooks {
-    /// They stand in place of the picture.
+    /// True if they replace the picture.
     pub on: bool,
     pub slots: [FourSlot; 4],
 }
 
 impl FourLooks {
-    /// Names of the places.
+    /// Names of the slots.
     pub const LETTERS: [&'static str; 4] = ["A", "B", "C", "D"];
 
-    /// Fills the places where nothing was chosen yet: the present look, then stored ones.
+    /// Fills the empty slots: the current look, then stored looks.
     pub fn fill(&mut self, stored: impl Iterator<Item = LookId>) {
         let is_empty = |slot: &FourSlot| *slot == FourSlot::Empty;
         if self.slots.iter().all(is_empty) {
@@ -78,32 +78,32 @@ impl FourLooks {
         }
     }
 
-    /// The environments of what is shown.
+    /// The environments of the visible looks.
     pub fn environments(&self, state: &State, stored: &StoredLooks) -> Vec<Origin> {
         let shown = self.slots.iter().filter(|_| self.on);
         shown.filter_map(|slot| slot.environment(state, stored)).collect()
     }
 
-    /// A look has another name.
+    /// Follows the renaming of a look.
     pub fn rename(&mut self, from: &LookId, to: &LookId) {
         self.slots.iter_mut().for_each(|slot| slot.rename(from, to));
     }
 }
 
-/// Picture that a place asks for.
+/// Picture for a slot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FourPicture {
-    /// Nothing was chosen.
+    /// Empty slot.
     Empty,
-    /// Its environment is still being read.
+    /// The environment is still being read.
     Waiting,
-    /// Reason there is no picture.
+    /// Reason for the absence of a picture.
     Missing(String),
     View(LookView),
 }
 
 impl FourPicture {
-    /// Picture that a place asks for, given the looks that are stored.
+    /// Picture for a slot, given the stored looks.
     pub fn of(
         slot: &FourSlot,
         state: &State,
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(four.slots, filled);
         four.slots[0] = FourSlot::Empty;
         four.fill(["other"].map(id).into_iter());
-        assert_eq!(four.slots[0], FourSlot::Empty, "what was chosen stays");
+        assert_eq!(four.slots[0], FourSlot::Empty, "chosen slots stay");
         four.rename(&id("warm"), &id("noon"));
         assert_eq!(four.slots[1], stored("noon"));
     }

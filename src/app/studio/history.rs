@@ -1,9 +1,9 @@
-//! The steps of undo and redo.
+//! Undo and redo steps.
 
 use super::look::LookSettings;
 use std::mem::replace;
 
-/// The looks before the present one, and those that were undone; in each, the nearest is last.
+/// Looks before the current one, and looks that were undone. The nearest is last in each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct History {
     pub undo: Vec<LookSettings>,
@@ -11,13 +11,13 @@ pub struct History {
 }
 
 impl History {
-    /// Adds a step: `before` was changed. What was undone cannot be redone any more.
+    /// Adds the step from `before`. Clears the redo steps.
     pub fn push(&mut self, before: LookSettings) {
         self.undo.push(before);
         self.redo.clear();
     }
 
-    /// Goes a step back or forth from the present look. Returns whether there was one.
+    /// Goes one step back or forward from the current look. Returns true if there was a step.
     pub fn travel(&mut self, back: bool, look: &mut LookSettings) -> bool {
         let (from, to) = match back {
             true => (&mut self.undo, &mut self.redo),

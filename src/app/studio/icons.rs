@@ -1,4 +1,4 @@
-//! The icons: one font, Phosphor's regular, of which the window uses those that are named here.
+//! Icons: a subset of the Phosphor regular font, named here.
 
 use egui::{
     Button, FontData, FontDefinitions, FontFamily, Response, RichText, Role, Ui, WidgetInfo, vec2,
@@ -44,10 +44,10 @@ pub const TRAIN: &str = "\u{E62C}";
 pub const UNDO: &str = "\u{E08A}";
 pub const WARNING: &str = "\u{E4E0}";
 
-/// Size in points of an icon that stands alone.
+/// Size in points of a stand-alone icon.
 const SIZE: f32 = 16.0;
 
-/// Adds the font to the text's. It comes second: its small letters are blank.
+/// Adds the icon font after the text font: its small letters are blank.
 pub fn add_to(fonts: &mut FontDefinitions) {
     let font = FontData::from_static(include_bytes!("../../../assets/phosphor/Phosphor.ttf"));
     fonts.font_data.insert("icons".to_owned(), Arc::new(font));
@@ -55,19 +55,19 @@ pub fn add_to(fonts: &mut FontDefinitions) {
     text.insert(text.len().min(1), "icons".to_owned());
 }
 
-/// A button that shows an icon alone.
+/// A button with an icon only.
 pub fn alone(icon: &str) -> Button<'_> {
     Button::new(RichText::new(icon).size(SIZE)).min_size(vec2(28.0, 24.0))
 }
 
-/// Adds a button with this accessible name, whatever it shows.
+/// Adds a button with this accessible name, independent of its contents.
 pub fn named_ui(ui: &mut Ui, enabled: bool, button: Button, name: &str) -> Response {
     let response = ui.add_enabled(enabled, button);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, name));
     response
 }
 
-/// Adds a button that shows an icon before its words, by which it is called.
+/// Adds a button with an icon before its words. The words are its accessible name.
 pub fn worded_ui(ui: &mut Ui, icon: &str, words: &str) -> Response {
     named_ui(ui, true, Button::new((icon, words)), words)
 }
@@ -123,13 +123,13 @@ mod tests {
                     TRAIN,
                     UNDO,
                     WARNING,
-                    // egui's colour picker copies by this one: here it is the same as COPY.
+                    // Used by egui's colour picker for copying; here the same as COPY.
                     "\u{1F4CB}",
                 ] {
                     assert!(fonts.has_glyphs(&body, icon), "{icon:?}");
                     assert!(fonts.glyph_width(&body, icon.chars().next().unwrap()) > 8.0);
                 }
-                // The letters of the icons' font have no width.
+                // Letters have no width in the icon font.
                 assert!(fonts.glyph_width(&body, 'm') > 4.0);
             });
             ran = true;

@@ -1,20 +1,20 @@
-//! The keys that are selected on the timeline, and what is done to them: each act gives the lanes as they are afterwards.
+//! Selected keys of the timeline, and operations on them. Each operation returns the changed lanes.
 
 use light::Lighting;
 use light::keyframes::{Interpolation, Key, Keyframes};
 use scene::{Animation, Setting};
 
-/// Settings with the keys that they are to have.
+/// Settings with their new keys.
 pub type Lanes = Vec<(Setting, Keyframes)>;
 
-/// Keys that are selected, by their settings and frames.
+/// Selected keys, by setting and frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KeySelection {
     keys: Vec<(Setting, f64)>,
 }
 
 impl KeySelection {
-    /// One key alone.
+    /// A single key.
     pub fn one(setting: Setting, frame: f64) -> Self {
         Self { keys: vec![(setting, frame)] }
     }
@@ -49,7 +49,7 @@ impl KeySelection {
         }
     }
 
-    /// Adds a key, or takes it out.
+    /// Adds a key, or removes it.
     pub fn toggle(&mut self, setting: Setting, frame: f64) {
         match self.keys.iter().position(|key| *key == (setting, frame)) {
             Some(place) => drop(self.keys.remove(place)),
@@ -57,7 +57,7 @@ impl KeySelection {
         }
     }
 
-    /// Forgets keys that are no longer there.
+    /// Drops keys that no longer exist.
     pub fn keep(&mut self, animation: &Animation) {
         self.keys.retain(|(setting, frame)| {
             let keys = animation.of(*setting);
@@ -65,13 +65,13 @@ impl KeySelection {
         });
     }
 
-    /// Those of one setting alone.
+    /// The selected keys of one setting.
     pub fn within(&self, setting: Setting) -> Self {
         let own = self.keys.iter().filter(|(of, _)| *of == setting);
         Self { keys: own.copied().collect() }
     }
 
-    /// The lanes with selected keys after `change`, which is given each lane and the frames that are selected in it.
+    /// The lanes with selected keys after `change`, which gets each lane and its selected frames.
     fn changed(
         &self,
         animation: &Animation,
@@ -90,8 +90,8 @@ impl KeySelection {
         lanes
     }
 
-    /// All moved by so many frames, as far as they stay between the first frame and `last`, and raised by `value`, within the
-    /// range of their settings. A key that is not selected gives way to one that is moved there.
+    /// Moves all keys by `frames`, within the first frame and `last`, and raises their values by `value`, within the
+    /// range of their settings. A moved key replaces an unselected key at its new frame.
     pub fn moved(
         &self,
         animation: &Animation,
@@ -107,7 +107,7 @@ impl KeySelection {
         let lanes = self.changed(animation, |setting, keys, selected| {
             let taken = take(keys, selected);
             for key in taken {
-                // Within the bounds of any key.
+                // The frame is within the bounds of a key.
                 let _ = keys.put(Key {
                     frame: key.frame + frames,
                     value: match value {
@@ -124,12 +124,12 @@ impl KeySelection {
         (lanes, moved)
     }
 
-    /// All removed.
+    /// Removes all selected keys.
     pub fn removed(&self, animation: &Animation) -> Lanes {
         self.changed(animation, |_, keys, selected| drop(take(keys, selected)))
     }
 
-    /// All going on like this to their next keys.
+    /// Sets the interpolation from the selected keys to the next ones.
     pub fn interpolated(&self, animation: &Animation, kind: Interpolation) -> Lanes {
         self.changed(animation, |_, keys, selected| {
             for index in
@@ -140,19 +140,19 @@ impl KeySelection {
         })
     }
 
-    /// All with automatic tangents.
+    /// Resets the tangents to automatic.
     pub fn with_automatic_tangents(&self, animation: &Animation) -> Lanes {
         self.changed(animation, |_, keys, selected| {
             for index in
                 selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>()
             {
-                // There is such a key.
+                // The key exists.
                 let _ = keys.set_slopes(index, [None, None]);
             }
         })
     }
 
-    /// True if one or more have a tangent that was set by hand.
+    /// True if at least one selected key has a tangent that was set by hand.
     pub fn has_own_tangents(&self, animation: &Animation) -> bool {
         self.changed(animation, |_, _, _| {})
             .iter()
@@ -161,7 +161,7 @@ impl KeySelection {
             .any(|(_, key)| key.slope_in.is_some() || key.slope_out.is_some())
     }
 
-    /// Interpolation after them, if all have the same.
+    /// The common interpolation of the selected keys; None if they differ.
     pub fn kind(&self, animation: &Animation) -> Option<Interpolation> {
         let mut kinds = self.keys.iter().filter_map(|(setting, frame)| {
             let keys = animation.of(*setting)?;
@@ -171,7 +171,7 @@ impl KeySelection {
         kinds.all(|kind| kind == first).then_some(first)
     }
 
-    /// A copy as text, whose first key is at frame 0: what `relight --keys` reads.
+    /// A copy as text with the first key at frame 0, in the format of `relight --keys`.
     pub fn copied(&self, animation: &Animation) -> String {
         let frames = self.keys.iter().map(|(_, frame)| *frame);
         let first = frames.fold(f64::INFINITY, f64::min);
@@ -186,7 +186,7 @@ impl KeySelection {
                         interpolation: Some(keys.kind(index)),
                         ..*key
                     };
-                    // Within the bounds of any key.
+                    // The frame is within the bounds of a key.
                     let _ = own.put(key);
                 }
             }
@@ -196,24 +196,24 @@ impl KeySelection {
     }
 }
 
-/// Takes the keys at these frames out.
+/// Removes the keys at these frames and returns them.
 fn take(keys: &mut Keyframes, frames: &[f64]) -> Vec<Key> {
     let take = |frame: &f64| keys.remove(keys.index_at(*frame)?);
     frames.iter().filter_map(take).collect()
 }
 
-/// Target of copied keys.
+/// Target of a paste.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Onto {
-    /// Keys of one lane go to this one, if it has the same unit, and keys of one light to its light; all others go to their own
-    /// settings.
+    /// Keys of a single lane go to this lane, if it has the same unit. Keys of a single light go to this lane's light.
+    /// All others go to their own settings.
     Lane(Option<Setting>),
-    /// Keys of one light go to this one.
+    /// Keys of a single light go to this light.
     Light(u32),
 }
 
 impl Onto {
-    /// The light that keys of one light go to.
+    /// The light that keys of a single light go to.
     fn light(self) -> Option<u32> {
         match self {
             Self::Lane(Some(Setting::Light(id, _))) | Self::Light(id) => Some(id),
@@ -221,7 +221,7 @@ impl Onto {
         }
     }
 
-    /// Target of a setting's keys, which are all of a copy or not, and of a copy of one light or not.
+    /// Target of a setting's keys. `is_one`: the copy has a single lane; `is_light`: its keys belong to a single light.
     fn of(self, of: Setting, (is_one, is_light): (bool, bool)) -> Setting {
         match (self, of) {
             (Self::Lane(Some(lane)), _) if is_one && lane.unit() == of.unit() => lane,
@@ -233,10 +233,11 @@ impl Onto {
     }
 }
 
-/// The keys that [`KeySelection::copied`] gave, with the first at `frame`: the lanes with these keys, and the keys.
+/// Pastes keys from [`KeySelection::copied`], the first at `frame`. Returns the changed lanes and the pasted keys.
 ///
 /// # Errors
-/// A sentence when the text holds no keys, none of settings that are there, or others than those of one light for a light.
+/// A sentence if the text holds no keys, no keys of existing settings, or, for a light, other keys than those of a
+/// single light.
 pub fn pasted(
     text: &str,
     frame: usize,
@@ -255,7 +256,7 @@ pub fn pasted(
     let first = copy.lanes().next().and_then(light);
     let is_light = first.is_some() && copy.lanes().all(|lane| light(lane) == first);
     if !is_light && matches!(onto, Onto::Light(_)) {
-        return Err("Only the keys of one light can go onto another light".to_owned());
+        return Err("Only keys of one light can be pasted onto another light".to_owned());
     }
     let (mut lanes, mut selection) = (Lanes::new(), KeySelection::default());
     for (of, copied) in copy.lanes() {
@@ -278,7 +279,7 @@ pub fn pasted(
         lanes.push((setting, keys));
     }
     match selection.is_empty() {
-        true => Err("The copied keys belong to lights that are not here".to_owned()),
+        true => Err("The copied keys belong to lights that are not in this look".to_owned()),
         false => Ok((lanes, selection)),
     }
 }
@@ -327,13 +328,13 @@ mod tests {
         assert_eq!(frames(&lanes, YAW), [0.0, 3.0, 9.0]);
         let (lanes, _) = selected.moved(&animation, 99.0, 0.0, 10);
         assert_eq!(frames(&lanes, YAW), [7.0, 9.0, 10.0]);
-        // One that is not selected gives way, and comes back when the drag goes on.
+        // An unselected key is replaced, and returns when the drag goes on.
         let (lanes, _) = selected.moved(&animation, 4.0, 0.0, 10);
         assert_eq!(frames(&lanes, GLARE), [8.0]);
         assert_eq!(lanes[1].1.keys()[0].value, 0.5);
         let (lanes, _) = selected.moved(&animation, 5.0, 0.0, 10);
         assert_eq!(frames(&lanes, GLARE), [8.0, 9.0]);
-        // Keys beyond the clip do not come nearer by themselves.
+        // Keys beyond the clip do not move into it on their own.
         let beyond = selection(&[(YAW, 9.0)]);
         assert_eq!(beyond.moved(&animation, 3.0, 0.0, 5).1, beyond);
     }
@@ -359,7 +360,7 @@ mod tests {
         assert_eq!(lanes[0].1.kind(0), Interpolation::Smooth);
         let mut held = animation.clone();
         held.set(YAW, lanes[0].1.clone());
-        assert_eq!(selected.kind(&held), None, "not all go on alike");
+        assert_eq!(selected.kind(&held), None, "the interpolations differ");
         let mut own = keys("2:0,5:30");
         own.set_slopes(1, [Some(3.0), None]).unwrap();
         held.set(YAW, own);
@@ -402,13 +403,13 @@ mod tests {
         assert_eq!(lanes[0].1.kind(0), Interpolation::Hold);
         assert_eq!(lanes[0].1.keys()[0].slope_in, Some(2.0));
         assert_eq!(selected.len(), 2);
-        // Degrees are no strengths, and no key is given a value that its setting cannot have.
+        // Degrees are not strengths, and values stay within the range of the setting.
         let (lanes, _) = paste(&copied, Some(GLARE)).unwrap();
         assert_eq!(lanes[0].0, YAW);
         let pitch = Setting::Light(1, LightSetting::Pitch);
         let wide = selection(&[(YAW, 0.0)]).copied(&animation(&[(YAW, "0:700")]));
         assert_eq!(paste(&wide, Some(pitch)).unwrap().0[0].1.keys()[0].value, 90.0);
-        // Of several lanes each goes to its own.
+        // Keys of several lanes go to their own lanes.
         let both = selection(&[(YAW, 5.0), (GLARE, 4.0)]).copied(&source);
         let (lanes, _) = paste(&both, Some(azimuth)).unwrap();
         assert_eq!(
@@ -439,12 +440,12 @@ mod tests {
             assert_eq!(settings(&lanes), of(id), "{onto:?}");
             assert!(selected.contains(of(id)[0], 9.0) && selected.len() == 3);
         }
-        // What is of the picture too stays where it belongs, and is none of a light's.
+        // A mix of picture and light settings goes to its own lanes, and cannot be pasted onto a light.
         let mixed = selection(&[(yaw, 2.0), (GLARE, 0.0)]).copied(&source);
         let (lanes, _) = pasted(&mixed, Onto::Lane(Some(of(2)[1]))).unwrap();
         assert_eq!(settings(&lanes), [GLARE, yaw]);
         assert!(pasted(&mixed, Onto::Light(2)).unwrap_err().contains("one light"));
-        assert!(pasted(&both, Onto::Light(9)).unwrap_err().contains("not here"));
+        assert!(pasted(&both, Onto::Light(9)).unwrap_err().contains("not in this look"));
         assert_eq!(KeySelection::all(&source).len(), 4);
     }
 
@@ -456,7 +457,7 @@ mod tests {
         }
         let lost = "{\"lights.3.yaw\": {\"keys\": [{\"frame\": 0, \"value\": 1}]}}";
         let said = pasted(lost, 0, Onto::Lane(None), nothing).unwrap_err();
-        assert!(said.contains("not here"), "{said}");
+        assert!(said.contains("not in this look"), "{said}");
         assert!(pasted("{}", 0, Onto::Lane(None), nothing).is_err());
         let far = format!("{{\"yaw\": {{\"keys\": [{{\"frame\": {}, \"value\": 1}}]}}}}", 1e9);
         assert!(pasted(&far, 5, Onto::Lane(None), nothing).is_err());

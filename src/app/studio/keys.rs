@@ -1,4 +1,4 @@
-//! The keys: one table, which the window follows and shows.
+//! Keyboard shortcuts: one table that the window follows and displays.
 
 mod bindings;
 mod overlay;
@@ -12,10 +12,10 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 
 const ARROWS: [Key; 4] = [Key::ArrowLeft, Key::ArrowRight, Key::ArrowUp, Key::ArrowDown];
 
-/// Keys besides the arrows that a focused control uses itself.
+/// Keys, besides the arrows, that a focused control uses itself.
 const CONTROL_KEYS: [Key; 4] = [Key::Tab, Key::Space, Key::Home, Key::End];
 
-/// Leaves the arrow keys to a widget while it has the focus. Call it whenever the widget is drawn.
+/// Leaves the arrow keys to a widget while it has the focus. Call whenever the widget is drawn.
 pub fn leave_arrows(ctx: &egui::Context, widget: egui::Id) {
     ctx.data_mut(|data| data.insert_temp(egui::Id::unique("arrow keys"), widget));
 }
@@ -26,8 +26,8 @@ fn are_arrows_left(ctx: &egui::Context) -> bool {
     widget.is_some() && widget == ctx.memory(|memory| memory.focused())
 }
 
-/// The commands of the keys that were pressed since the last frame, with one pane active and another under the pointer. What
-/// covers the window takes all keys but those that lead to the commands `covered`.
+/// Emits the commands of the keys pressed since the last frame, for the active pane and the pane under the pointer. If
+/// something covers the window, only the commands in `covered` are possible.
 pub fn pressed(
     ctx: &egui::Context,
     (pane, hovered): (Pane, Option<Pane>),
@@ -78,12 +78,12 @@ pub fn pressed(
     if out.contains(&Command::Window(WindowCommand::TogglePanels))
         || out.contains(&Command::Window(WindowCommand::FocusPane))
     {
-        // egui uses the same key to move the focus.
+        // egui moves the focus with the same key.
         ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
     }
 }
 
-/// The keys of a pane and of all, and what fits the one under the pointer.
+/// Shortcuts of a pane, those of all panes, and the few that apply to the pane under the pointer.
 fn known(pane: Pane, hovered: Option<Pane>) -> impl Iterator<Item = &'static Binding> {
     let fits = |binding: &Binding| binding.command == SHOW_ALL;
     BINDINGS.iter().filter(move |binding| {
@@ -92,15 +92,15 @@ fn known(pane: Pane, hovered: Option<Pane>) -> impl Iterator<Item = &'static Bin
     })
 }
 
-/// A command that has a key.
+/// A command with a shortcut.
 pub struct Listed {
-    /// Its key; empty if the active pane uses that for something else.
+    /// Its shortcut; empty if the active pane uses that for another command.
     pub key: String,
     pub label: &'static str,
     pub command: Command,
 }
 
-/// The commands that have keys in a pane, the pane's own first.
+/// Commands with shortcuts in a pane, the pane's own first.
 pub fn listed(ctx: &egui::Context, pane: Pane) -> Vec<Listed> {
     let mut all: Vec<Listed> = Vec::new();
     for binding in known(pane, None) {

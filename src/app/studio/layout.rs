@@ -1,4 +1,4 @@
-//! Division of the window: a tree of panes for each workspace. Dragging tabs and borders rearranges it.
+//! Layout of the window: a tree of panes for each workspace. Dragging tabs and borders rearranges it.
 
 use egui_tiles::{Behavior, Container, Linear, LinearDir, Tabs, Tile, TileId, Tiles, Tree};
 use serde::{Deserialize, Serialize};
@@ -8,16 +8,16 @@ use std::collections::HashSet;
 pub const TABS_HEIGHT: f32 = 24.0;
 /// Width of the border between two tiles in points.
 pub const BORDER: f32 = 2.0;
-/// Height in points of timeline and log: the ruler fits, and three lines of the log.
+/// Height in points of timeline and log: enough for the ruler, and for three lines of the log.
 const BELOW: f32 = 112.0;
-/// The same where it is narrow: the log has its buttons above its lines there.
+/// The same where it is narrow: there the log has its buttons above its lines.
 const NARROW: f32 = 184.0;
-/// The same where light is animated: several lanes fit, or a curve.
+/// The same where light is animated: enough for several lanes or a curve.
 const LANES: f32 = 184.0;
 /// Smallest width and height of the main pane in points.
 const LEAST: f32 = 120.0;
 
-/// A place for one panel.
+/// A slot for one panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Pane {
     Project,
@@ -40,12 +40,12 @@ pub enum Pane {
     Looks,
 }
 
-/// An arrangement of the window.
+/// A layout of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Workspace {
-    /// The mirror ball with the lamps in it, and the camera's response.
+    /// The mirror ball with its lamps, and the camera's response.
     Calibrate,
-    /// The network while it learns.
+    /// The network during training.
     Train,
     /// The relit picture and its light.
     #[default]
@@ -57,7 +57,7 @@ pub enum Workspace {
 }
 
 impl Pane {
-    /// All of them, in the order of the menu.
+    /// All workspaces, in the order of the menu.
     pub const ALL: [Self; 18] = [
         Self::Project,
         Self::Footage,
@@ -105,7 +105,7 @@ impl Pane {
 }
 
 impl Workspace {
-    /// All of them, in the order of a production.
+    /// All panes, in the order of a production.
     pub const ALL: [Self; 5] =
         [Self::Calibrate, Self::Train, Self::Relight, Self::Review, Self::Export];
 
@@ -120,7 +120,7 @@ impl Workspace {
         }
     }
 
-    /// The panes that fill the space left by the others; keys go to the first visible one.
+    /// The panes that fill the remaining space. Keys go to the first visible one.
     pub fn main(self) -> &'static [Pane] {
         match self {
             Self::Calibrate => &[Pane::Probe, Pane::Gamma],
@@ -130,7 +130,7 @@ impl Workspace {
         }
     }
 
-    /// The pane that keys go to when the workspace is opened.
+    /// The active pane when the workspace is opened.
     pub fn first(self) -> Pane {
         match self {
             Self::Export => Pane::Export,
@@ -138,7 +138,7 @@ impl Workspace {
         }
     }
 
-    /// Its original arrangement.
+    /// Its original layout.
     fn preset(self) -> Tree<Pane> {
         let mut tiles = Tiles::default();
         let root = match self {
@@ -204,7 +204,7 @@ fn tabs(tiles: &mut Tiles<Pane>, panes: &[Pane]) -> TileId {
     tiles.insert_tab_tile(children)
 }
 
-/// Tiles in a row or a column, with their sizes in points; 0 takes what is left.
+/// Tiles in a row or a column, with their sizes in points; 0 for the remaining space.
 fn divided(tiles: &mut Tiles<Pane>, dir: LinearDir, parts: &[(TileId, f32)]) -> TileId {
     let mut linear = Linear::new(dir, parts.iter().map(|&(tile, _)| tile).collect());
     for &(tile, points) in parts {
@@ -213,7 +213,7 @@ fn divided(tiles: &mut Tiles<Pane>, dir: LinearDir, parts: &[(TileId, f32)]) -> 
     tiles.insert_container(linear)
 }
 
-/// The arrangements of all workspaces.
+/// The layouts of all workspaces.
 #[derive(Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     trees: Vec<(Workspace, Tree<Pane>)>,
@@ -227,7 +227,7 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// The same, with the original arrangement of each workspace that is missing or has lost its main panes.
+    /// The same, with the original layout for each workspace that is missing or has lost its main panes.
     pub fn mended(mut self) -> Self {
         let whole = |workspace: Workspace, tree: &Tree<Pane>| {
             let main = workspace.main();
@@ -248,7 +248,7 @@ impl Layout {
         &mut self.trees[place.unwrap_or_default()].1
     }
 
-    /// Gives a workspace its original arrangement.
+    /// Restores a workspace's original layout.
     pub fn reset(&mut self, workspace: Workspace) {
         *self.tree(workspace) = workspace.preset();
     }
@@ -270,7 +270,7 @@ impl Layout {
         tree.make_active(|_, tile| matches!(tile, Tile::Pane(one) if *one == pane));
     }
 
-    /// Closes a pane, unless it is a main one.
+    /// Closes a pane, unless it is a main pane.
     pub fn close(&mut self, workspace: Workspace, pane: Pane) {
         let tree = self.tree(workspace);
         if let Some(tile) = tree.tiles.find_pane(&pane)
@@ -280,7 +280,7 @@ impl Layout {
         }
     }
 
-    /// Draws a workspace into the rest of `ui`.
+    /// Draws a workspace into the remaining space of `ui`.
     pub fn ui(&mut self, workspace: Workspace, ui: &mut egui::Ui, panes: &mut dyn Behavior<Pane>) {
         let size = ui.available_rect_before_wrap().size();
         let tree = self.tree(workspace);
@@ -293,8 +293,8 @@ impl Layout {
     }
 }
 
-/// Turns the shares of a container into points: the part with a main pane takes what the others leave, so that
-/// panels keep their widths as the window grows.
+/// Converts the shares of a container into points. The part with a main pane takes the remaining space, so that panels
+/// keep their widths as the window grows.
 fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<TileId>) {
     let Some(Tile::Container(container)) = tiles.get(id).cloned() else {
         return;

@@ -1,5 +1,5 @@
-//! The studio: a window with the relit frame, the timeline and the light. Panels emit [`Command`]s,
-//! [`StudioApp`] applies them; pictures come from [`worker`], and the window never waits for it.
+//! The studio: a window with the relit frame, the timeline and the light. Panels emit [`Command`]s, [`StudioApp`]
+//! applies them. Pictures come from [`worker`], and the window never waits for it.
 
 mod accuracy;
 mod app;
@@ -86,14 +86,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use worker::Latest;
 
-/// A window whose GPU is lost sooner than this is not opened again.
+/// Shortest life of a window that is reopened after its GPU is lost.
 const SOON: Duration = Duration::from_secs(20);
 
-/// Opens the window, on a project or on the offer to open one, and returns when it is closed. If the GPU that
-/// draws it is lost, the window opens again on the same project, and says so.
+/// Opens the window, on a project or on the start page, and returns when it is closed. If the GPU that draws it is
+/// lost, the window opens again on the same project and shows a message.
 ///
 /// # Errors
-/// When there is no display, or no graphics adapter that can draw a window.
+/// If there is no display, or no graphics adapter that can draw a window.
 pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
     let handover = ProjectHandover::new(Latest::new(|| {}));
     let mut lost = false;
@@ -108,7 +108,7 @@ pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
     }
 }
 
-/// One window, until it is closed. `lost`: it replaces one whose GPU was lost.
+/// One window, until it is closed. `lost`: it replaces a window whose GPU was lost.
 fn show(
     project: Option<Project>,
     device: DeviceChoice,
@@ -149,7 +149,7 @@ fn show(
     })
 }
 
-/// Icon in the window's bar and in the list of windows.
+/// Icon in the title bar and the list of windows.
 fn icon() -> egui::IconData {
     let png = include_bytes!("../../../assets/icon/128.png");
     eframe::icon_data::from_png_bytes(png).unwrap_or_default()

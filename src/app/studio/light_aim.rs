@@ -1,5 +1,5 @@
-//! Light by the face: which direction a light comes from that falls on a point of the picture, which lamp does, and where the
-//! lights fall that are there. All are found in the background: a field on a GPU takes time.
+//! Light by the face: the direction of a light that falls on a point of the picture, the lamp that does, and the points
+//! on which the existing lights fall. All are computed in the background, since fields on a GPU take time.
 
 use base::error::Result;
 use glam::Vec3;
@@ -14,7 +14,7 @@ use worker::{Lookup, PredictedFrame};
 pub struct AimQuestion {
     pub of: Arc<PredictedFrame>,
     pub rig: Arc<Rig>,
-    /// Column and row; None beside the picture.
+    /// Column and row; None outside the picture.
     pub pixel: Option<[usize; 2]>,
     /// Number of the drag.
     pub drag: u64,
@@ -26,14 +26,14 @@ impl AimQuestion {
     }
 }
 
-/// A frame whose highlights are wanted.
+/// A frame whose highlights are requested.
 #[derive(Clone)]
 struct HighlightQuestion {
     of: Arc<PredictedFrame>,
     rig: Arc<Rig>,
 }
 
-/// Lamp responses of the newest frame that was asked about. They serve a whole drag, and both kinds of questions.
+/// Lamp responses of the newest requested frame, for a whole drag and for both kinds of requests.
 type Known = Arc<Mutex<Option<(Arc<PredictedFrame>, Arc<LampResponses>)>>>;
 
 fn responses(known: &Known, of: &Arc<PredictedFrame>, rig: &Rig) -> Result<Arc<LampResponses>> {
@@ -48,16 +48,16 @@ fn responses(known: &Known, of: &Arc<PredictedFrame>, rig: &Rig) -> Result<Arc<L
     Ok(found)
 }
 
-/// The newest question of each kind, and the threads that answer them.
+/// The newest request of each kind, and the threads that answer them.
 #[derive(Default)]
 pub struct LightAim {
     known: Known,
     lookup: Option<Lookup<AimQuestion, std::result::Result<Vec3, NoAim>>>,
     asked: Option<AimQuestion>,
-    /// Reason the newest question has no answer.
+    /// Reason that the newest request has no answer.
     refusal: Option<NoAim>,
     proposer: Option<Lookup<AimQuestion, std::result::Result<usize, NoAim>>>,
-    /// The point that a lamp is wanted for, and the lamp of the newest that is known.
+    /// The requested point, and the newest known lamp.
     pointed: Option<AimQuestion>,
     proposed: Option<usize>,
     seeker: Option<Lookup<HighlightQuestion, Arc<Highlights>>>,
@@ -66,7 +66,7 @@ pub struct LightAim {
 }
 
 impl LightAim {
-    /// Asks in place of what was asked before.
+    /// Requests the direction for a point, instead of the previous request.
     pub fn ask(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
         if self.asked.as_ref().is_some_and(|asked| asked.is(&question)) {
             return;
@@ -84,7 +84,7 @@ impl LightAim {
         self.asked = Some(question);
     }
 
-    /// Asks which lamp falls on a point.
+    /// Requests the lamp that falls on a point.
     pub fn point(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
         if (self.pointed.as_ref()).is_some_and(|pointed| pointed.is(&question)) {
             return;
@@ -102,12 +102,12 @@ impl LightAim {
         self.pointed = Some(question);
     }
 
-    /// The lamp, by its index in the rig, that falls on the point that was last asked for, or on one shortly before.
+    /// Index in the rig of the lamp that falls on the last requested point, or on a point shortly before it.
     pub fn proposed(&self) -> Option<usize> {
         self.proposed
     }
 
-    /// Asks where lights fall in a frame.
+    /// Requests the points on which lights fall in a frame.
     pub fn seek(
         &mut self,
         of: &Arc<PredictedFrame>,
@@ -127,13 +127,13 @@ impl LightAim {
         self.sought = Some(of.clone());
     }
 
-    /// Positions of the lights in a frame; None until they are found.
+    /// Positions of the lights in a frame; None until found.
     pub fn highlights(&self, of: &Arc<PredictedFrame>) -> Option<&Highlights> {
         let (found, highlights) = self.highlights.as_ref()?;
         Arc::ptr_eq(found, of).then_some(&**highlights)
     }
 
-    /// Directions that were found since the last call, with their questions, and why the newest could not be looked for.
+    /// Directions found since the last call, with their requests, and the error of the newest request, if it failed.
     pub fn receive(&mut self) -> (Vec<(AimQuestion, Vec3)>, Option<String>) {
         let (mut found, mut failure) = (Vec::new(), None);
         for (question, answer) in self.lookup.iter().flat_map(Lookup::answers) {
@@ -162,12 +162,12 @@ impl LightAim {
         (found, failure)
     }
 
-    /// Reason the newest question has no answer.
+    /// Reason that the newest request has no answer.
     pub fn refusal(&self) -> Option<NoAim> {
         self.refusal
     }
 
-    /// Forgets everything: a frame's pictures under each lamp take memory.
+    /// Drops everything, since a frame's pictures under each lamp take memory.
     pub fn clear(&mut self) {
         *self = Self::default();
     }

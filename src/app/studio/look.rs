@@ -1,4 +1,4 @@
-//! The settings that can be undone: the light, the picture, and what is set by hand in calibration and training.
+//! Undoable settings: the light, the picture, and manual settings of calibration and training.
 
 mod copied_light;
 mod environments;
@@ -17,14 +17,14 @@ use light::Lighting;
 use scene::{Animation, Background, EXPOSURE_STOPS, Effects, Setting};
 use std::sync::Arc;
 
-/// The settings that can be undone.
+/// The undoable settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LookSettings {
     /// The list of environments.
     pub environments: Arc<Vec<ListedEnvironment>>,
-    /// Entry of the list.
+    /// Index of the current environment in the list.
     pub environment: usize,
-    /// Keys of settings over the frames of the interview. A setting with keys has their value at the current frame.
+    /// Keys of settings over the interview's frames. A setting with keys has its value at the current frame.
     pub animation: Animation,
     /// From −180 (exclusive) to 180 degrees; with keys, any number of turns.
     pub yaw_deg: f32,
@@ -32,13 +32,13 @@ pub struct LookSettings {
     pub lighting: Lighting,
     pub effects: Effects,
     pub background: Background,
-    /// First and last frame that are played and exported; None for all.
+    /// First and last frame to play and export; None for all.
     pub range: Option<(usize, usize)>,
-    /// The mirror ball's outline if it was set by hand.
+    /// The mirror ball's outline, if set by hand.
     pub circle: Option<Circle>,
-    /// The response that is tried by hand.
+    /// The trial response.
     pub trial: Option<Trial>,
-    /// Training choice, if it was made by hand.
+    /// Training settings, if set by hand.
     pub training: Option<TrainChoice>,
 }
 
@@ -51,14 +51,14 @@ pub fn within_a_turn(degrees: f32) -> f32 {
 }
 
 impl LookSettings {
-    /// Lights the subject by an entry of the list, if there is one.
+    /// Lights the subject with an entry of the list, if it exists.
     pub(super) fn light_by(&mut self, entry: usize) {
         if entry < self.environments.len() {
             self.environment = entry;
         }
     }
 
-    /// Sets the yaw; with keys it may go around any number of times.
+    /// Sets the yaw. With keys, it may make several turns.
     pub(super) fn turn_to(&mut self, degrees: f32) {
         if !degrees.is_finite() {
             return;
@@ -69,21 +69,21 @@ impl LookSettings {
         };
     }
 
-    /// First and last of `frames` frames that are played and exported.
+    /// First and last of `frames` frames to play and export.
     pub fn range_of(&self, frames: usize) -> (usize, usize) {
         let most = frames.saturating_sub(1);
         let (first, last) = self.range.unwrap_or((0, most));
         (first.min(most), last.min(most))
     }
 
-    /// Sets the first and the last of `frames` frames that are played and exported, as far as they are in order.
+    /// Sets the first and last of `frames` frames to play and export, if they are in order.
     pub(super) fn set_range(&mut self, range: Option<(usize, usize)>, frames: usize) {
         let range = range.filter(|(first, last)| first <= last);
         let all = (0, frames.saturating_sub(1));
         self.range = range.filter(|range| *range != all);
     }
 
-    /// Sets the exposure within its range; NaN changes nothing.
+    /// Sets the exposure within its range; NaN is ignored.
     pub(super) fn expose(&mut self, stops: f32) {
         if !stops.is_nan() {
             self.exposure_stops = stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end());
@@ -120,6 +120,6 @@ mod tests {
         look.set_range(Some((0, 7)), 8);
         assert_eq!(look.range, None, "all frames");
         look.set_range(Some((5, 4)), 8);
-        assert_eq!(look.range, None, "none at all");
+        assert_eq!(look.range, None, "no range");
     }
 }

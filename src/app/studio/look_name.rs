@@ -1,24 +1,24 @@
-//! Name of a stored look: one that any disk can hold, because its folder is called so.
+//! Name of a stored look, which is also the name of its folder: valid on every disk.
 
 use base::error::{Error, Result};
 
-/// Characters of a name at most, and bytes: file systems allow 255.
+/// Most characters and most bytes of a name. File systems allow 255.
 const MOST: usize = 60;
 const MOST_BYTES: usize = 200;
-/// Characters that some file system keeps for itself.
+/// Characters reserved by some file system.
 const FORBIDDEN: [char; 9] = ['/', '\\', ':', '*', '?', '"', '<', '>', '|'];
-/// Names of devices on Windows, with any ending.
+/// Reserved device names on Windows, with any extension.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// A name that a folder can have on every system.
+/// A name that is valid for a folder on every system.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LookName(String);
 
 impl LookName {
-    /// Name from the typed text, without blanks around it.
+    /// Parses a typed name; spaces around it are removed.
     ///
     /// # Errors
-    /// When no folder can be called so: what is wrong with it.
+    /// The reason, if the name is not valid for a folder.
     pub fn new(typed: &str) -> Result<Self> {
         let name = typed.trim();
         let refuse = |problem: String| Err(Error::invalid(problem, "Choose another name"));
@@ -34,7 +34,7 @@ impl LookName {
             return refuse(format!("a look's name cannot have {shown} in it"));
         }
         if name.starts_with('.') || name.ends_with('.') {
-            return refuse("a look's name cannot begin or end with a dot".to_owned());
+            return refuse("a look's name cannot start or end with a dot".to_owned());
         }
         let stem = name.split('.').next().unwrap_or(name).trim().to_lowercase();
         let is_port = |kind: &str| {
@@ -42,7 +42,7 @@ impl LookName {
             number.is_some_and(|n| n.len() == 1 && n.bytes().all(|b| b.is_ascii_digit()))
         };
         if DEVICES.contains(&stem.as_str()) || is_port("com") || is_port("lpt") {
-            return refuse(format!("{name} is the name of a device on some systems"));
+            return refuse(format!("{name} is a reserved device name on some systems"));
         }
         Ok(Self(name.to_owned()))
     }
@@ -52,17 +52,18 @@ impl LookName {
         &self.0
     }
 
-    /// True if some disk would take both for one: upper and lower case are the same there.
+    /// True if some disk would treat both as one name: case is ignored.
     pub fn is_like(&self, other: &Self) -> bool {
         self.0.to_lowercase() == other.0.to_lowercase()
     }
 
-    /// This name, or the first of "NAME 2", "NAME 3"… that none of `taken` has. A long name loses its end for the number.
+    /// This name, or the first of "NAME 2", "NAME 3"… that is not in `taken`. A long name is shortened to fit the
+    /// number.
     pub fn free(&self, taken: &[Self]) -> Self {
         let numbered = (2..).map(|number| self.numbered(number));
         let mut all = std::iter::once(self.clone()).chain(numbered);
         let free = all.find(|name| !taken.iter().any(|one| one.is_like(name)));
-        // Numbers do not end.
+        // The numbers are unbounded.
         free.unwrap_or_else(|| self.clone())
     }
 
@@ -140,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_number_fits_behind_the_longest_name() {
-        // The end that goes leaves no blank before the number.
+        // The shortened name has no space before the number.
         let all =
             ["x".repeat(MOST), format!("{} z", "x".repeat(MOST - 2)), "🌙".repeat(MOST_BYTES / 4)];
         for long in all {

@@ -1,7 +1,7 @@
-//! A folder of stored looks: one folder for each, of its name, with `0001.json` and `0001.png` for each version.
+//! A folder of stored looks. Each look has a folder with its name, with `0001.json` and `0001.png` for each version.
 //!
-//! What is removed goes to `.removed`, from where it comes back. The folder may be a stranger's: links are not followed, what
-//! is no look is left alone and named.
+//! Removed looks go to `.removed`, from where they can be restored. The folder may be untrusted: links are not
+//! followed, and other files are left alone and reported.
 
 use super::look_name::LookName;
 use super::stored_look::StoredLook;
@@ -19,10 +19,10 @@ use worker::SrgbPicture;
 
 /// Folder of removed looks.
 const REMOVED: &str = ".removed";
-/// Looks of a shelf, and versions of a look, that are read at most.
+/// Most looks of a shelf, and most versions of a look, that are read.
 const MOST_LOOKS: usize = 500;
 const MOST_VERSIONS: usize = 200;
-/// Longer side of a thumbnail in pixels, and the most bytes and pixels of one that are read.
+/// Longer side of a thumbnail in pixels, and the most bytes and pixels of a thumbnail that are read.
 const THUMBNAIL_PX: usize = 192;
 const MOST_PICTURE_BYTES: u64 = 1 << 20;
 const MOST_PICTURE_PX: usize = 1024;
@@ -39,29 +39,29 @@ pub struct LookVersion {
     /// From 1.
     pub number: u32,
     pub look: Arc<StoredLook>,
-    /// Picture of it when it was stored.
+    /// Picture from the time of storing.
     pub picture: Option<Arc<SrgbPicture>>,
 }
 
-/// A look with its versions, the newest first; there is one at least.
+/// A look with its versions, newest first; at least one.
 #[derive(Clone, Debug)]
 pub struct ShelvedLook {
     pub name: LookName,
     pub versions: Vec<LookVersion>,
 }
 
-/// Content of a shelf.
+/// Contents of a shelf.
 #[derive(Clone, Debug, Default)]
 pub struct ShelfContents {
-    /// In the order of their names.
+    /// Looks in order of their names.
     pub looks: Vec<ShelvedLook>,
-    /// Those that were removed and can be brought back.
+    /// Removed looks that can be restored.
     pub removed: Vec<LookName>,
-    /// A sentence for each file that is no look.
+    /// A sentence for each file that is not a look.
     pub complaints: Vec<String>,
 }
 
-/// Thumbnails that were read before, by file, its time and its length.
+/// Thumbnails read before, by file, with modification time and length.
 #[derive(Default)]
 pub struct ReadPictures(HashMap<PathBuf, (Option<SystemTime>, u64, Arc<SrgbPicture>)>);
 
@@ -75,7 +75,7 @@ impl LookShelf {
         self.within.join("looks")
     }
 
-    /// The same, made if it is missing.
+    /// The same, created if missing.
     fn made(&self) -> Result<PathBuf> {
         let remedy = "Check that the folder can be written";
         std::fs::create_dir_all(&self.within)
@@ -83,13 +83,13 @@ impl LookShelf {
         own_folder(&self.within, "looks")
     }
 
-    /// Its present content.
+    /// Its current contents.
     pub fn list(&self, pictures: &mut ReadPictures) -> ShelfContents {
         let mut contents = ShelfContents::default();
         let folder = self.folder();
         if !is_own_folder(&folder) {
             if folder.symlink_metadata().is_ok() {
-                let said = format!("{} is no folder: no looks are read from it", shown(&folder));
+                let said = format!("{} is not a folder: no looks are read from it", shown(&folder));
                 contents.complaints.push(said);
             }
             return contents;
@@ -113,11 +113,11 @@ impl LookShelf {
         contents
     }
 
-    /// Stores a version of a look, unless its newest is the same; returns its number, and the name of the look. That is another
-    /// than `name` where a look has one that a disk would take for it.
+    /// Stores a version of a look, unless its newest version is the same. Returns the look's name and the version's
+    /// number. The name differs from `name` if a look exists whose name a disk would treat as the same.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If it cannot be written.
     pub fn store(&self, name: &LookName, look: &StoredLook) -> Result<(LookName, u32)> {
         let shelf = self.made()?;
         let same = names(&shelf).into_iter().find(|one| one.is_like(name));
@@ -138,10 +138,10 @@ impl LookShelf {
         Ok((name, number))
     }
 
-    /// Writes what a version looks like: a thumbnail of this picture.
+    /// Writes the thumbnail of a version from this picture.
     ///
     /// # Errors
-    /// When it cannot be written, or the version is not there.
+    /// If it cannot be written, or the version does not exist.
     pub fn draw(&self, name: &LookName, number: u32, picture: &SrgbPicture) -> Result<()> {
         let folder = self.look(name)?;
         let codes = picture.rgb.as_chunks::<3>().0.iter();
@@ -160,27 +160,27 @@ impl LookShelf {
         files::write_beside(&file(&folder, number, "png"), |out| out.write_all(&png))
     }
 
-    /// Gives a look another name.
+    /// Renames a look.
     ///
     /// # Errors
-    /// When it is not there, or another look has a name like that.
+    /// If the look does not exist, or another look has an equivalent name.
     pub fn rename(&self, from: &LookName, to: &LookName) -> Result<()> {
         let folder = self.look(from)?;
         let taken = names(&self.folder());
         let other = |one: &&LookName| one.is_like(to) && !one.is_like(from);
         if let Some(other) = taken.iter().find(other) {
             return Err(Error::invalid(
-                format!("a look is called {other} already"),
+                format!("a look named {other} already exists"),
                 "Choose another name",
             ));
         }
         moved(&folder, &self.folder().join(to.text()))
     }
 
-    /// Takes a look off the shelf; it can be brought back.
+    /// Removes a look from the shelf; it can be restored.
     ///
     /// # Errors
-    /// When it is not there or cannot be moved.
+    /// If the look does not exist or cannot be moved.
     pub fn remove(&self, name: &LookName) -> Result<()> {
         let folder = self.look(name)?;
         let removed = own_folder(&self.made()?, REMOVED)?;
@@ -188,10 +188,10 @@ impl LookShelf {
         moved(&folder, &removed.join(aside.text()))
     }
 
-    /// Brings a removed look back, under a free name.
+    /// Restores a removed look, under a free name.
     ///
     /// # Errors
-    /// When it is not there or cannot be moved.
+    /// If the look does not exist or cannot be moved.
     pub fn bring_back(&self, name: &LookName) -> Result<LookName> {
         let shelf = self.made()?;
         let removed = own_folder(&shelf, REMOVED)?;
@@ -203,7 +203,7 @@ impl LookShelf {
     /// Stores the newest version of a look of `other` here, with its picture, as the newest version of `name`.
     ///
     /// # Errors
-    /// When it cannot be read or written.
+    /// If it cannot be read or written.
     pub fn copy(&self, other: &Self, of: &LookName, name: &LookName) -> Result<()> {
         let folder = other.look(of)?;
         let Some(newest) = numbers(&folder).into_iter().next() else {
@@ -211,7 +211,7 @@ impl LookShelf {
         };
         let look = StoredLook::read_own(&file(&folder, newest, "json"))?;
         let (name, number) = self.store(name, &look)?;
-        // A picture that cannot be read is made again when the look is shown.
+        // If the picture cannot be read, it is made again when the look is shown.
         if let Some(picture) = picture(&file(&folder, newest, "png"), &mut ReadPictures::default())
         {
             self.draw(&name, number, &picture)?;
@@ -236,10 +236,10 @@ fn gone(folder: &Path) -> Error {
     )
 }
 
-/// A folder of the program's own inside another, made if it is missing.
+/// One of the program's own folders inside another, created if missing.
 ///
 /// # Errors
-/// When it cannot be made, and when it is a link or no folder: what a link leads to is not the program's.
+/// If it cannot be created, is a link, or is not a folder: the target of a link is not the program's.
 fn own_folder(within: &Path, name: &str) -> Result<PathBuf> {
     let path = within.join(name);
     let remedy = "Remove or rename it, so that a folder can be made there";
@@ -254,8 +254,8 @@ fn own_folder(within: &Path, name: &str) -> Result<PathBuf> {
     }
 }
 
-/// Writes a file whose name nobody else has taken; returns whether it could have that name. After a kill it is whole, missing
-/// or empty.
+/// Writes a file with a new name. Returns false if the name is taken. After a kill, the file is complete, missing or
+/// empty.
 fn write_new(path: &Path, text: &str) -> Result<bool> {
     let remedy = "Check that the folder can be written and the disk has room";
     match OpenOptions::new().write(true).create_new(true).open(path) {
@@ -264,7 +264,7 @@ fn write_new(path: &Path, text: &str) -> Result<bool> {
     };
     let written = files::write_beside(path, |out| out.write_all(text.as_bytes()));
     if written.is_err() {
-        // It is empty, and no look then.
+        // The file is empty, so it is not a look.
         let _ = std::fs::remove_file(path);
     }
     written.map(|()| true)
@@ -274,7 +274,7 @@ fn is_own_folder(path: &Path) -> bool {
     path.symlink_metadata().is_ok_and(|data| data.is_dir())
 }
 
-/// Gives a folder another place on the same disk, where nothing is.
+/// Moves a folder to a free path on the same disk.
 fn moved(from: &Path, to: &Path) -> Result<()> {
     let remedy = "Check that the folder can be written";
     std::fs::rename(from, to).map_err(|e| Error::io("move", from, e, remedy))
@@ -301,7 +301,7 @@ fn file(folder: &Path, number: u32, kind: &str) -> PathBuf {
     folder.join(format!("{number:04}.{kind}"))
 }
 
-/// The numbers of versions in a look's folder, the newest first.
+/// The version numbers in a look's folder, newest first.
 fn numbers(folder: &Path) -> Vec<u32> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut numbers: Vec<u32> = entries
@@ -323,7 +323,7 @@ fn versions(
 ) -> Vec<LookVersion> {
     let is_begun = |number: &u32| {
         let data = file(folder, *number, "json").symlink_metadata();
-        // The program was killed, or is about to write it.
+        // Empty: the program was killed, or is about to write it.
         data.is_ok_and(|data| data.is_file() && data.len() == 0)
     };
     let numbers = numbers(folder).into_iter().filter(|number| !is_begun(number));
@@ -342,7 +342,7 @@ fn versions(
     numbers.filter_map(version).collect()
 }
 
-/// A thumbnail; None if there is none that can be read.
+/// A thumbnail; None if it is missing or cannot be read.
 fn picture(path: &Path, read: &mut ReadPictures) -> Option<Arc<SrgbPicture>> {
     let open = files::open_own(path, OpenOptions::new().read(true)).ok()?;
     let data = open.metadata().ok()?;
@@ -355,7 +355,7 @@ fn picture(path: &Path, read: &mut ReadPictures) -> Option<Arc<SrgbPicture>> {
     if length > MOST_PICTURE_BYTES {
         return None;
     }
-    // A header may promise far more pixels than the file has bytes.
+    // A header may declare far more pixels than the file contains.
     let (width, height) = dimensions(path).ok()?;
     if width.max(height) > MOST_PICTURE_PX {
         return None;
@@ -369,10 +369,10 @@ fn picture(path: &Path, read: &mut ReadPictures) -> Option<Arc<SrgbPicture>> {
     Some(found)
 }
 
-/// Writes a look into a file that a person chose.
+/// Writes a look to a file chosen in a dialog.
 ///
 /// # Errors
-/// When it cannot be written.
+/// If it cannot be written.
 pub fn write_to(path: &Path, look: &StoredLook) -> Result<()> {
     files::write_beside(path, |out| out.write_all(look.text().as_bytes()))
 }

@@ -1,4 +1,4 @@
-//! Looks on the disk: stored, changed by others, broken by strangers.
+//! Looks on disk: stored, changed by other programs, damaged.
 
 use super::*;
 use crate::command::LookCommand;
@@ -39,7 +39,7 @@ fn versions_are_added_and_an_unchanged_look_is_none() {
     assert_eq!(store("Warm", 1.0), (warm.clone(), 1));
     shelf.draw(&warm, 1, &grey(90)).unwrap();
     assert_eq!(store("Warm", 1.0), (warm.clone(), 1));
-    // Some disks take both for one name.
+    // Some disks treat both as one name.
     assert_eq!(store("WARM", 2.0), (warm, 2));
     let found = listed(&shelf);
     assert_eq!(found.looks.len(), 1);
@@ -60,7 +60,7 @@ fn what_is_removed_comes_back_and_nothing_is_lost_by_a_name() {
         shelf.store(&name(text), &look(stops)).unwrap();
     }
     let said = shelf.rename(&name("A"), &name("b")).unwrap_err();
-    assert!(said.to_string().contains("called B already"), "{said}");
+    assert!(said.to_string().contains("named B already exists"), "{said}");
     shelf.rename(&name("A"), &name("C")).unwrap();
     assert_eq!(called(&shelf), ["B", "C"]);
     shelf.rename(&name("C"), &name("c")).unwrap();
@@ -94,10 +94,10 @@ fn a_look_is_copied_to_another_shelf_with_its_picture() {
         library.copy(&mine, &name("Night"), &name("Night")).unwrap();
     }
     let found = listed(&library);
-    assert_eq!(found.looks[0].versions.len(), 1, "the same is kept once");
+    assert_eq!(found.looks[0].versions.len(), 1, "equal versions are stored once");
     assert!(found.looks[0].versions[0].picture.is_some());
     assert!(library.copy(&mine, &name("No"), &name("No")).is_err());
-    // A name that some disks take for the same is that look's.
+    // A name that some disks treat as the same names the same look.
     mine.store(&name("night"), &look(-2.0)).unwrap();
     mine.draw(&name("Night"), 2, &grey(10)).unwrap();
     library.copy(&mine, &name("Night"), &name("NIGHT")).unwrap();
@@ -131,7 +131,7 @@ fn a_strangers_folder_is_read_without_harm() {
     shelf.store(&name("Good"), &look(1.0)).unwrap();
     let at = |file: &str| folder.path().join("looks").join(file);
     std::fs::write(at("Good/0002.json"), "half a l").unwrap();
-    // As a kill may leave it.
+    // As after a kill.
     std::fs::write(at("Good/0009.json"), "").unwrap();
     std::fs::write(at("Good/0001.png"), b"\x89PNG\r\n\x1a\nno picture").unwrap();
     for other in ["2.json", "-0003.json", "0000.json", "99999999999.json", "notes.txt"] {
@@ -140,7 +140,7 @@ fn a_strangers_folder_is_read_without_harm() {
     std::fs::write(at("a file"), "").unwrap();
     std::fs::create_dir(at("empty")).unwrap();
     std::fs::create_dir_all(at("end.")).unwrap();
-    // A picture that claims to be enormous.
+    // A picture whose header claims to be enormous.
     let mut huge = png_bytes(&Encoded(Image::filled(1, 1, [0.5; 3]))).unwrap();
     huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     std::fs::create_dir(at("Huge")).unwrap();
@@ -176,7 +176,7 @@ fn a_strangers_folder_is_read_without_harm() {
         Strangers,
         "A project's `looks` hold links, devices, broken files and pictures that claim a million pixels",
         danger: "files elsewhere are read or written, memory is filled, a look is lost",
-        done: "links are not followed, sizes are bounded; what is no look is left alone and named",
+        done: "links are not followed, sizes are bounded; other files are left alone and reported",
     );
 }
 

@@ -1,4 +1,4 @@
-//! Strokes that a person paints on interview frames, and the matte that the shown frame has by them.
+//! Strokes painted on interview frames, and the resulting matte of the current frame.
 
 use super::footage_reader::reduced;
 use base::error::Result;
@@ -9,60 +9,60 @@ use imaging::resample::resize_area;
 use project::Project;
 use worker::Lookup;
 
-/// The longer side at which the matte is shown.
+/// Longer side of the displayed matte in pixels.
 const SHOWN_PX: usize = 1280;
-/// Steps of undo that are kept.
+/// Most undo steps.
 const STEPS: usize = 50;
-/// Factor on the brush's size for one step.
+/// Factor on the brush radius per step.
 pub const GROWTH: f32 = 1.2;
 
-/// A frame and the strokes by which its matte is found.
+/// A frame and the strokes for its matte.
 #[derive(Clone, Debug, PartialEq)]
 struct LiveRequest {
     frame: usize,
     strokes: Strokes,
 }
 
-/// Overlay on the picture: red where it is removed, a line at the edge.
+/// Overlay on the picture: removed parts in red, with a line at the edge.
 type Overlay = ([usize; 2], Vec<Color32>);
 
-/// A matte as it was found.
+/// A matte and its statistics.
 pub struct LiveMatte {
     pub overlay: TextureHandle,
-    /// The share of its pixels that are edges.
+    /// Share of the pixels that belong to edges.
     pub uncertain: f32,
 }
 
-/// Result of a thread: the overlay, and the share of edges.
+/// Result of the matte thread: the overlay, and the share of edge pixels.
 type Found = (Overlay, f32);
 
-/// The brush, the strokes, and the threads that find mattes by them and save them.
+/// The brush, the strokes, and the threads that make mattes from them and save them.
 pub struct MattePainting {
-    /// The tool is chosen.
+    /// True while the brush is active.
     pub on: bool,
     pub side: BrushSide,
-    /// The brush's radius in pixels of the plate; None until it fits the picture.
+    /// Radius of the brush in pixels of the plate; None for one that fits the picture.
     pub radius: Option<f32>,
-    /// The strokes, or why they cannot be read; None until they are read.
+    /// The strokes, or the reason they cannot be read; None until read.
     strokes: Option<std::result::Result<Strokes, String>>,
     undo: Vec<Strokes>,
     redo: Vec<Strokes>,
-    /// The matte that was found last, or the reason there is none.
+    /// The newest matte, or the reason for its absence.
     live: Option<(LiveRequest, std::result::Result<LiveMatte, String>)>,
-    /// The matte that was asked for last, and the wait for its answer.
+    /// The last requested matte; `seeking` is true until its answer arrives.
     sought: Option<LiveRequest>,
     seeking: bool,
     finder: Option<Lookup<LiveRequest, Found>>,
     reader: Option<Lookup<(), Strokes>>,
     saver: Option<Lookup<Strokes, ()>>,
-    /// Strokes that were sent to the disk last.
+    /// Strokes last sent to the disk.
     saving: Option<Strokes>,
-    /// The strokes are not on the disk yet.
+    /// True while the strokes are not on disk.
     unsaved: bool,
-    /// All mattes are to be made once they are.
+    /// True if all mattes are requested once the strokes are on disk.
     make: bool,
     failure: Option<String>,
-    /// Reason the newest strokes are not on the disk, if they could not be saved.
+    /// Reason that the newest strokes could not be saved.
     unsaved_why: Option<String>,
 }
 
@@ -91,41 +91,41 @@ impl Default for MattePainting {
 }
 
 impl MattePainting {
-    /// The strokes, or why they cannot be read; None until they are read.
+    /// The strokes, or the reason they cannot be read; None until read.
     pub fn strokes(&self) -> Option<&std::result::Result<Strokes, String>> {
         self.strokes.as_ref()
     }
 
-    /// The matte of a frame by its strokes, or why there is none; None until it is found. While strokes are added it is the last
-    /// one of that frame.
+    /// The matte of a frame, or the reason for its absence; None until found. While strokes are added, the last matte
+    /// of that frame.
     pub fn live(&self, frame: usize) -> Option<std::result::Result<&LiveMatte, &str>> {
         let (request, found) = self.live.as_ref()?;
         let found = found.as_ref().map_err(String::as_str);
         (request.frame == frame).then_some(found)
     }
 
-    /// True if a matte is being found.
+    /// True while a matte is being made.
     pub fn is_seeking(&self) -> bool {
         self.seeking
     }
 
-    /// True if everything painted is on the disk.
+    /// True if all strokes are on disk.
     pub fn is_saved(&self) -> bool {
         !self.unsaved
     }
 
-    /// Reason the newest strokes are not on the disk: the last attempt to save them failed.
+    /// Reason that the last attempt to save the strokes failed.
     pub fn unsaved(&self) -> Option<&str> {
         self.unsaved_why.as_deref()
     }
 
-    /// The brush's radius for a picture of this size.
+    /// Radius of the brush for a picture of this size, in pixels.
     pub fn radius(&self, size: (usize, usize)) -> f32 {
         let radius = self.radius.unwrap_or(Self::fitting_radius(size));
         radius.clamp(*strokes::RADII.start(), *strokes::RADII.end())
     }
 
-    /// The radius for a picture of this size before a person has chosen one.
+    /// Default radius of the brush for a picture of this size, in pixels.
     pub fn fitting_radius((width, height): (usize, usize)) -> f32 {
         width.max(height) as f32 / 60.0
     }
@@ -133,16 +133,16 @@ impl MattePainting {
     /// Adds a stroke.
     ///
     /// # Errors
-    /// If the strokes of before are not known.
+    /// If the existing strokes are not known.
     pub fn paint(&mut self, mut stroke: Stroke) -> std::result::Result<(), String> {
-        // The pointer may have left the picture by far.
+        // The pointer may be far outside the picture.
         for place in stroke.points.iter_mut().flatten() {
             *place = place.clamp(-strokes::FARTHEST, strokes::FARTHEST);
         }
         self.change(|strokes| strokes.strokes.push(stroke))
     }
 
-    /// Takes the strokes of a frame away.
+    /// Removes the strokes of a frame.
     ///
     /// # Errors
     /// As [`paint`](Self::paint).
@@ -169,12 +169,12 @@ impl MattePainting {
         Ok(())
     }
 
-    /// True if a stroke can be undone, or one that was undone be made again.
+    /// True if a stroke can be undone, or redone.
     pub fn can_travel(&self, back: bool) -> bool {
         self.on && !(if back { &self.undo } else { &self.redo }).is_empty()
     }
 
-    /// Undoes the last stroke, or makes it again.
+    /// Undoes or redoes the last stroke.
     pub fn travel(&mut self, back: bool) {
         let (from, to) = match back {
             true => (&mut self.undo, &mut self.redo),
@@ -186,22 +186,22 @@ impl MattePainting {
         }
     }
 
-    /// Has all mattes made as soon as the strokes are on the disk.
+    /// Requests all mattes once the strokes are on disk.
     pub fn make_all(&mut self) {
         self.make = true;
     }
 
-    /// True if all mattes are to be made now. Reported once.
+    /// True if all mattes should be made now. Reported once.
     pub fn takes_make(&mut self) -> bool {
         !self.unsaved && std::mem::take(&mut self.make)
     }
 
-    /// Reason strokes could not be saved, said once.
+    /// Reason that strokes could not be saved; reported once.
     pub fn failure(&mut self) -> Option<String> {
         self.failure.take()
     }
 
-    /// Takes in what the threads found and saved. Called in every frame of the window.
+    /// Takes in results of the threads. Call once per frame of the window.
     pub fn receive(&mut self, ctx: &Context) {
         for ((), read) in self.reader.iter().flat_map(Lookup::answers) {
             self.strokes = Some(read.map_err(|e| e.to_string()));
@@ -222,7 +222,7 @@ impl MattePainting {
             if let Err(e) = done {
                 self.failure = Some(e.to_string());
                 self.unsaved_why = Some(e.to_string());
-                // What could not be saved makes no mattes.
+                // Unsaved strokes cannot make mattes.
                 (self.unsaved, self.make) = (false, false);
             } else if matches!(&self.strokes, Some(Ok(strokes)) if *strokes == saved) {
                 (self.unsaved, self.unsaved_why) = (false, None);
@@ -230,7 +230,7 @@ impl MattePainting {
         }
     }
 
-    /// Has the strokes read and saved and the frame's matte found, if that is needed.
+    /// Requests what is needed: reading and saving the strokes, and the frame's matte.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -334,12 +334,12 @@ mod tests {
         assert_eq!(frames(&painting), 3);
         painting.paint(stroke(2)).unwrap();
         assert!(!painting.can_travel(false) && painting.can_travel(true));
-        // A clear that changes nothing is no step.
+        // A clear without effect is not a step.
         let steps = painting.undo.len();
         painting.clear(7).unwrap();
         assert_eq!(painting.undo.len(), steps);
         painting.make_all();
-        assert!(!painting.takes_make(), "not before the strokes are saved");
+        assert!(!painting.takes_make(), "the strokes are not saved yet");
         painting.unsaved = false;
         assert!(painting.takes_make() && !painting.takes_make());
     }

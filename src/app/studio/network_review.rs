@@ -1,4 +1,4 @@
-//! The window's knowledge of the review. A thread of its own draws the sheet and saves the marks.
+//! Review of the network as the window knows it. A background thread draws the sheet and saves the marks.
 
 use confidence::ConfidenceReport;
 use evaluation::review::{MarkedOlat, Marks, Review};
@@ -11,50 +11,50 @@ use worker::{
     Cell, CellPictures, LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview,
 };
 
-/// The thread's answers; it starts when it is first needed.
+/// Answers of the thread, which starts on first use.
 #[derive(Default)]
 pub struct NetworkReview {
-    /// The current frame under every lamp, or why it cannot be drawn.
+    /// The current frame under every lamp, or the reason it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
-    /// The review that is saved in the project, or why it cannot be read.
+    /// The review saved in the project, or the reason it cannot be read.
     pub saved: Option<Result<Arc<SavedReview>, String>>,
-    /// The cell that was asked for last beside its truth, or why it cannot be shown; None until it is made.
+    /// The last requested cell beside its truth, or the reason it cannot be shown; None until made.
     pub cell: Option<Result<Arc<CellPictures>, String>>,
-    /// The current marks; they may not be written yet.
+    /// The current marks, possibly not on disk yet.
     pub marks: Marks,
-    /// Reason the marks could not be written.
+    /// Reason that the marks could not be written.
     pub failure: Option<String>,
     thread: Option<ReviewThread>,
-    /// The prediction whose sheet was asked for last.
+    /// The prediction of the last requested sheet.
     drawn: Option<Arc<PredictedFrame>>,
     compared: Option<Cell>,
-    /// The saved review was asked for since it may have changed.
+    /// True if the saved review was requested since its last possible change.
     asked: bool,
-    /// Marks were set in this window.
+    /// True if marks were set in this window.
     edited: bool,
     history: MarkHistory,
 }
 
-/// Steps of undo that are kept.
+/// Most undo steps.
 const STEPS: usize = 100;
 
-/// The marks before the present ones, and those that were undone; in each, the nearest is last.
+/// Marks before the current ones, and marks that were undone. The nearest is last in each.
 #[derive(Default)]
 struct MarkHistory {
     undo: Vec<MarkStep>,
     redo: Vec<MarkStep>,
-    /// The last change was to a note alone: further typing into that is no step of its own.
+    /// True if the last change affected only a note: typing goes on in the same step.
     typing: bool,
 }
 
-/// The marks without a change, and the case and lamp that it is about.
+/// The marks before a change, and the case and lamp of the change.
 struct MarkStep {
     marks: Marks,
     cell: [String; 2],
 }
 
 impl MarkHistory {
-    /// A mark is to be set.
+    /// Adds a step before a mark is set.
     fn push(&mut self, before: &Marks, marked: &MarkedOlat) {
         let cell = [&marked.case, &marked.lamp].map(String::clone);
         let of = before.of(&marked.case, &marked.lamp);
@@ -71,7 +71,8 @@ impl MarkHistory {
         self.redo.clear();
     }
 
-    /// Goes a step back or forth from the present marks. Returns the case and lamp that it was about, if there was one.
+    /// Goes one step back or forward from the current marks. Returns the case and lamp of the change, if there was a
+    /// step.
     fn travel(&mut self, back: bool, marks: &mut Marks) -> Option<[String; 2]> {
         let (from, to) = match back {
             true => (&mut self.undo, &mut self.redo),
@@ -86,7 +87,7 @@ impl MarkHistory {
 }
 
 impl NetworkReview {
-    /// A job may have changed the saved review.
+    /// Marks the saved review as possibly changed by a job.
     pub fn invalidate(&mut self) {
         self.asked = false;
         (self.compared, self.cell) = (None, None);
@@ -109,8 +110,8 @@ impl NetworkReview {
         }
     }
 
-    /// Asks for what the review shows, if that changed. Called while it is visible; `relit` is None while a clip
-    /// plays. `cell` has indices of case and lamp, and the device for the network.
+    /// Requests what the review shows, if that changed. Call while it is visible. `relit` is None while a clip plays.
+    /// `cell`: indices of case and lamp, and the device for the network.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -155,7 +156,7 @@ impl NetworkReview {
     /// Sets and saves a verdict or a note.
     ///
     /// # Errors
-    /// When the saved ones are not read yet, or cannot be read: they would be lost.
+    /// If the saved marks are not read yet, or cannot be read: they would be lost.
     pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
         let (Some(thread), Some(saved)) = (&self.thread, &self.saved) else {
             return Err("The review is still being read".to_owned());
@@ -173,12 +174,12 @@ impl NetworkReview {
         Ok(())
     }
 
-    /// True if verdicts or notes were given in this window.
+    /// True if this window has changed verdicts or notes.
     pub fn has_history(&self) -> bool {
         !self.history.undo.is_empty() || !self.history.redo.is_empty()
     }
 
-    /// Undoes the last verdict or note, or gives it again. Returns the case and lamp that it is about, if there is one.
+    /// Undoes or redoes the last verdict or note. Returns its case and lamp, if there is one.
     pub fn travel(&mut self, back: bool) -> Option<[String; 2]> {
         let thread = self.thread.as_ref()?;
         let cell = self.history.travel(back, &mut self.marks)?;
@@ -191,21 +192,21 @@ impl NetworkReview {
         self.saved.as_ref()?.as_ref().ok()?.review.as_ref()
     }
 
-    /// Confidence in the frames, if that was found out for the present network.
+    /// Confidence in the frames, if estimated for the current network.
     pub fn confidence(&self) -> Option<&Arc<ConfidenceReport>> {
         let saved = self.saved.as_ref()?.as_ref().ok()?;
         let (report, fits) = saved.confidence.as_ref().ok()?.as_ref()?;
         fits.then_some(report)
     }
 
-    /// The truth that was measured against last.
+    /// The truth of the last measurement.
     pub fn truth(&self) -> Option<PathBuf> {
         self.saved.as_ref()?.as_ref().ok()?.truth.clone()
     }
 }
 
 impl Drop for NetworkReview {
-    /// Joins the thread in the background: it may be drawing a sheet.
+    /// Joins the thread in the background, since it may be drawing a sheet.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             drop_later(thread);
@@ -246,7 +247,7 @@ mod tests {
             assert!(history.travel(false, &mut marks).is_some());
             assert_eq!(marks, *wanted);
         }
-        // What is typed after an undo is a step of its own, and ends what could be redone.
+        // Typing after an undo is a separate step, and clears the redo steps.
         set(&mut marks, &mut history, "two", None, "an ear, left");
         assert!(history.travel(false, &mut marks).is_none());
         assert!(history.travel(true, &mut marks).is_some());

@@ -1,4 +1,4 @@
-//! The list of all commands: typing filters it, arrow keys choose, Enter runs the chosen one.
+//! The list of all commands: typing filters it, arrow keys select, Enter runs the selected command.
 
 use super::command::{
     Command, Dialog, JobCommand, LightsCommand, LookCommand, LooksCommand, WindowCommand,
@@ -11,7 +11,7 @@ use super::stored_looks::Shelf;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
-/// Commands that have no key.
+/// Commands without a shortcut.
 const OTHERS: [(&str, Command); 16] = [
     ("Add environments…", Command::Dialog(Dialog::Environments)),
     ("Load look…", Command::Dialog(Dialog::LoadLook)),
@@ -35,18 +35,18 @@ const fn reset(group: Group) -> Command {
     Command::Look(LookCommand::Reset(group))
 }
 
-/// A command, what it is called, and its key if it has one.
+/// A command, its label, and its shortcut if it has one.
 struct PaletteEntry {
     label: String,
     key: String,
     command: Command,
 }
 
-/// The palette, with what has been typed.
+/// The palette, with the typed text.
 #[derive(Default)]
 pub struct Palette {
     typed: String,
-    /// The entry that Enter runs.
+    /// The selected entry, which Enter runs.
     chosen: usize,
 }
 
@@ -76,7 +76,7 @@ impl Palette {
             self.chosen = (self.chosen + down).saturating_sub(up).min(last);
             let first = found.get(self.chosen).filter(|_| enter);
             let mut chosen = first.map(|first| first.command.clone());
-            // Of one height, so that nothing jumps while the list gets shorter.
+            // Constant height, so that nothing moves while the list gets shorter.
             ScrollArea::vertical()
                 .max_height(320.0)
                 .min_scrolled_height(320.0)
@@ -138,7 +138,7 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
     bound.chain(others).chain(panes).chain(environments).chain(looks).collect()
 }
 
-/// A command without a key.
+/// A command without a shortcut.
 fn entry(label: String, command: Command) -> PaletteEntry {
     PaletteEntry { label, key: String::new(), command }
 }

@@ -1,5 +1,5 @@
-//! Input of the panels. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps
-//! the state that only the drawing needs, reads the rest here, and changes nothing but by commands.
+//! Input of the panels. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps only
+//! the state of its drawing, reads everything else here, and makes changes only by commands.
 
 use super::accuracy::Accuracy;
 use super::color_views::ColorViews;
@@ -32,69 +32,69 @@ use worker::{Export, GammaView, PreviewPicture, ProbeView};
 pub struct PanelContext<'a> {
     pub project: Option<&'a Project>,
     pub state: &'a State,
-    /// The headings that are folded.
+    /// The folded headings.
     pub folded: &'a BTreeSet<String>,
     pub status: &'a Status,
     pub environments: &'a [EnvironmentEntry],
-    /// The panes that are visible.
+    /// The visible panes.
     pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<PreviewPicture>>,
-    /// The light of the probed pixel under each lamp at full power.
+    /// Light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
-    /// Reason no light was placed where the picture was clicked.
+    /// Reason that a click on the picture placed no light.
     pub no_aim: Option<NoAim>,
-    /// Positions of the lights in the newest picture's frame, once they are known.
+    /// Positions of the lights in the newest picture's frame, once known.
     pub highlights: Option<&'a Highlights>,
-    /// The lamp that falls where the pointer is, by its index, while lights are placed by the face.
+    /// Index of the lamp that falls on the point under the pointer, while placing lights by the face.
     pub proposed: Option<usize>,
-    /// The queue of exports.
+    /// The export queue.
     pub exports: &'a [Export],
-    /// Files of the next export that exist already.
+    /// Number of existing files of the next export.
     pub existing_files: Option<&'a ExistingFiles>,
-    /// Destination of the next export if it replaces nothing.
+    /// Destination of the next export if it replaces no files.
     pub export_to: &'a str,
-    /// Study of the mirror balls, or the reason they cannot be read.
+    /// Analysis of the mirror balls, or the reason they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
-    /// Fit of the tried response, or the reason it is unknown.
+    /// Fit of the trial response, or the reason it is unknown.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
-    /// The current frame under every lamp, and how close the network is to the truth.
+    /// The current frame under every lamp, and the network's distance from the truth.
     pub review: &'a NetworkReview,
-    /// Cost of each way to go, and its distance from the truth.
+    /// Time and accuracy of each rung.
     pub accuracy: &'a Accuracy,
-    /// Abilities of this machine, as far as they were measured.
+    /// Performance of this machine, as measured so far.
     pub machine: Option<&'a MachineReport>,
-    /// Degree of trust in the project.
+    /// State of the project check.
     pub check: &'a ProjectCheck,
     /// The network's training.
     pub training: &'a Training,
-    /// Reason nothing can be written into the project: another process holds its lock.
+    /// Reason the project is read-only: another process holds its lock.
     pub read_only: Option<&'a str>,
     /// The recent projects.
     pub recents: &'a Recents,
-    /// The project that is being planned.
+    /// The plan for a new project.
     pub wizard: &'a Wizard,
-    /// The pictures as they were filmed.
+    /// The footage as filmed.
     pub footage: &'a FootageReader,
-    /// Strokes on mattes, and the shown frame's matte by them.
+    /// Strokes on mattes, and the resulting matte of the current frame.
     pub matte: &'a MattePainting,
-    /// The stored looks of the project and of the person.
+    /// Stored looks of the project and of the person.
     pub looks: &'a StoredLooks,
-    /// Views of the OpenColorIO configuration, to look through and to export by.
+    /// Views of the OpenColorIO configuration, for viewing and for exports.
     pub color_views: &'a ColorViews,
-    /// Reason a change is not on the disk.
+    /// Reason that a change is not on disk.
     pub unsaved: Option<&'a str>,
-    /// A change is being written, and that takes long.
+    /// True if a change is being written for a long time.
     pub saving: bool,
 }
 
 impl PanelContext<'_> {
-    /// True if pictures can be made. If not, the viewport names the reason, or the work in progress.
+    /// True while pictures can be made. Otherwise the viewport shows the reason, or the work in progress.
     pub fn is_live(&self) -> bool {
         matches!(self.status.phase, Phase::Ready { .. })
     }
 
-    /// The truth that accuracy is measured against: the one that was used last, or the shoot's own.
+    /// The truth for measurements: that of the last measurement, or the shoot's.
     pub fn accuracy_truth(&self) -> Option<PathBuf> {
         let measured = self.accuracy.measured().map(|ledger| &ledger.against);
         let used = measured.and_then(|against| match against {
@@ -109,12 +109,12 @@ impl PanelContext<'_> {
         self.training.running && self.shown.contains(&Pane::Training)
     }
 
-    /// True if a visible pane shows the reason something could not be done.
+    /// True if a visible pane shows the refusal.
     pub fn refusal_has_pane(&self) -> bool {
         self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
     }
 
-    /// The name of an environment, with its origin if another one has the same name.
+    /// Name of an environment, with its origin if another one has the same name.
     pub fn title(&self, entry: &EnvironmentEntry) -> String {
         let ListedEnvironment { name, owner, .. } = &entry.listed;
         match entry.listed.is_ambiguous(&self.state.look.environments) {
@@ -123,7 +123,7 @@ impl PanelContext<'_> {
         }
     }
 
-    /// The lamps that light the subject alone, `first` and how many more.
+    /// Label of the solo lamps: `first`, and the number of the others.
     pub fn lamps_named(&self, first: usize) -> String {
         let lamps = self.project.map(|project| &project.settings.shoot.lamps);
         let name = lamps.and_then(|lamps| lamps.get(first));
@@ -134,7 +134,7 @@ impl PanelContext<'_> {
         }
     }
 
-    /// The entry that lights the subject, if there is any.
+    /// The current environment of the list, if there is one.
     pub fn environment(&self) -> Option<&EnvironmentEntry> {
         self.environments.get(self.state.look.environment)
     }

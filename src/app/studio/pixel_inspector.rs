@@ -1,4 +1,4 @@
-//! The light of the pixel under the cursor under each lamp. It is read in the background: a field on a GPU takes time.
+//! Light of the pixel under the cursor, under each lamp. A background thread reads it, since fields on a GPU take time.
 
 use super::layout::Pane;
 use std::sync::Arc;
@@ -11,10 +11,10 @@ struct Ask {
     pixel: [usize; 2],
 }
 
-/// The light of a pixel under each lamp at full power; None if unknown.
+/// Light of a pixel under each lamp at full power; None if unknown.
 type Texel = Option<Vec<[f32; 3]>>;
 
-/// The newest answer, and the thread that finds it.
+/// The newest answer, and the thread that reads it.
 #[derive(Default)]
 pub struct PixelInspector {
     lookup: Option<Lookup<Ask, Texel>>,
@@ -24,9 +24,9 @@ pub struct PixelInspector {
 }
 
 impl PixelInspector {
-    /// Takes in what was found.
+    /// Takes in the newest answer.
     pub fn receive(&mut self) {
-        // Older questions may stay unanswered; the newest is answered last.
+        // Older requests may stay unanswered; the newest is answered last.
         if let Some((_, found)) = self.lookup.iter().flat_map(Lookup::answers).last() {
             (self.found, self.failure) = match found {
                 Ok(found) => (found, None),
@@ -35,12 +35,12 @@ impl PixelInspector {
         }
     }
 
-    /// Reason the newest was not found, once.
+    /// Reason that the newest request failed; reported once.
     pub fn failure(&mut self) -> Option<String> {
         self.failure.take()
     }
 
-    /// Asks for a pixel of a frame if the panes `shown` show it.
+    /// Requests the pixel of a frame if one of the panes `shown` displays it.
     pub fn ask(
         &mut self,
         of: &Arc<PredictedFrame>,
@@ -62,7 +62,7 @@ impl PixelInspector {
         self.asked = Some(ask);
     }
 
-    /// The light of the pixel under each lamp at full power; that of the previous pixel until it is known.
+    /// Light of the pixel under each lamp at full power; of the previous pixel until known.
     pub fn texel(&self) -> Option<&[[f32; 3]]> {
         self.found.as_deref()
     }

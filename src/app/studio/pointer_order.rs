@@ -1,12 +1,12 @@
-//! Keeps motion and buttons of the pointer in frames of their own.
+//! Splits motion and buttons of the pointer into separate frames.
 //!
-//! In a slow frame the system may report at once that the pointer moved to a place, was pressed there and moved on. egui drags by
-//! all motion of a frame in which a button is down, that before the press too; what is dragged would jump. It would also lose
-//! the last motion before a release.
+//! In a slow frame, the system may report together that the pointer moved, was pressed and moved on. egui drags by all
+//! motion of a frame in which a button is down, including motion before the press, so that the dragged object would
+//! jump. It would also lose the last motion before a release.
 
 use egui::{Context, Event, Plugin, RawInput, Ui};
 
-/// Holds what belongs to later frames.
+/// Events held back for later frames.
 #[derive(Default)]
 pub struct PointerOrder {
     held: Vec<Event>,
@@ -31,7 +31,7 @@ impl Plugin for PointerOrder {
     }
 }
 
-/// Number of the events that belong to one frame: up to a button after motion, or motion after a press.
+/// Number of leading events for one frame: up to a button after motion, or motion after a press.
 fn first_frame(events: &[Event]) -> usize {
     let (mut moved, mut pressed) = (false, false);
     for (place, event) in events.iter().enumerate() {

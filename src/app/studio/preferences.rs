@@ -1,4 +1,4 @@
-//! A person's preferences: arrangements of the window and recent projects, in one file.
+//! Preferences of a person: window layouts and recent projects, in one file.
 
 use super::favourites::Favourites;
 use super::layout::Layout;
@@ -10,19 +10,19 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Number of recent projects.
+/// Most recent projects.
 const RECENT: usize = 8;
 
-/// The contents of the file.
+/// Contents of the file.
 #[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 struct PreferencesFile {
-    /// The newest first.
+    /// Newest first.
     recent: Vec<PathBuf>,
-    /// When each of them was opened last, in seconds since 1970.
+    /// Last opening of each, in seconds since 1970.
     opened: BTreeMap<PathBuf, u64>,
     favourites: Favourites,
-    /// Headings that are folded.
+    /// Folded headings.
     folded: BTreeSet<String>,
     layout: Layout,
 }
@@ -31,13 +31,13 @@ struct PreferencesFile {
 #[derive(Default)]
 pub struct Preferences {
     saved: PreferencesFile,
-    /// File for them; None in a window that remembers nothing.
+    /// Their file; None in a window without preferences.
     file: Option<PathBuf>,
 }
 
 impl Preferences {
-    /// Those of the current user: `afterlight/window.json` in the folder for settings. A file that cannot be
-    /// understood is renamed to `window.json.old`, and the defaults are used.
+    /// Preferences of the current user: `afterlight/window.json` in the settings folder. A file that cannot be parsed
+    /// is renamed to `window.json.old`, and the defaults are used.
     pub fn of_user() -> Self {
         let folder = dirs::config_dir();
         folder.map_or(Self::default(), |folder| {
@@ -45,15 +45,15 @@ impl Preferences {
         })
     }
 
-    /// Those in `file`, which need not exist.
+    /// Preferences in `file`, which need not exist.
     pub fn from_file(file: &Path) -> Self {
-        // What windows left when they were killed.
+        // Left over from windows that were killed.
         file.parent().into_iter().for_each(files::remove_left_over);
         let saved = match files::read_text(file, files::MOST_TEXT) {
             Err(e) if e.kind() == ErrorKind::NotFound => PreferencesFile::default(),
             text => {
                 (text.ok().and_then(|text| serde_json::from_str(&text).ok())).unwrap_or_else(|| {
-                    // It is kept for the person to look at, if it can be renamed.
+                    // Kept for inspection, if it can be renamed.
                     let _ = std::fs::rename(file, file.with_extension("json.old"));
                     PreferencesFile::default()
                 })
@@ -63,12 +63,12 @@ impl Preferences {
         Self { saved: PreferencesFile { layout, ..saved }, file: Some(file.to_path_buf()) }
     }
 
-    /// The folder of a person's settings; None in a window that remembers nothing.
+    /// Folder of the person's settings; None in a window without preferences.
     pub fn folder(&self) -> Option<&Path> {
         self.file.as_ref()?.parent()
     }
 
-    /// The environments that the person likes.
+    /// The favourite environments.
     pub fn favourites(&self) -> &Favourites {
         &self.saved.favourites
     }
@@ -77,12 +77,12 @@ impl Preferences {
         &mut self.saved.favourites
     }
 
-    /// The headings that are folded.
+    /// The folded headings.
     pub fn folded(&self) -> &BTreeSet<String> {
         &self.saved.folded
     }
 
-    /// Folds a heading or unfolds it.
+    /// Folds or unfolds a heading.
     pub fn fold(&mut self, heading: String, folded: bool) {
         match folded {
             true => self.saved.folded.insert(heading),
@@ -90,25 +90,25 @@ impl Preferences {
         };
     }
 
-    /// The arrangements of panes.
+    /// The layouts of panes.
     pub fn layout(&mut self) -> &mut Layout {
         &mut self.saved.layout
     }
 
-    /// The recent projects, the newest first.
+    /// The recent projects, newest first.
     pub fn recent(&self) -> &[PathBuf] {
         &self.saved.recent
     }
 
-    /// When a recent project was opened last, in seconds since 1970.
+    /// Last opening of a recent project, in seconds since 1970.
     pub fn opened_at(&self, project: &Path) -> Option<u64> {
         self.saved.opened.get(project).copied()
     }
 
-    /// A project was opened.
+    /// Puts a project first among the recent projects, with the current time.
     pub fn opened(&mut self, project: &Path) {
         let project = std::path::absolute(project).unwrap_or_else(|_| project.to_path_buf());
-        // The file holds text: a path that is none would keep all else from being saved.
+        // A path that is not UTF-8 would make the whole file invalid.
         if project.to_str().is_none() {
             return;
         }
@@ -127,13 +127,13 @@ impl Preferences {
         self.keep_times();
     }
 
-    /// Keeps the times of recent projects alone.
+    /// Drops the times of projects that are no longer recent.
     fn keep_times(&mut self) {
         let PreferencesFile { recent, opened, .. } = &mut self.saved;
         opened.retain(|project, _| recent.contains(project));
     }
 
-    /// Saves them.
+    /// Saves the preferences.
     pub fn save(&self, saver: &Saver) {
         if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.saved)) {
             saver.save(file.clone(), text);
@@ -172,7 +172,7 @@ mod tests {
         assert!(*read.layout() != Layout::default());
         assert!(read.folded().iter().eq(["Lights"]));
 
-        // A path that is no text would keep all from being saved.
+        // A path that is not UTF-8 would make the whole file invalid.
         #[cfg(unix)]
         {
             use std::os::unix::ffi::OsStrExt;

@@ -1,4 +1,4 @@
-//! The window's knowledge of the trust in the project. A thread of its own finds it out.
+//! State of the project check. A background thread runs it.
 
 use super::environment_library::{EnvironmentEntry, PanoramaState};
 use super::state::State;
@@ -8,22 +8,22 @@ use std::sync::Arc;
 use worker::background::drop_later;
 use worker::{CheckRequest, CheckThread};
 
-/// The thread's answers; it starts when it is first needed.
+/// Answers of the thread, which starts on first use.
 #[derive(Default)]
 pub struct ProjectCheck {
-    /// The newest report, or why there is none. It stays until there is a newer one.
+    /// The newest report, or the reason for its absence. It stays until there is a newer one.
     pub report: Option<Result<Arc<CheckReport>, String>>,
     thread: Option<CheckThread>,
-    /// The last question.
+    /// The last request.
     asked: Option<CheckRequest>,
-    /// The report is not that of the last question yet.
+    /// True if the report is older than the last request.
     waiting: bool,
-    /// Counts how often the project may have changed.
+    /// Number of times that the project may have changed.
     changes: u64,
 }
 
 impl ProjectCheck {
-    /// A job may have changed what is checked.
+    /// Marks the project as possibly changed by a job.
     pub fn invalidate(&mut self) {
         self.changes += 1;
     }
@@ -36,20 +36,20 @@ impl ProjectCheck {
         }
     }
 
-    /// True if a report is on its way, or is still to be asked for.
+    /// True if a report is on its way or still has to be requested.
     pub fn is_waiting(&self) -> bool {
         let newest = self.asked.as_ref().map(|asked| asked.changes);
         self.waiting || newest != Some(self.changes)
     }
 
-    /// The level of the whole project; None before anything was measured.
+    /// The level of the whole project; None before any measurement.
     pub fn level(&self) -> Option<Level> {
         let report = self.report.as_ref()?.as_ref().ok()?;
         let unmeasured = report.count(Level::Unknown) == report.checks.len();
         (!unmeasured).then_some(report.level)
     }
 
-    /// Asks for a report if the project or the light that is shown changed. Called while nothing is dragged or played.
+    /// Requests a report if the project or the light changed. Called while no drag and no playback is in progress.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -86,7 +86,7 @@ impl ProjectCheck {
 }
 
 impl Drop for ProjectCheck {
-    /// Joins the thread in the background: it may be reading pictures.
+    /// Joins the thread in the background, since it may be reading pictures.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             drop_later(thread);

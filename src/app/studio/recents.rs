@@ -1,4 +1,4 @@
-//! The recent projects, as they are on the disk now, each with its first frame.
+//! The recent projects as currently on disk, each with its first frame.
 
 use super::footage_reader::{texture, thumbnail};
 use base::error::{Error, Result};
@@ -8,18 +8,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use worker::{Lookup, SrgbPicture};
 
-/// Longer side of a thumbnail in pixels: sharp on a card, on a screen with two pixels per point.
+/// Longer side of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const THUMBNAIL_PX: usize = 640;
 
 /// A recent project.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recent {
     pub folder: PathBuf,
-    /// Its name; the folder's name if it cannot be read.
+    /// Its name; the folder's name if the project cannot be read.
     pub name: String,
-    /// Reason it cannot be opened.
+    /// Reason that it cannot be opened.
     pub trouble: Option<String>,
-    /// When it was opened last, in seconds since 1970, if that is known.
+    /// Last opening in seconds since 1970, if known.
     pub opened: Option<u64>,
 }
 
@@ -55,7 +55,7 @@ pub struct Recents {
     list: Vec<Recent>,
     asked: Option<Vec<PathBuf>>,
     lookup: Option<Lookup<Vec<PathBuf>, Vec<Recent>>>,
-    /// First frames; None for those that cannot be read.
+    /// First frames; None for frames that cannot be read.
     thumbnails: BTreeMap<PathBuf, Option<TextureHandle>>,
     /// The project whose first frame is being read.
     reading: Option<PathBuf>,
@@ -63,17 +63,17 @@ pub struct Recents {
 }
 
 impl Recents {
-    /// The newest first; empty until it is read.
+    /// Newest first; empty until read.
     pub fn list(&self) -> &[Recent] {
         &self.list
     }
 
-    /// The first frame of a project's interview; None until it is read, and if it cannot be.
+    /// First frame of a project's interview; None until read, and if it cannot be read.
     pub fn thumbnail(&self, folder: &Path) -> Option<&TextureHandle> {
         self.thumbnails.get(folder)?.as_ref()
     }
 
-    /// True if every project's first frame was looked for.
+    /// True if every project's first frame was tried.
     pub fn are_drawn(&self) -> bool {
         let known = |recent: &Recent| {
             recent.trouble.is_some() || self.thumbnails.contains_key(&recent.folder)
@@ -81,12 +81,13 @@ impl Recents {
         self.list.iter().all(known)
     }
 
-    /// The next [`Self::look`] reads the list again.
+    /// Makes the next [`Self::look`] reread the list.
     pub fn invalidate(&mut self) {
         self.asked = None;
     }
 
-    /// Reads the projects in `folders`, if they changed, and takes in what was read. `opened` says when each was opened last.
+    /// Reads the projects in `folders` if these changed, and takes in the results. `opened` returns the last opening of
+    /// each.
     pub fn look(
         &mut self,
         folders: &[PathBuf],
@@ -114,7 +115,7 @@ impl Recents {
         }
     }
 
-    /// Reads the first frames, one after the other, and takes in what was read. Called while they are shown.
+    /// Reads the first frames one by one, and takes in the results. Call while they are visible.
     pub fn draw(&mut self, ctx: &Context, wake: impl Fn() + Send + 'static) {
         for (folder, read) in self.frames.iter().flat_map(Lookup::answers) {
             self.reading = None;

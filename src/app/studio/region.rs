@@ -1,4 +1,4 @@
-//! A rectangle of the picture that is measured.
+//! A rectangle of the picture for measurements.
 
 /// The columns `left..right` and rows `top..bottom` of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,13 +10,13 @@ pub struct Region {
 }
 
 impl Region {
-    /// One pixel, by its column and row.
+    /// A single pixel, by column and row.
     pub fn pixel([x, y]: [usize; 2]) -> Self {
         Self { left: x, top: y, right: x.saturating_add(1), bottom: y.saturating_add(1) }
     }
 
-    /// Region that two corners enclose or touch, as shares of the width and height of a picture of so many columns and rows.
-    /// None if no part of the picture is between them.
+    /// The region between two corners, given as shares of width and height, including pixels that it only touches.
+    /// `size`: columns and rows of the picture. None if no part of the picture is inside.
     pub fn between(one: [f32; 2], other: [f32; 2], size: [usize; 2]) -> Option<Self> {
         let along = |axis: usize| {
             let length = size[axis] as f32;
@@ -32,13 +32,13 @@ impl Region {
         Some(Self { left, top, right, bottom })
     }
 
-    /// The part that is inside a picture of so many columns and rows. None if there is none.
+    /// The part inside a picture of this many columns and rows; None if there is none.
     pub fn inside(self, [columns, rows]: [usize; 2]) -> Option<Self> {
         let inside = Self { right: self.right.min(columns), bottom: self.bottom.min(rows), ..self };
         (inside.left < inside.right && inside.top < inside.bottom).then_some(inside)
     }
 
-    /// The same part of the picture at another size: all pixels that it touches. Sizes are columns and rows.
+    /// The same region at another picture size, including pixels that it only touches. Sizes are columns and rows.
     pub fn scaled(self, from: [usize; 2], to: [usize; 2]) -> Self {
         let low = |at: usize, axis: usize| at * to[axis] / from[axis].max(1);
         let high = |at: usize, axis: usize| (at * to[axis]).div_ceil(from[axis].max(1));
@@ -55,12 +55,13 @@ impl Region {
         [self.right.saturating_sub(self.left), self.bottom.saturating_sub(self.top)]
     }
 
-    /// Its pixels of a picture with so many columns, row by row, as far as there are any.
+    /// The pixels of the region, row by row, in a picture with this many columns. Pixels outside the picture are
+    /// skipped.
     pub fn of<T>(self, pixels: &[T], columns: usize) -> impl Iterator<Item = &T> {
         self.every(1, pixels, columns)
     }
 
-    /// The same of every so many rows.
+    /// The same for every `step`-th row.
     pub fn every<T>(self, step: usize, pixels: &[T], columns: usize) -> impl Iterator<Item = &T> {
         let (left, right) = (self.left.min(columns), self.right.min(columns));
         let rows = (self.top..self.bottom).step_by(step.max(1));
@@ -71,10 +72,10 @@ impl Region {
     }
 }
 
-/// Pixels that are counted of a picture that moves, at the most; one that stands is counted whole.
+/// Most pixels counted of a moving picture; a still picture is counted in full.
 const MOST: usize = 1 << 18;
 
-/// Every how many rows are counted of so many columns and rows, of a picture that moves or stands.
+/// Step between the counted rows of a picture with this many columns and rows. `moves`: the picture changes.
 pub fn counted_rows([columns, rows]: [usize; 2], moves: bool) -> usize {
     match moves {
         true => columns.saturating_mul(rows).div_ceil(MOST).max(1),
@@ -82,7 +83,7 @@ pub fn counted_rows([columns, rows]: [usize; 2], moves: bool) -> usize {
     }
 }
 
-/// The mean of RGB values. None if there is none.
+/// The mean of RGB values; None without values.
 pub fn mean(values: impl Iterator<Item = [f32; 3]>) -> Option<[f32; 3]> {
     let (mut sum, mut count) = ([0f64; 3], 0usize);
     for value in values {
@@ -120,7 +121,7 @@ mod tests {
         assert_eq!(found, [5, 6, 9, 10]);
         let found: Vec<usize> = region.every(2, &pixels, 4).copied().collect();
         assert_eq!(found, [5, 6]);
-        assert_eq!(region.of(&pixels[..6], 4).count(), 0, "rows that are torn");
+        assert_eq!(region.of(&pixels[..6], 4).count(), 0, "incomplete rows");
         assert_eq!(region.inside([2, 9]).map(Region::size), Some([1, 2]));
         assert_eq!(region.inside([1, 9]), None);
         assert_eq!(region.scaled([4, 4], [2, 2]).size(), [2, 2]);

@@ -1,6 +1,6 @@
-//! The steps of undo and redo between two sessions: `undo.json` beside `look.json`.
+//! Undo and redo steps between two sessions: `undo.json` beside `look.json`.
 //!
-//! It says which look it belongs to. It is written before that look, so that after a kill it is as new as the look or newer.
+//! The file names its look. It is written before that look, so that after a kill it is as new as the look or newer.
 
 use super::environment_list::{self, ListedEnvironment};
 use super::history::History;
@@ -14,38 +14,38 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Steps that are kept in each direction, the nearest.
+/// Most steps kept in each direction, counted from the nearest.
 const MOST_STEPS: usize = 100;
-/// Bytes of the file at most.
+/// Largest size of the file in bytes.
 const MOST_BYTES: u64 = 4 << 20;
 
-/// The contents of the file.
+/// Contents of the file.
 #[derive(Serialize, Deserialize)]
 struct HistoryFile {
-    /// The look that the steps lead to.
+    /// The look that the steps belong to.
     look: SavedLook,
     undo: Vec<SavedStep>,
     redo: Vec<SavedStep>,
-    /// The files of lists of environments.
+    /// Files of the environment lists.
     lists: Vec<Vec<NamedEnvironment>>,
 }
 
-/// A look before or after.
+/// An earlier or later look.
 #[derive(Serialize, Deserialize)]
 struct SavedStep {
-    /// The place of its list.
+    /// Index of its list.
     list: usize,
     look: SavedLook,
 }
 
-/// The file of a project.
+/// The undo file of a project.
 pub fn path(project: &Project) -> PathBuf {
     project.root.join("undo.json")
 }
 
 impl History {
-    /// The text of the file, for the look that it leads to. Far steps are left out where it would get too long; None if a
-    /// path in it is no text, or the look alone is too long.
+    /// Text of the file for the look that the steps belong to. The farthest steps are dropped if the text would be too
+    /// long. None if a path is not UTF-8, or the look alone is too long.
     pub fn text([undo, redo]: [&[LookSettings]; 2], look: &LookSettings) -> Option<String> {
         let mut steps = MOST_STEPS;
         loop {
@@ -80,11 +80,11 @@ impl History {
         }
     }
 
-    /// The steps that lead to a look that was read from the project, whose list is the project's. `unwritten` is the newest
-    /// text, if it is not on the disk yet. Empty if there is no file.
+    /// The undo and redo steps of a look that was read from the project, with the project's list. `unwritten` is the
+    /// newest text, if not on disk yet. Empty without a file.
     ///
     /// # Errors
-    /// When the file cannot be understood, or leads to another look. It is left, and overwritten by the next change.
+    /// If the file cannot be parsed, or belongs to a different look. The file stays, and the next change overwrites it.
     pub fn load(project: &Project, unwritten: Option<&str>, look: &LookSettings) -> Result<Self> {
         let path = path(project);
         let text = match unwritten {
@@ -96,7 +96,7 @@ impl History {
             },
         };
         let file: HistoryFile = serde_json::from_str(&text).map_err(|e| useless(&path, e))?;
-        file.history(look).ok_or_else(|| useless(&path, "it belongs to another look"))
+        file.history(look).ok_or_else(|| useless(&path, "it belongs to a different look"))
     }
 }
 
@@ -106,7 +106,7 @@ fn useless(path: &Path, cause: impl std::fmt::Display) -> Error {
 }
 
 impl HistoryFile {
-    /// The steps that lead to a look; None if they lead to another.
+    /// The steps of a look; None if they belong to a different look.
     fn history(self, look: &LookSettings) -> Option<History> {
         let restored = |files: &Vec<NamedEnvironment>| {
             Arc::new(environment_list::restored(&look.environments, files))
@@ -117,7 +117,7 @@ impl HistoryFile {
             let step = |step: SavedStep| {
                 let mut one = look.clone();
                 one.environments = lists.get(step.list)?.clone();
-                // Its own environment is found by its name.
+                // Its own environment is found by name.
                 one.environment = 0;
                 step.look.apply(&mut one);
                 Some(one)
@@ -129,7 +129,7 @@ impl HistoryFile {
         self.look.apply(&mut present);
         let is_present = |one: &LookSettings| SavedLook::of(one) == SavedLook::of(look);
         if !is_present(&present) {
-            // The window was killed after it wrote these steps and before it wrote the look that they lead to.
+            // The window was killed between writing these steps and writing their look.
             match undo.iter().rposition(is_present) {
                 Some(at) => {
                     redo.push(present);
@@ -144,7 +144,7 @@ impl HistoryFile {
                 }
             }
         }
-        // What differs in settings that are not kept would be steps that change nothing.
+        // Steps that differ only in unsaved settings would change nothing.
         for steps in [&mut undo, &mut redo] {
             steps.dedup();
             while steps.last() == Some(look) {
@@ -175,7 +175,7 @@ mod tests {
         History::text(state.history(), &state.look).unwrap()
     }
 
-    /// A window that was opened on what two files hold.
+    /// A window opened with the contents of the two files.
     fn reopened(look: &str, undo: &str) -> Result<State> {
         let folder = tempfile::tempdir().unwrap();
         let project = Project::without_shoot(folder.path());
@@ -223,7 +223,7 @@ mod tests {
             assert_eq!(found.look.exposure_stops, stops);
         }
         assert!(!found.can_redo());
-        // The same where the newer steps are undone ones.
+        // The same with redo steps.
         let mut undone = changed(&[1.0, 2.0, 3.0]);
         undone.change(LookCommand::Undo);
         undone.change(LookCommand::Undo);
@@ -256,9 +256,9 @@ mod tests {
         assert!(reopened(&look_text(&mine), &good).unwrap().can_undo());
         test_support::shown!(
             Strangers,
-            "`undo.json` is broken, endless or of another look",
-            danger: "undo leads to a look that never was, or the project cannot be opened",
-            done: "it is left out with a sentence; its size and its steps are bounded",
+            "`undo.json` is damaged, endless or belongs to a different look",
+            danger: "undo leads to a look that never existed, or the project cannot be opened",
+            done: "the file is ignored with a message; its size and its steps are bounded",
         );
     }
 
@@ -270,7 +270,7 @@ mod tests {
         let [undo, _] = after.history();
         let [all, _] = before.history();
         assert_eq!(undo, &all[all.len() - MOST_STEPS..]);
-        // Long looks: a thousand lights each.
+        // Long looks, with a thousand lights each.
         let mut long = State::new(10, 24.0);
         for i in 0..30 {
             let mut lighting = long.look.lighting.clone();

@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-/// Part of a look that is saved. A file may leave anything out: it is as in a new window then.
+/// The saved part of a look. Missing fields have the values of a new window.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedLook {
-    /// The environment's name in the list.
+    /// Name of the environment in the list.
     environment: String,
     yaw_deg: f32,
-    /// Keys as files had them before every setting could have some: they are read, and never written.
+    /// Keys of older files, from before every setting could have keys: read, but never written.
     #[serde(skip_serializing)]
     yaw_keys: Keyframes,
     #[serde(skip_serializing)]
@@ -29,18 +29,18 @@ pub struct SavedLook {
     lighting: Lighting,
     effects: Effects,
     background: Background,
-    /// First and last frame that are played and exported; none for all.
+    /// First and last frame to play and export; None for all.
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<(usize, usize)>,
 }
 
 impl SavedLook {
-    /// The file of a project.
+    /// The look file of a project.
     pub fn path(project: &Project) -> PathBuf {
         project.root.join("look.json")
     }
 
-    /// Saved part of a look.
+    /// The saved part of a look.
     pub fn of(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
@@ -57,30 +57,30 @@ impl SavedLook {
         }
     }
 
-    /// The same for other clips too: without the frames that are played and exported.
+    /// The same for any clip: without the range of frames to play and export.
     pub(super) fn of_any_clip(self) -> Self {
         Self { range: None, ..self }
     }
 
-    /// Look that is saved in a project; None if nothing is yet. With `mine`, this window may write there.
+    /// The look saved in a project; None if there is none yet. `mine`: this window may write to the project.
     ///
     /// # Errors
-    /// When the file cannot be understood: if it is `mine`, it is renamed to `look.json.old`.
+    /// If the file cannot be parsed. If `mine`, it is then renamed to `look.json.old`.
     pub fn load(project: &Project, mine: bool) -> Result<Option<Self>> {
         let path = Self::path(project);
         let parsed = match files::read_text(&path, files::MOST_TEXT) {
             Ok(text) => serde_json::from_str(&text).map_err(|e| e.to_string()),
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-            // It cannot be read, holds no text or far too much, or is no file at all.
+            // Unreadable, not text, far too long, or not a file.
             Err(e) => Err(e.to_string()),
         };
         parsed.map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
             if !mine {
-                let remedy = "It is left as it is, because this window only reads the project";
+                let remedy = "The file is unchanged, because this window only reads the project";
                 return Error::codec("understand the look in", path, e, remedy);
             }
-            // If it cannot be renamed, the next change overwrites it, and the error says so.
+            // Without a rename, the next change overwrites the file, as the error says.
             let moved = std::fs::rename(&path, &aside);
             let remedy = match moved {
                 Ok(()) => format!("It was renamed to {}", files::shown(&aside)),
@@ -90,7 +90,7 @@ impl SavedLook {
         })
     }
 
-    /// Applies it to the look of a window at its first frame, after the list of environments is known.
+    /// Applies it to the look of a window at frame 0, once the environment list is known.
     pub fn apply(self, look: &mut LookSettings) {
         let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
         look.environment = place.unwrap_or(look.environment);
@@ -106,7 +106,7 @@ impl SavedLook {
         look.expose(self.exposure_stops);
         look.lighting = self.lighting;
         look.effects = Effects {
-            // What is looked at in place of the picture was once part of the look.
+            // In older files, the inspection was part of the look.
             inspection: Inspection::Picture,
             ..self.effects.bounded()
         };
@@ -116,7 +116,7 @@ impl SavedLook {
         look.follow(0);
     }
 
-    /// Look from the text that [`Self::text`] gave.
+    /// Parses the text from [`Self::text`].
     pub fn of_text(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()
     }
@@ -154,7 +154,7 @@ mod tests {
         read.apply(&mut other.look);
         assert_eq!(other.look, state.look);
 
-        // With keys it was saved at the last frame and is shown at the first.
+        // Saved at the last frame, and shown at the first because of its keys.
         state.change(LookCommand::ToggleKey(Setting::Yaw));
         state.show(ViewCommand::LastFrame);
         state.change(LookCommand::Yaw(90.0));
@@ -166,7 +166,7 @@ mod tests {
         read.apply(&mut other.look);
         assert_eq!((other.look.exposure_stops, other.look.yaw_deg), (10.0, 0.0));
 
-        // Keys as files had them before every setting could have some, and of a light that is gone.
+        // Keys of an older file, from before every setting could have keys, and keys of a removed light.
         let old = r#"{"yaw_keys": {"keys": [{"frame": 0, "value": 10}, {"frame": 8, "value": 30}]},
             "intensity_keys": {"interpolation": "linear", "keys": [{"frame": 4, "value": 1.5}]},
             "keys": {"lights.4.yaw": {"keys": [{"frame": 0, "value": 10}]}},
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(again.look, other.look);
 
         std::fs::write(SavedLook::path(&project), "half a f").unwrap();
-        // Another window's file stays where it is.
+        // A file of another window stays in place.
         let said = SavedLook::load(&project, false).unwrap_err().to_string();
         assert!(said.contains("look.json") && !said.contains(".old"), "{said}");
         assert_eq!(names(folder.path()), ["look.json"]);
@@ -194,7 +194,7 @@ mod tests {
         assert!(said.contains("look.json.old"), "{said}");
         let aside = folder.path().join("look.json.old");
         assert_eq!(std::fs::read_to_string(aside).unwrap(), "half a f");
-        // What has no end is put aside too.
+        // An endless file is put aside too.
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink("/dev/zero", SavedLook::path(&project)).unwrap();
@@ -204,9 +204,9 @@ mod tests {
         }
         test_support::shown!(
             Accidents,
-            "`look.json` that cannot be understood",
+            "`look.json` that cannot be parsed",
             danger: "a second window, which only reads, renames a file that another window writes",
-            done: "only the window that may write puts it aside; any other leaves it and says so"
+            done: "only the window that may write puts it aside; any other window leaves it and says so"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! The saving threads of a window that is killed, and of one that shares its project with others.
+//! Saving threads of a window that is killed, and of a window that shares its project with other programs.
 
 use super::*;
 use crate::environment_list::{ListedEnvironment, Owner};
@@ -15,15 +15,15 @@ use std::time::{Duration, Instant};
 use test_support::accident::{End, Moments, age, contents, left_over};
 use worker::{EnvironmentListWriter, Origin};
 
-/// Names the folder in which a child process saves for ever.
+/// Variable with the folder in which a child process keeps saving.
 const FOLDER: &str = "AFTERLIGHT_SAVING_FOLDER";
-/// Time in seconds for which processes share a project.
+/// Variable with the time in seconds for which processes share a project.
 const SECONDS: &str = "AFTERLIGHT_SHARED_SECONDS";
 
-/// The settings that a window has at this number.
+/// The settings of a window after this number of changes.
 fn settings(number: u64) -> LookSettings {
     let mut settings = LookSettings {
-        // Longer than a block of the disk.
+        // Longer than a disk block.
         environments: Arc::new(vec![ListedEnvironment {
             name: "x".repeat(10_000),
             origin: Origin::BuiltIn(light::built_in::all()[0]),
@@ -40,13 +40,13 @@ fn look(number: u64) -> SavedLook {
     SavedLook::of(&settings(number))
 }
 
-/// Text of the undo steps at this number.
+/// Text of the undo steps after this number of changes.
 fn undo(number: u64) -> String {
     let before = settings(number - 1);
     History::text([&[before], &[]], &settings(number)).unwrap()
 }
 
-/// The list that a window has at this number.
+/// The environment list after this number of changes.
 fn environments(folder: &Path, number: u64) -> Vec<NamedEnvironment> {
     vec![NamedEnvironment {
         name: format!("e{}", number % 5),
@@ -55,7 +55,7 @@ fn environments(folder: &Path, number: u64) -> Vec<NamedEnvironment> {
     }]
 }
 
-/// A project in `folder/film`, and what is not its business around it.
+/// A project in `folder/film`, beside files that the program must not touch.
 fn begin(folder: &Path) -> Project {
     let root = folder.join("film");
     std::fs::create_dir_all(&root).unwrap();
@@ -69,13 +69,13 @@ fn begin(folder: &Path) -> Project {
     project
 }
 
-/// The number of the last look that was saved.
+/// Number of the last saved look.
 fn saved(folder: &Path) -> u64 {
     let bytes = std::fs::read(folder.join("saved")).unwrap();
     u64::from_le_bytes(bytes.try_into().unwrap())
 }
 
-/// A process that saves look, preferences and environments for ever, and notes what it saved.
+/// A process that keeps saving look, preferences and environments, and notes the number of each save.
 fn child(folder: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     let test = "saved_look::crash_tests::a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save";
@@ -115,16 +115,16 @@ fn save_for_ever(folder: &Path) -> ! {
             std::process::exit(1);
         }
     }
-    unreachable!("numbers do not end")
+    unreachable!("the numbers are unbounded")
 }
 
-/// The saved look is whole, and is the last or the one after.
+/// Checks that the saved look is complete, and is the last one or the one after.
 fn check(folder: &Path, project: &Project) {
     let number = saved(folder);
     let found = SavedLook::load(project, false).unwrap().unwrap();
     let near = [look(number), look(number + 1)];
     assert!(near.contains(&found), "{:?} after {number}", found.lighting);
-    // The steps lead to the look, whichever file was written last.
+    // The steps belong to the look, whichever file was written last.
     let mut shown = settings(0);
     found.apply(&mut shown);
     let at = shown.lighting.intensity_stops;
@@ -151,7 +151,7 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
     let folder = folder.path();
     let project = begin(folder);
     let outside = contents(&folder.join("outside"));
-    // Until the first is saved there is only what a person linked there.
+    // Before the first save, there is only the linked file.
     let first = child(folder).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     let mut first = first.unwrap();
     let started = Instant::now();
@@ -170,7 +170,7 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
         let left = left_over(folder);
         unfinished += u32::from(!left.is_empty());
         age(&left);
-        // As the next window does.
+        // As the next window does on start.
         Preferences::from_file(&folder.join("settings/window.json"));
         drop(project::Lock::take(&project.root, "a test").unwrap());
         assert!(left_over(folder).is_empty());
@@ -182,9 +182,9 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
     test_support::shown!(
         Accidents,
         "The studio is killed while it saves",
-        danger: "half a look, steps of undo to another look, half a list of environments, lost preferences",
+        danger: "half a look, undo steps of a different look, half a list of environments, lost preferences",
         done: "each file is written beside and renamed; the next window removes what is unfinished",
-        bound: "the look is the last that was saved or the one after; no file outside the project changed",
+        bound: "the look is the last saved one or the one after; no file outside the project changed",
         measured: measured
     );
 }
@@ -219,7 +219,7 @@ fn a_window_and_another_program_lose_none_of_each_others_changes() {
         "The studio and another program change one project at a time",
         danger: "one overwrites what the other changed",
         done: "each reads project.toml again under a lock before it changes it",
-        bound: "every change is there",
+        bound: "every change is kept",
         measured: measured
     );
 }

@@ -1,4 +1,4 @@
-//! Writes small files in the background, one after the other.
+//! Writes small files in the background, one after another.
 
 use base::error::Result;
 use base::files::write_beside;
@@ -11,30 +11,30 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use worker::background::{Background, Handler, Request};
 
-/// Texts that are not in the files.
+/// Texts that are not on disk.
 #[derive(Clone, Default)]
 struct Unwritten(Arc<Mutex<UnwrittenFiles>>);
 
 #[derive(Default)]
 struct UnwrittenFiles {
-    /// The newest text of each file that writing has not been tried of yet.
+    /// Newest text of each file, until a write is attempted.
     texts: HashMap<PathBuf, Arc<str>>,
-    /// Since when there are any.
+    /// Time since which texts have been waiting.
     since: Option<Instant>,
-    /// Files whose last text could not be written, and why.
+    /// Files whose last text could not be written, with the reason.
     failed: HashMap<PathBuf, String>,
 }
 
-/// The thread that writes. Dropping it waits until everything is written.
+/// The writing thread. Dropping it waits until everything is written.
 pub struct Saver {
     thread: Background<SaveRequest>,
-    /// The files that were saved, by the number that their requests have.
+    /// The saved files, by the number used in requests.
     files: RefCell<Vec<PathBuf>>,
     unwritten: Unwritten,
     failures: Receiver<String>,
 }
 
-/// To write this text into the file of this number.
+/// Request to write this text to the file with this number.
 struct SaveRequest {
     file: usize,
     path: PathBuf,
@@ -49,12 +49,12 @@ struct Saving<Save, Wake> {
 }
 
 impl Saver {
-    /// Starts the thread; `wake` is called when something could not be written.
+    /// Starts the thread. `wake` is called after a failed write.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
         Self::by(wake, |path, text| write_beside(path, |out| out.write_all(text.as_bytes())))
     }
 
-    /// The same with another way to write a text into a file.
+    /// The same with another function for writing.
     fn by(
         wake: impl Fn() + Send + 'static,
         write: impl FnMut(&Path, &str) -> Result<()> + Send + 'static,
@@ -71,8 +71,7 @@ impl Saver {
         Self { thread, files: RefCell::default(), unwritten, failures }
     }
 
-    /// Writes `text` to `path` soon: to a file beside it, which is then renamed. Only the newest text for a file is
-    /// written.
+    /// Writes `text` to `path` soon, through a renamed temporary file. Only the newest text for a file is written.
     pub fn save(&self, path: PathBuf, text: String) {
         let mut files = self.files.borrow_mut();
         let file = files.iter().position(|known| *known == path);
@@ -85,17 +84,17 @@ impl Saver {
         self.thread.put(SaveRequest { file, path, text });
     }
 
-    /// The newest text for a file, if writing it has not been tried yet: what is in the file is older.
+    /// The newest text for a file, if no write was attempted yet: the file itself is older.
     pub fn unwritten(&self, path: &Path) -> Option<Arc<str>> {
         self.unwritten.get(path)
     }
 
-    /// Time for which texts have been waiting to be written; None if none are.
+    /// Waiting time of the oldest unwritten text; None if none is waiting.
     pub fn waiting(&self) -> Option<Duration> {
         self.unwritten.lock().since.map(|since| since.elapsed())
     }
 
-    /// Reason the newest text of a file that was tried is not in it; None if all are written.
+    /// Reason that a file's newest text could not be written; None if all are written.
     pub fn failed(&self) -> Option<String> {
         let files = self.unwritten.lock();
         files.failed.values().next().cloned()
@@ -122,7 +121,7 @@ impl Unwritten {
         files.since.get_or_insert_with(Instant::now);
     }
 
-    /// Writing this text has been tried, and failed for this reason if it did.
+    /// Records the attempt to write this text, with the reason if it failed.
     fn tried(&self, path: &Path, text: &Arc<str>, failure: Option<String>) {
         let mut files = self.lock();
         let newest = files.texts.get(path);
@@ -140,7 +139,7 @@ impl Unwritten {
 }
 
 impl Request for SaveRequest {
-    /// One lane for each file.
+    /// One lane per file.
     fn lane(&self) -> Option<usize> {
         Some(self.file)
     }
@@ -166,7 +165,7 @@ where
         let failure = answer.err().map(|e| e.to_string());
         let has_failed = failure.is_some();
         if let Some(failure) = failure.clone() {
-            // Nobody listens after the window is closed.
+            // Fails once the window is closed, when the result does not matter.
             let _ = self.failures.send(failure);
         }
         let was_failed = self.unwritten.lock().failed.contains_key(&request.path);
@@ -182,7 +181,7 @@ mod tests {
     use super::*;
     use test_support::wait_for;
 
-    /// Waits until writing these files has been tried.
+    /// Waits until these files were attempted.
     fn settle(saver: &Saver, files: &[PathBuf]) {
         let waits = || files.iter().any(|file| saver.unwritten(file).is_some());
         wait_for(|| (!waits()).then_some(()));
@@ -194,7 +193,7 @@ mod tests {
         let saver = Saver::by(
             || {},
             move |_, _| {
-                // It fails at the end of the test.
+                // Fails at the end of the test.
                 let _ = may_go.recv();
                 Ok(())
             },
@@ -212,8 +211,8 @@ mod tests {
         test_support::shown!(
             Accidents,
             "A project is opened again before its look has been written to a slow disk",
-            danger: "the window stands still, or shows the older look",
-            done: "what has not been written yet is read from memory",
+            danger: "the window freezes, or shows the older look",
+            done: "unwritten changes are read from memory",
         );
     }
 
@@ -225,7 +224,7 @@ mod tests {
             saver.save(folder.path().join("a"), i.to_string());
             saver.save(folder.path().join("b"), i.to_string());
         }
-        // A file cannot stand below another file.
+        // A file cannot have a file as its folder.
         std::fs::write(folder.path().join("c"), "").unwrap();
         saver.save(folder.path().join("c/d"), String::new());
         settle(&saver, &["a", "b", "c/d"].map(|name| folder.path().join(name)));
@@ -239,7 +238,7 @@ mod tests {
         std::fs::remove_file(folder.path().join("c")).unwrap();
         saver.save(folder.path().join("c/d"), String::new());
         settle(&saver, &[folder.path().join("c/d")]);
-        assert_eq!(saver.failed(), None, "it is written now");
+        assert_eq!(saver.failed(), None, "the text is written now");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Content of the window, as plain data, and its changes by commands.
+//! State of the window as plain data, and its changes by commands.
 
 mod added;
 mod aiming;
@@ -26,40 +26,40 @@ use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
 
-/// Kind of path that can be chosen in a file dialog.
+/// Kind of path chosen in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
     Folder,
     Files,
-    /// A file to write, which need not be there.
+    /// A new file, which need not exist.
     NewFile,
 }
 
-/// The field for a path that is open beside a file dialog.
+/// The path field beside an open file dialog.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathEntry {
     pub dialog: Dialog,
-    /// Number of the dialog's opening that it stands beside.
+    /// Number of its dialog.
     pub number: u64,
     pub title: &'static str,
     pub wanted: Wanted,
-    /// Text that the field begins with, or was filled with by a drop.
+    /// Initial text of the field, or the text of a drop.
     pub begun: String,
-    /// Number of times that it was filled by a drop.
+    /// Number of times that a drop has filled it.
     pub fills: usize,
-    /// Reason the system shows no dialog, if it does not.
+    /// Reason that the system shows no dialog, if it shows none.
     pub missing: Option<String>,
-    /// A file that is there and would be replaced: the question is open.
+    /// An existing file that would be replaced: the question is open.
     pub existing: Option<PathBuf>,
 }
 
-/// A project that is opened once a person agrees to what ends with the one before.
+/// A project to open once the person agrees to end work in the current one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaving {
     pub folder: PathBuf,
-    /// It is the open project itself, which is read again.
+    /// True if it is the open project, to be reread.
     pub again: bool,
-    /// Work that would end, a sentence each.
+    /// Work that would end, one sentence each.
     pub ends: Vec<String>,
 }
 
@@ -68,93 +68,93 @@ pub struct Leaving {
 pub struct State {
     pub look: LookSettings,
     pub workspace: Workspace,
-    /// The pane that keys go to.
+    /// The active pane, which gets the keys.
     pub active: Pane,
-    /// The lamp whose mirror ball is shown; None for the interview's light.
+    /// The lamp of the visible mirror ball; None for the interview's light.
     pub photograph: Option<usize>,
-    /// The lamp under which the pose in training is shown.
+    /// The lamp of the visible training pose.
     pub trained_lamp: usize,
-    /// The exemplar that is relit as the interview.
+    /// The exemplar to relight like the interview.
     pub pose: usize,
-    /// The lamps that the frame is shown under, ascending; empty for the environment.
+    /// The solo lamps, ascending; empty for the environment.
     pub solo: Vec<usize>,
-    /// The measured frame or pose and lamp that are shown beside the truth: indices in the review.
+    /// The measured cell shown beside the truth: indices of case (frame or pose) and lamp in the review.
     pub cell: Option<(usize, usize)>,
-    /// The cell that was chosen last: indices in the review.
+    /// The last selected cell: indices of case and lamp in the review.
     pub chosen: Option<(usize, usize)>,
-    /// The picture of a cell that is shown alone; None for all three.
+    /// The enlarged picture of a cell; None for all three.
     pub enlarged: Option<CellPicture>,
-    /// Order of the measured cells.
+    /// Sort order of the measured cells.
     pub metric: Metric,
-    /// Factor on differences: one of [`GAINS`].
+    /// Gain of differences: one of [`GAINS`].
     pub gain: f32,
     /// Position of the wipe between two pictures: 0 left, 1 right.
     pub wipe: f32,
     pub compare: CompareSettings,
-    /// Looks that are shown side by side in place of the picture.
+    /// Looks shown side by side instead of the picture.
     pub four: FourLooks,
-    /// Filter of the list of environments.
+    /// Filter of the environment list.
     pub search: String,
-    /// The map of expected errors lies over the picture.
+    /// True if the map of expected errors lies over the picture.
     pub doubts: bool,
-    /// A press on the picture places a light.
+    /// True if a press on the picture places a light.
     pub aims: bool,
-    /// Number of the rig's lamps, once it is known.
+    /// Number of lamps in the rig, once known.
     pub lamps: usize,
-    /// Lamps of the shoot that the network is trained with.
+    /// Lamps of the shoot used for training.
     shoot_lamps: usize,
     /// Lamps of the shoot with a photograph of the mirror ball.
     photographed_lamps: usize,
-    /// The pixel whose values are read, in columns and rows.
+    /// Column and row of the probed pixel.
     pub probed: Option<[usize; 2]>,
-    /// The part of the picture whose means are read.
+    /// The probed region.
     pub region: Option<Region>,
-    /// Part of the footage that is shown.
+    /// The visible part of the footage.
     pub footage: FootageView,
     /// Current frame, from 0.
     pub frame: usize,
-    /// Frames of the interview.
+    /// Number of frames in the interview.
     pub frames: usize,
     /// Frames per second.
     pub frame_rate: f64,
     pub playing: bool,
-    /// Playing goes around the range between in and out; otherwise it stops at the end.
+    /// True if playback loops between the in and out points; false if it stops at the out point.
     pub loops: bool,
-    /// Viewing settings of the picture; none of them is exported.
+    /// Viewing settings of the picture, which are never exported.
     pub viewing: Viewing,
-    /// The view of the OpenColorIO configuration that is looked through as soon as its table is there, in place of a tone curve.
+    /// OpenColorIO view that replaces a tone curve for viewing, once its table is ready.
     pub color_view: Option<ColorChoice>,
-    /// Image shown in place of the picture.
+    /// Image shown instead of the picture.
     pub inspection: Inspection,
     /// Options of the next export.
     pub export_options: ExportOptions,
     pub view: View,
     pub panels: bool,
     pub full_screen: bool,
-    /// The list of keys covers the picture.
+    /// True if the list of shortcuts covers the picture.
     pub keys: bool,
-    /// The list of commands is open.
+    /// True if the list of commands is open.
     pub palette: bool,
-    /// The report on this machine lies over the window.
+    /// True if the performance report lies over the window.
     pub machine: bool,
-    /// The field for a path, while a file dialog is open or missing.
+    /// The path field, while a file dialog is open or missing.
     pub path: Option<PathEntry>,
-    /// Work that a requested close would end, a sentence each; empty unless the question is open.
+    /// Work that a requested close would end, one sentence each; empty unless the question is open.
     pub closing: Vec<String>,
-    /// Another project is to be opened, and work would end.
+    /// A project whose opening would end work.
     pub leaving: Option<Leaving>,
-    /// Panoramas that were added since the window was opened.
+    /// Panoramas added since the window was opened.
     added: Vec<Added>,
     history: History,
-    /// The kind of change that a drag makes: all of it is undone at once.
+    /// Kind of change of the current drag, which makes a single undo step.
     dragging: Option<Discriminant<LookCommand>>,
     aiming: Aiming,
-    /// The ids of the groups whose lights are hidden.
+    /// Ids of the folded groups of lights.
     folded_lights: BTreeSet<u32>,
 }
 
 impl State {
-    /// The state of a window that was just opened on so many frames.
+    /// State of a new window on this many frames.
     pub fn new(frames: usize, frame_rate: f64) -> Self {
         Self {
             look: LookSettings::default(),
@@ -207,7 +207,7 @@ impl State {
         }
     }
 
-    /// The state of a window that was just opened on a project.
+    /// State of a new window on a project.
     pub fn of(project: &Project) -> Self {
         let shoot = &project.settings.shoot;
         Self {
@@ -218,12 +218,12 @@ impl State {
         }
     }
 
-    /// The picture that this state asks for.
+    /// The scene of the picture in this state.
     pub fn scene(&self) -> Scene {
         self.scene_of(&self.look)
     }
 
-    /// The picture of a look that stands at the same frame, seen as this state shows pictures.
+    /// The scene of another look at the same frame, with the same viewing settings.
     pub fn scene_of(&self, look: &LookSettings) -> Scene {
         let mut effects = look.effects;
         effects.inspection = self.shown_inspection();
@@ -239,7 +239,7 @@ impl State {
         }
     }
 
-    /// Image shown in place of the picture: a difference goes before a channel.
+    /// Image shown instead of the picture: a difference has priority over a channel.
     pub fn shown_inspection(&self) -> Inspection {
         let compares = self.compare.on && !self.four.on;
         match compares && self.compare.mode == CompareMode::Difference {
@@ -248,13 +248,13 @@ impl State {
         }
     }
 
-    /// True if a question or a list lies over the window and takes the keys.
+    /// True if a question or a list covers the window and takes the keys.
     pub fn is_covered(&self) -> bool {
         let asks = !self.closing.is_empty() || self.leaving.is_some() || self.path.is_some();
         asks || self.palette || self.keys
     }
 
-    /// First and last frame that are played and exported.
+    /// First and last frame to play and export.
     pub fn range(&self) -> (usize, usize) {
         self.look.range_of(self.frames)
     }
@@ -267,30 +267,30 @@ impl State {
         !self.history.redo.is_empty()
     }
 
-    /// The looks that can be undone and redone, the nearest last.
+    /// Looks for undo and for redo, the nearest last.
     pub(crate) fn history(&self) -> [&[LookSettings]; 2] {
         [&self.history.undo, &self.history.redo]
     }
 
-    /// Takes over the steps of a session before.
+    /// Restores the steps of an earlier session.
     pub(crate) fn remember(&mut self, history: History) {
         self.history = history;
     }
 
-    /// True if a setting is being dragged.
+    /// True during the drag of a setting.
     pub fn is_dragged(&self) -> bool {
         self.dragging.is_some()
     }
 
-    /// Ends a drag: the next change is a step of its own.
+    /// Ends a drag: the next change is a new step.
     pub fn release(&mut self) {
         self.dragging = None;
     }
 
-    /// Changes the settings. What a drag changes is one step of undo, and what changes nothing is none.
+    /// Changes the settings. A drag makes a single undo step; a change without effect makes none.
     ///
-    /// What would change nothing that is seen under lamps alone ends [`Self::solo`]: another environment or stored look, a turn,
-    /// another light.
+    /// Ends [`Self::solo`] if the change would be invisible under solo lamps: another environment or stored look, a
+    /// rotation, another light.
     pub fn change(&mut self, command: LookCommand) {
         let before = (self.look.environment, self.light());
         let light = self.place_of_chosen();
@@ -318,14 +318,14 @@ impl State {
             self.solo.clear();
         }
         if chosen || self.look.environment != lit_by {
-            // It would not be seen beside the truth.
+            // Such a change is invisible beside the truth.
             self.show(ViewCommand::Cell(None));
         }
     }
 
-    /// Light on the subject, but for the environment's picture: its turn and all else.
+    /// Light on the subject apart from the environment's panorama: its rotation and everything else.
     fn light(&self) -> (f32, Option<Lighting>) {
-        // It matters under lamps alone.
+        // Only relevant under solo lamps.
         let alone = !self.solo.is_empty();
         (self.look.yaw_deg, alone.then(|| self.look.lighting.clone()))
     }
@@ -338,7 +338,7 @@ impl State {
             LookCommand::Redo => return self.travel(false),
             LookCommand::Environment(entry) => {
                 look.light_by(entry);
-                // It would not be seen.
+                // Such a change is invisible under solo lights.
                 look.lighting = look.lighting.without_solo();
             }
             LookCommand::AddEnvironments(files) => {
@@ -351,7 +351,7 @@ impl State {
             LookCommand::Front(entry, front) => look.set_front(entry, front),
             LookCommand::Apply(applied) => {
                 look.show_stored(&applied);
-                // The present value of what has keys is no change that sets one.
+                // The current value of an animated setting is not a change that sets a key.
                 look.follow(self.frame);
             }
             LookCommand::ToggleKey(of) => look.toggle_key(of, self.frame),
@@ -388,7 +388,7 @@ impl State {
 
     fn travel(&mut self, back: bool) {
         if self.history.travel(back, &mut self.look) {
-            // It may have been left at another frame.
+            // The restored look may date from another frame.
             self.look.follow(self.frame);
         }
         self.aiming.end();
@@ -492,10 +492,10 @@ mod tests {
         assert!(ends(&mut s, brighter));
         assert!(ends(&mut s, LookCommand::Turn(10.0)));
         assert!(ends(&mut s, LookCommand::Environment(0)));
-        assert!(ends(&mut s, LookCommand::Undo), "the turn is undone");
+        assert!(ends(&mut s, LookCommand::Undo), "the rotation is undone");
         assert!(!ends(&mut s, LookCommand::Exposure(0.5)));
         let same = lit(&s, 1.0);
-        assert!(!ends(&mut s, same), "nothing was changed");
+        assert!(!ends(&mut s, same), "there was no change");
     }
 
     #[test]

@@ -1,25 +1,25 @@
-//! The status that the worker's events add up to: what the window can do now, which job runs, and what went wrong.
+//! Status from the worker's events: possible actions, the running job, and failures.
 
 use base::progress::Report;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use worker::{Blocked, Event, ExportStatus, Need};
 
-/// Possible actions of the window at present.
+/// Possible actions at present.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Phase {
     /// No project is open.
     NoProject,
     /// The calibration and the network are being read.
     Opening,
-    /// Nothing can be predicted, and why.
+    /// Nothing can be predicted, with the reason.
     Blocked(Blocked),
-    /// Pictures can be made; where the network runs.
+    /// Pictures can be made; with the device of the network.
     Ready { device: String },
 }
 
 impl Phase {
-    /// True while the project waits for its calibration; its footage can be read.
+    /// True while the project waits for its calibration. Its footage can already be read.
     pub fn waits_for_job(&self) -> bool {
         matches!(self, Self::Blocked(blocked) if blocked.need == Some(Need::Calibration))
     }
@@ -33,20 +33,20 @@ pub struct RunningJob {
     /// Finished share of the stage, from 0 to 1.
     pub share: f32,
     pub note: String,
-    /// Its last sentence; the log keeps all of them.
+    /// Its last message; the log keeps all messages.
     pub said: Option<String>,
-    /// Problem that must be put right before it can continue.
+    /// Problem to fix before it can continue.
     pub held: Option<String>,
     /// A stop was requested.
     pub stopping: bool,
-    /// When the stage began, without pauses since then, and the share that was finished then.
+    /// Start of the stage, not counting pauses, and the share finished at that time.
     since: Instant,
     first_share: f32,
-    /// When it was asked to pause.
+    /// Time of the pause request.
     paused: Option<Instant>,
 }
 
-/// Style of a sentence in the log.
+/// Style of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     Info,
@@ -68,32 +68,31 @@ impl std::fmt::Display for LogLine {
     }
 }
 
-/// Lines that the log keeps.
+/// Most lines in the log.
 const LOG_LINES: usize = 1000;
 
 /// Possible actions at present, the running job, and failures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     pub phase: Phase,
-    /// The running job. Pictures are made at the same time.
+    /// The running job. Pictures are made concurrently.
     pub job: Option<RunningJob>,
-    /// Reason the picture that was asked for last could not be made.
+    /// Reason that the last requested picture could not be made.
     pub failure: Option<String>,
-    /// Reason a person's request could not be met. It stays until it is dismissed, or until a later
-    /// action answers it.
+    /// Reason that a command was refused. It stays until dismissed, or until a later action answers it.
     pub refusal: Option<String>,
     /// Message over the window until it is closed: the end of the last job, or its advice.
     pub message: Option<String>,
-    /// The message goes with the next key or click.
+    /// True if the message closes with the next key or click.
     passes: bool,
-    /// All messages, the newest last.
+    /// All messages, newest last.
     pub log: VecDeque<LogLine>,
-    /// When the window was opened.
+    /// Opening time of the window.
     opened: Instant,
 }
 
 impl Status {
-    /// Before anything happened.
+    /// Status of a new window.
     pub fn new(phase: Phase) -> Self {
         Self {
             phase,
@@ -107,13 +106,13 @@ impl Status {
         }
     }
 
-    /// Another project was opened: the log stays.
+    /// Resets the status for another project; the log stays.
     pub fn begin(&mut self, phase: Phase) {
         *self =
             Self { log: std::mem::take(&mut self.log), opened: self.opened, ..Self::new(phase) };
     }
 
-    /// Says why something could not be done or written.
+    /// Shows the reason that something could not be done or written.
     pub fn refuse(&mut self, sentence: String) {
         self.note(Severity::Error, &sentence);
         self.refusal = Some(sentence);
@@ -131,7 +130,7 @@ impl Status {
         self.passes = true;
     }
 
-    /// A key or a button of the pointer was pressed.
+    /// Handles a key press or a pointer button.
     pub fn pressed(&mut self) {
         if std::mem::take(&mut self.passes) {
             self.message = None;
@@ -145,7 +144,7 @@ impl Status {
             severity,
             sentence: sentence.to_owned(),
         };
-        // Repeats are left out: a failing picture is asked for at every turn.
+        // Repeats are skipped: a failing picture is requested again and again.
         let last = self.log.back();
         if last.is_none_or(|last| (last.severity, &last.sentence) != (severity, &line.sentence)) {
             self.log.push_back(line);
@@ -155,12 +154,12 @@ impl Status {
         }
     }
 
-    /// Takes an event in.
+    /// Takes in an event.
     pub fn on_event(&mut self, event: Event) {
         match event {
             Event::Opening => self.phase = Phase::Opening,
             Event::Ready { device } => {
-                // Which library computes is for reports.
+                // The library's name belongs in reports only.
                 let device = device.replacen(" (flex)", "", 1).replacen(" (wgpu)", "", 1);
                 self.phase = Phase::Ready { device };
             }
@@ -187,7 +186,7 @@ impl Status {
                 self.say(sentence);
                 self.job = None;
                 if matches!(self.phase, Phase::Blocked(_)) {
-                    // The job may have made what was missing: the worker looks now.
+                    // The job may have made what was missing; the worker checks now.
                     self.phase = Phase::Opening;
                 }
             }
@@ -248,7 +247,7 @@ impl RunningJob {
         self.paused.is_some()
     }
 
-    /// Notes at `now` that it was asked to pause, or to continue.
+    /// Records a request at `now` to pause or to resume.
     pub fn pause(&mut self, pause: bool, now: Instant) {
         match (self.paused, pause) {
             (None, true) => self.paused = Some(now),
@@ -261,7 +260,7 @@ impl RunningJob {
         }
     }
 
-    /// Time left of the stage at `now`; None while paused, and before it can be estimated.
+    /// Time left of the stage at `now`; None while paused, and until it can be estimated.
     pub fn left(&self, now: Instant) -> Option<Duration> {
         let gone = self.share - self.first_share;
         (gone >= 0.01 && !self.is_paused()).then(|| {
@@ -297,7 +296,7 @@ mod tests {
         assert_eq!((job.stage, job.share), ("training", 0.25));
         assert_eq!(status.phase, Phase::Blocked(blocked));
         status.on_event(Event::Finished { sentence: "trained".into() });
-        assert_eq!(status.phase, Phase::Opening, "what it made is not asked for again");
+        assert_eq!(status.phase, Phase::Opening, "the network is opened again after the job");
         status.on_event(Event::Opening);
         status.on_event(Event::Ready { device: "CPU".into() });
         assert_eq!((&status.phase, &status.job), (&ready(), &None));
@@ -418,7 +417,7 @@ mod tests {
         let at = |seconds| start + Duration::from_secs(seconds);
         let mut job = RunningJob::new("training");
         job.step("epochs", 0.5, String::new(), start);
-        assert_eq!(job.left(at(10)), None, "nothing to go by yet");
+        assert_eq!(job.left(at(10)), None, "too early for an estimate");
         job.pause(true, at(10));
         assert_eq!(job.left(at(500)), None);
         job.pause(false, at(1010));

@@ -1,5 +1,5 @@
-//! One version of a stored look, as a file: the look, when it was stored, and the environment that lights it, by which another
-//! project finds that too.
+//! One version of a stored look, as a file: the look, its time of storing, and its environment, described so that
+//! another project can find it.
 
 use super::environment_list::ListedEnvironment;
 use super::look::LookSettings;
@@ -15,17 +15,17 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use worker::Origin;
 
-/// The newest form of the file that this program knows.
+/// Newest file version known to this program.
 const FORM: u32 = 1;
-/// Bytes of such a file at most: a look with a thousand keys has a tenth of that.
+/// Largest size of such a file in bytes. A look with a thousand keys has a tenth of that.
 pub const MOST_BYTES: u64 = 1 << 20;
 
-/// A look, and what it needs to be shown elsewhere.
+/// A look, with the data needed to show it elsewhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredLook {
-    /// The form of the file.
+    /// Version of the file format.
     afterlight_look: u32,
-    /// When it was stored, in seconds since 1970.
+    /// Time of storing, in seconds since 1970.
     #[serde(default)]
     pub stored: u64,
     #[serde(default)]
@@ -37,22 +37,22 @@ pub struct StoredLook {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LookEnvironment {
-    /// Its name in the list.
+    /// Name in the list.
     pub name: String,
-    /// Its file.
+    /// File of the panorama.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
-    /// The name of a built-in one.
+    /// Name of a built-in environment.
     #[serde(skip_serializing_if = "Option::is_none")]
     built_in: Option<String>,
-    /// Front in the file.
+    /// Front direction in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
 }
 
 impl LookEnvironment {
     fn of(listed: &ListedEnvironment) -> Self {
-        // A path that is no text cannot be written; the name is left.
+        // A path that is not UTF-8 cannot be written; the name remains.
         let file = listed.file().filter(|file| file.to_str().is_some());
         Self {
             name: listed.name.clone(),
@@ -72,13 +72,13 @@ impl LookEnvironment {
         }
     }
 
-    /// Its place in a list: the very same file or built-in one.
+    /// Index in a list of the same file or built-in environment.
     pub fn place_in(&self, list: &[ListedEnvironment]) -> Option<usize> {
         let origin = self.origin()?;
         list.iter().position(|listed| listed.origin == origin)
     }
 
-    /// The place of one with its name, which may be another file.
+    /// Index of an environment with the same name, possibly a different file.
     pub fn namesake_in(&self, list: &[ListedEnvironment]) -> Option<usize> {
         list.iter().position(|listed| listed.name == self.name)
     }
@@ -91,7 +91,7 @@ fn now() -> u64 {
 }
 
 impl StoredLook {
-    /// The present look, stored now.
+    /// The current look, stored now.
     pub fn of(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
@@ -102,14 +102,14 @@ impl StoredLook {
         }
     }
 
-    /// Applies it to a look at its first frame, under the environment at `place`; None leaves the environment as it is.
+    /// Applies it to a look at frame 0, with the environment at `place`; None keeps the environment.
     pub fn apply(&self, look: &mut LookSettings, place: Option<usize>) {
         let (place, range) = (place.unwrap_or(look.environment), look.range);
         self.look.clone().apply(look);
         (look.environment, look.range) = (place, range);
     }
 
-    /// This look in a window: with its list, at this frame, under its own environment or else under one of its name. None if
+    /// This look in a window with this list and frame, under its own environment or else one of the same name. None if
     /// the list has neither.
     pub fn in_window(&self, window: &LookSettings, frame: usize) -> Option<LookSettings> {
         let list = &window.environments;
@@ -126,7 +126,7 @@ impl StoredLook {
         self.in_window(window, frame).as_ref() == Some(window)
     }
 
-    /// True if it is another's look under the same environment, whenever both were stored.
+    /// True if look and environment are the same, whenever both were stored.
     pub fn is_same(&self, other: &Self) -> bool {
         (&self.environment, &self.look) == (&other.environment, &other.look)
     }
@@ -136,10 +136,10 @@ impl StoredLook {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// Reads a file that a person chose, following links.
+    /// Reads a file chosen in a dialog, following links.
     ///
     /// # Errors
-    /// When it cannot be read, is too long, or is no look.
+    /// If it cannot be read, is too long, or is not a look.
     pub fn read(path: &Path) -> Result<Self> {
         let text = files::read_text(path, MOST_BYTES);
         let text = text.map_err(|e| Error::io("read", path, e, "Choose another file"))?;
@@ -149,7 +149,7 @@ impl StoredLook {
     /// Reads one of the program's own files.
     ///
     /// # Errors
-    /// As [`Self::read`], and when it is a link.
+    /// As [`Self::read`], and if it is a link.
     pub fn read_own(path: &Path) -> Result<Self> {
         let read = || {
             let file = files::open_own(path, OpenOptions::new().read(true))?;
@@ -176,8 +176,8 @@ impl StoredLook {
     }
 }
 
-/// Fate of a file that cannot be understood.
-const LEFT: &str = "It is left as it is";
+/// Remedy for a file that cannot be parsed.
+const LEFT: &str = "The file is unchanged";
 
 #[cfg(test)]
 mod tests {
@@ -224,7 +224,7 @@ mod tests {
         let stored = StoredLook::of(&state.look);
         assert!(stored.is(&state.look, 9));
         state.show(ViewCommand::Frame(4));
-        assert!(stored.is(&state.look, 4), "another frame is no other look");
+        assert!(stored.is(&state.look, 4), "the frame does not matter");
     }
 
     #[test]

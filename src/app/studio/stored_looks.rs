@@ -1,4 +1,4 @@
-//! The looks that a project and a person have stored: what is on the two shelves, and the thread that reads and writes them.
+//! Stored looks of a project and a person: the contents of both shelves, and the thread that reads and writes them.
 
 use super::look_name::LookName;
 use super::look_shelf::{LookShelf, LookVersion, ReadPictures, ShelfContents, ShelvedLook};
@@ -9,12 +9,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use worker::background::{Background, Handler, Request};
 
-/// Place in which looks are stored.
+/// Place of stored looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Shelf {
     /// In the open project.
     Project,
-    /// Among a person's settings, for all projects.
+    /// In a person's settings, for all projects.
     Person,
 }
 
@@ -30,7 +30,7 @@ pub struct LookId {
     pub name: LookName,
 }
 
-/// Action on a shelf, and the version that it stored, if it stored one.
+/// Action on a shelf, and the version that it stored, if any.
 type Act = Box<dyn FnOnce(&LookShelf) -> Result<Option<(LookName, u32)>> + Send>;
 
 struct ShelfRequest {
@@ -41,7 +41,7 @@ struct ShelfRequest {
     said: Option<String>,
 }
 
-/// Result of a request, and the content of the shelf after it.
+/// Result of a request, and the contents of the shelf after it.
 struct ShelfAnswer {
     shelf: Shelf,
     at: LookShelf,
@@ -56,7 +56,7 @@ struct Keeping<Wake> {
     wake: Wake,
 }
 
-/// The thread, and what it read and wrote.
+/// The thread, and the results of its reads and writes.
 struct Keeper {
     thread: Background<ShelfRequest>,
     answers: Receiver<ShelfAnswer>,
@@ -67,11 +67,11 @@ struct Keeper {
 pub enum LookNews {
     /// A version was stored.
     Stored(LookId, u32),
-    /// Sentence on a finished action.
+    /// Message about a finished action.
     Done(String),
-    /// Reason something could not be done.
+    /// Reason that something could not be done.
     Failed(String),
-    /// A file that is no look.
+    /// A file that is not a look.
     Unreadable(String),
 }
 
@@ -81,18 +81,18 @@ pub struct StoredLooks {
     contents: [ShelfContents; 2],
     keeper: Option<Keeper>,
     wake: Arc<dyn Fn() + Send + Sync>,
-    /// Number of requests that are not answered yet.
+    /// Number of unanswered requests.
     waiting: usize,
-    /// Files that were named already.
+    /// Files reported already.
     told: BTreeSet<String>,
-    /// The version that was stored or shown last.
+    /// The last stored or applied version.
     pub current: Option<(LookId, u32)>,
-    /// The version that a thumbnail was made for last.
+    /// The version of the last thumbnail.
     pub drawn: Option<(LookId, u32)>,
 }
 
 impl StoredLooks {
-    /// Those of a person, whose settings are in `folder`, if anything is remembered of them.
+    /// Looks of a person whose settings are in `folder`; None without preferences.
     pub fn new(folder: Option<&Path>, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self {
             shelves: [None, folder.map(LookShelf::within)],
@@ -106,7 +106,7 @@ impl StoredLooks {
         }
     }
 
-    /// Another project was opened.
+    /// Switches to another project's looks.
     pub fn open(&mut self, root: &Path) {
         self.shelves[Shelf::Project as usize] = Some(LookShelf::within(root));
         self.contents[Shelf::Project as usize] = ShelfContents::default();
@@ -114,19 +114,19 @@ impl StoredLooks {
         self.read();
     }
 
-    /// Reads both shelves again.
+    /// Rereads both shelves.
     pub fn read(&mut self) {
         for shelf in Shelf::ALL {
             self.put(shelf, None, None);
         }
     }
 
-    /// Folder of a shelf's looks; None if there is no such shelf.
+    /// Folder of a shelf's looks; None if the shelf does not exist.
     pub fn shelf(&self, shelf: Shelf) -> Option<&LookShelf> {
         self.shelves[shelf as usize].as_ref()
     }
 
-    /// Does something to a shelf soon, in the order in which it was asked for. `act` gives the version that it stored.
+    /// Queues an action on a shelf. `act` returns the version that it stored.
     pub fn act(
         &mut self,
         shelf: Shelf,
@@ -135,7 +135,7 @@ impl StoredLooks {
         self.put(shelf, Some(Box::new(act)), None);
     }
 
-    /// The same, with a sentence that is said once it is done.
+    /// The same, with a message for the end of the action.
     pub fn act_and_say(
         &mut self,
         shelf: Shelf,
@@ -163,12 +163,12 @@ impl StoredLooks {
         keeper.thread.put(ShelfRequest { shelf, at, act, said });
     }
 
-    /// True if a request is not done yet.
+    /// True while a request is unanswered.
     pub fn is_busy(&self) -> bool {
         self.waiting > 0
     }
 
-    /// Takes in what was read and written since the last call.
+    /// Takes in results since the last call.
     pub fn receive(&mut self) -> Vec<LookNews> {
         let answers = self.keeper.iter().flat_map(|k| k.answers.try_iter());
         let mut news = Vec::new();
@@ -199,12 +199,12 @@ impl StoredLooks {
         news
     }
 
-    /// The looks of a shelf, in the order of their names.
+    /// Looks of a shelf, in order of their names.
     pub fn looks(&self, shelf: Shelf) -> &[ShelvedLook] {
         &self.contents[shelf as usize].looks
     }
 
-    /// The looks that were removed from a shelf.
+    /// Looks removed from a shelf.
     pub fn removed(&self, shelf: Shelf) -> &[LookName] {
         &self.contents[shelf as usize].removed
     }
@@ -229,7 +229,7 @@ impl StoredLooks {
 }
 
 impl Request for ShelfRequest {
-    /// All are done, one after the other.
+    /// All requests are done, one after another.
     fn lane(&self) -> Option<usize> {
         None
     }
@@ -255,7 +255,7 @@ impl<Wake: Fn()> Handler for Keeping<Wake> {
         };
         let ShelfRequest { shelf, at, said, .. } = request;
         let answer = ShelfAnswer { shelf, at, stored, said, contents };
-        // Nobody listens after the window is closed.
+        // Fails once the window is closed, when the result does not matter.
         if self.answers.send(answer).is_ok() {
             (self.wake)();
         }

@@ -1,51 +1,51 @@
-//! Look of the window: neutral greys, so that nothing competes with the picture.
+//! Theme of the window: neutral greys, so that nothing competes with the picture.
 
 use super::icons;
 use egui::{Button, Color32, CornerRadius, FontDefinitions, FontId, RichText, Stroke, TextStyle};
 
-/// Around the picture: middle grey, 18 % of white, which does not bias the eye.
+/// Surround of the picture: middle grey, 18 % of white, which does not bias the eye.
 pub const SURROUND: Color32 = Color32::from_gray(118);
-/// Panels.
+/// Background of panels.
 pub const PANEL: Color32 = Color32::from_gray(38);
-/// Lists and tracks in a panel.
+/// Background of lists and tracks in a panel.
 pub const WELL: Color32 = Color32::from_gray(24);
 /// Text.
 pub const TEXT: Color32 = Color32::from_gray(222);
 /// Secondary text.
 pub const QUIET: Color32 = Color32::from_gray(170);
-/// Behind text that lies over a picture.
+/// Background of text over a picture.
 pub const OVER_PICTURE: Color32 = Color32::from_black_alpha(205);
-/// Colour of things that are chosen, dragged or on now, and nothing else.
+/// Colour of selected, dragged or active things, and nothing else.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 170, 76);
-/// Colour of faults that a person has to know or put right, and of the verdict "bad"; words always stand beside it.
+/// Colour of faults that need attention, and of the verdict "bad". Words always accompany it.
 pub const WARNING: Color32 = Color32::from_rgb(252, 131, 121);
-/// The verdict "doubtful", and what is not quite right.
+/// Colour of the verdict "doubtful", and of minor problems.
 pub const DOUBTFUL: Color32 = Color32::from_rgb(255, 250, 150);
-/// Nothing to do, and the verdict "good".
+/// Colour of the verdict "good", and of states that need no action.
 pub const GOOD: Color32 = Color32::from_rgb(64, 226, 176);
-/// A main button, and what is done of a job; what is written on it is white.
+/// Fill of a main button and of a job's progress. Text on it is white.
 pub const PRIMARY: Color32 = Color32::from_rgb(50, 116, 180);
-/// Frames that are predicted already.
+/// Colour of frames with a cached prediction.
 pub const CACHED: Color32 = Color32::from_rgb(108, 147, 192);
-/// Keys of what is animated.
+/// Colour of keys.
 pub const KEY: Color32 = Color32::from_rgb(255, 192, 248);
 /// Colour of the viewing settings, which are not exported.
 pub const VIEWING: Color32 = Color32::from_rgb(178, 149, 255);
-/// Share of a control's colour that is left while it cannot be used: it can still be read.
+/// Opacity of a disabled control, which must stay readable.
 const DISABLED: f32 = 0.65;
-/// Greys of a button, and of one under the pointer; of one that is pressed or chosen, and of every other row.
+/// Greys of a button (normal, under the pointer, pressed or selected) and of alternate rows.
 const BUTTON: u8 = 54;
 const HOVERED: u8 = 60;
 const CHOSEN: u8 = 92;
 const FAINT: u8 = 44;
-/// A card in a panel.
+/// Background of a card in a panel.
 pub const CARD: Color32 = Color32::from_gray(46);
-/// An icon in the place of a picture.
+/// Colour of an icon in place of a picture.
 pub const PLACEHOLDER: Color32 = Color32::from_gray(130);
-/// A row of a list under the pointer, and the chosen one.
+/// Backgrounds of a row under the pointer, and of the selected row.
 pub const ROW_HOVERED: Color32 = Color32::from_gray(52);
 pub const ROW_CHOSEN: Color32 = Color32::from_gray(60);
-/// Distance between things in points.
+/// Spacing in points.
 pub const GAP: f32 = 8.0;
 
 /// Sets the window's fonts and colours.
@@ -67,7 +67,7 @@ pub fn apply(ctx: &egui::Context) {
         style.spacing.button_padding = egui::vec2(10.0, 4.0);
         style.spacing.interact_size.y = 24.0;
         style.interaction.selectable_labels = false;
-        // Animations would ask for frames while nothing happens.
+        // Animations would request frames while nothing happens.
         style.animation_time = 0.0;
         let visuals = &mut style.visuals;
         visuals.panel_fill = PANEL;
@@ -100,7 +100,7 @@ pub fn apply(ctx: &egui::Context) {
     });
 }
 
-/// The main button of a pane; it looks like any other while it cannot be pressed.
+/// The main button of a pane; while disabled, it looks like any other.
 pub fn main_button(enabled: bool, words: impl Into<String>) -> Button<'static> {
     let words = RichText::new(words);
     match enabled {
@@ -124,7 +124,7 @@ mod tests {
         a.max(b) / a.min(b)
     }
 
-    /// Colours that mean something, with what they are called.
+    /// Colours with a meaning, and their names.
     const MEANINGS: [(&str, Color32); 7] = [
         ("active", ACCENT),
         ("wrong", WARNING),
@@ -135,7 +135,7 @@ mod tests {
         ("viewing", VIEWING),
     ];
 
-    /// `over`, which may be transparent, on an opaque ground.
+    /// `over`, possibly transparent, on an opaque ground.
     fn blended(over: Color32, ground: Color32) -> Color32 {
         let (over, ground) = (over.to_array(), ground.to_array());
         let open = f32::from(255 - over[3]) / 255.0;
@@ -172,7 +172,7 @@ mod tests {
         let white = [grey(CHOSEN), grey(HOVERED), ROW_CHOSEN, PANEL, WELL, PRIMARY];
         on(&[Color32::WHITE], &white);
         on(&MEANINGS.map(|(_, color)| color), &[PANEL, WELL]);
-        // Verdicts stand in lists and on buttons, and what is on stands under the pointer.
+        // Verdicts appear in lists and on buttons, and active items under the pointer.
         let written = [ACCENT, WARNING, DOUBTFUL, GOOD, VIEWING];
         on(&written, &[&raised[..], &buttons].concat());
         on(&[ACCENT, WARNING, VIEWING], &over);
@@ -180,7 +180,7 @@ mod tests {
             let found = contrast(text, ground);
             assert!(found >= 4.5, "{text:?} on {ground:?}: {found:.2}");
         }
-        // WCAG 2.2 asks 3:1 of icons and bars.
+        // WCAG 2.2 requires 3:1 for icons and bars.
         for (drawn, ground) in
             [(ACCENT, grey(CHOSEN)), (PRIMARY, PANEL), (PRIMARY, WELL), (PLACEHOLDER, CARD)]
         {
@@ -198,7 +198,8 @@ mod tests {
         assert!(disabled >= 4.5, "{disabled:.2}");
     }
 
-    /// CIELAB of a colour as it looks to a person: rows of what their eyes make of linear RGB.
+    /// CIELAB of a colour as a person sees it. `eyes`: matrix from linear RGB to the linear RGB that the person
+    /// perceives.
     fn lab(color: Color32, eyes: [[f32; 3]; 3]) -> [f32; 3] {
         let [r, g, b, _] = color.to_array();
         let rgb = [r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0));

@@ -1,5 +1,4 @@
-//! The window's knowledge of the network's training: the records on disk, read in the background, and the reports of
-//! a running job.
+//! Training as the window knows it: records on disk, read in the background, and reports of a running job.
 
 use super::layout::Pane;
 use base::progress::{Report, TrainingPictures, TrainingPoint};
@@ -9,13 +8,13 @@ use std::sync::Arc;
 use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
 use worker::{Event, Lookup, TRAINING};
 
-/// Training settings, as a person chooses them.
+/// Training settings of a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainChoice {
     pub preset: Preset,
-    /// A pose, from 0, that is held out of training and measures it.
+    /// Index of the pose held out of training to measure it, from 0.
     pub hold_out: Option<usize>,
-    /// Minutes after which a run ends, for a preset limited by time; None for the preset's own.
+    /// Duration of a run in minutes, for a preset limited by time; None for the preset's own.
     pub minutes: Option<f64>,
 }
 
@@ -26,7 +25,7 @@ impl Default for TrainChoice {
 }
 
 impl TrainChoice {
-    /// The configuration of a run from the start.
+    /// Configuration of a run from the start.
     pub fn config(&self) -> TrainingConfig {
         let config = self.preset.config();
         TrainingConfig {
@@ -36,34 +35,34 @@ impl TrainChoice {
     }
 }
 
-/// The records on disk, and the running job.
+/// Records on disk, and the running job.
 #[derive(Default)]
 pub struct Training {
-    /// Records on disk, once they are read.
+    /// Records on disk, once read.
     pub records: Option<Arc<Records>>,
-    /// The curves: those on disk, and the running job's.
+    /// Curves: from disk and from the running job.
     pub history: History,
-    /// Present point of the running job.
+    /// Current point of the running job.
     pub point: Option<TrainingPoint>,
     /// The newest pictures.
     pub pictures: Option<Arc<TrainingPictures>>,
-    /// Training is running.
+    /// True while training runs.
     pub running: bool,
     /// Pace of a run in this window.
     timed: Option<Pace>,
-    /// The curves that the running or last job reported.
+    /// Curves reported by the running or last job.
     live: History,
     reader: Option<Lookup<Project, Records>>,
-    /// The reader is reading.
+    /// True while the reader is reading.
     reading: bool,
-    /// The records in memory are up to date, or are being read.
+    /// True if the records in memory are up to date or being read.
     current: bool,
-    /// The list of checkpoints is asked for while the pane is not shown.
+    /// True if the checkpoint list is requested while the pane is hidden.
     listed: bool,
 }
 
 impl Training {
-    /// Takes an event in.
+    /// Takes in an event.
     pub fn on_event(&mut self, event: &Event) {
         match event {
             Event::Started { what } => {
@@ -94,7 +93,7 @@ impl Training {
         }
     }
 
-    /// True if the logs are read and nothing was trained yet.
+    /// True if the logs are read and nothing has been trained yet.
     pub fn is_empty(&self) -> bool {
         let untouched = |records: &Records| records.present.is_none() && records.failure.is_none();
         let untouched = self.records.as_deref().is_some_and(untouched);
@@ -111,7 +110,7 @@ impl Training {
         self.current && !self.reading
     }
 
-    /// Reads what is on disk, even if the panel is not shown.
+    /// Requests the records on disk, even while the panel is hidden.
     pub fn list(&mut self) {
         self.listed = true;
     }
@@ -121,13 +120,13 @@ impl Training {
         self.current
     }
 
-    /// Takes in what was read.
+    /// Takes in the records.
     pub fn receive(&mut self) {
         let Some((_, read)) = self.reader.iter().flat_map(Lookup::answers).last() else {
             return;
         };
         self.reading = false;
-        // What was read before stays.
+        // A failed read keeps the earlier records.
         let records = read.unwrap_or_else(|e| Records {
             failure: Some(e.to_string()),
             ..self.records.as_deref().cloned().unwrap_or_default()
@@ -142,7 +141,7 @@ impl Training {
         self.records = Some(Arc::new(records));
     }
 
-    /// Reads what is on disk, if it may have changed and the panes `shown` show it.
+    /// Reads the records if they may have changed and one of the panes `shown` displays them.
     pub fn ask(&mut self, project: &Project, shown: &[Pane], wake: impl Fn() + Send + 'static) {
         let wanted = std::mem::take(&mut self.listed) || shown.contains(&Pane::Training);
         if self.current || self.reading || !wanted {
@@ -155,7 +154,7 @@ impl Training {
         reader.ask(project.clone());
     }
 
-    /// The choice that is shown: what was `chosen` by hand, or what fits the checkpoint.
+    /// The settings in use: `chosen` by hand, or matching the checkpoint.
     pub fn choice(&self, chosen: Option<TrainChoice>, project: &Project) -> TrainChoice {
         let fitting = || {
             let present = self.records.as_ref()?.present.as_ref()?;
@@ -170,7 +169,7 @@ impl Training {
         chosen.or_else(fitting).unwrap_or_default()
     }
 
-    /// Reason training cannot resume from the checkpoint with this choice; None if it can.
+    /// Reason that training cannot resume from the checkpoint with these settings; None if it can.
     pub fn refusal(&self, choice: &TrainChoice, project: &Project) -> Option<String> {
         let present = self.records.as_ref()?.present.as_ref()?;
         let network = |preset: Preset| preset.config().network(project);
@@ -184,7 +183,7 @@ impl Training {
         })
     }
 
-    /// The settings of the next run. A resumed run keeps its network.
+    /// Settings of the next run. A resumed run keeps its network.
     pub fn settings(
         &self,
         choice: &TrainChoice,
@@ -205,7 +204,7 @@ impl Training {
         }
     }
 
-    /// Pace of training on this machine, if known.
+    /// Training pace on this machine, if known.
     pub fn pace(&self) -> Option<Pace> {
         self.timed.or_else(|| self.records.as_ref()?.pace())
     }

@@ -1,4 +1,4 @@
-//! Planning a project: what a person chose, and what the shoot's folder holds.
+//! Plan of a new project: the person's choices, and the contents of the shoot's folder.
 
 use base::error::Error;
 use base::files::plain;
@@ -10,12 +10,12 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use worker::{Job, Lookup};
 
-/// A plan for a new project.
+/// Plan of a new project.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The shoot's folder, as it was typed.
+    /// The shoot's folder, as typed.
     pub shoot: String,
-    /// The project's folder, as it was typed; empty for one beside the shoot.
+    /// The project's folder, as typed; empty for a folder beside the shoot.
     pub folder: String,
     /// The project's name; empty for the shoot's.
     pub name: String,
@@ -23,17 +23,17 @@ pub struct Plan {
     pub size: usize,
     /// Number of lamps to use; None for all.
     pub lamps: Option<usize>,
-    /// Files and folders that the person brought one by one, in place of a shoot's folder.
+    /// Files and folders added one by one, instead of a shoot's folder.
     pub parts: Vec<PlannedPart>,
 }
 
-/// A file or folder that a person brought.
+/// An added file or folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPart {
     pub path: PathBuf,
-    /// Kind of part according to the person; None to guess it.
+    /// Kind of part chosen by hand; None to guess it.
     pub slot: Option<Slot>,
-    /// When it was dropped, in seconds of the window's clock, until it is seen where the pointer was.
+    /// Time of the drop in seconds of the window's clock, until the pointer's position is known.
     pub landed_s: Option<f64>,
 }
 
@@ -67,7 +67,7 @@ impl Plan {
         typed.or_else(beside)
     }
 
-    /// The folder that holds all parts.
+    /// The folder that contains all parts.
     fn parts_folder(&self) -> Option<PathBuf> {
         let mut folder = self.parts.first()?.path.parent()?.to_path_buf();
         while !self.parts.iter().all(|part| part.path.starts_with(&folder)) {
@@ -76,7 +76,7 @@ impl Plan {
         Some(folder)
     }
 
-    /// Adds files and folders, as what they are said or guessed to be. Those that are there already stay as they are.
+    /// Adds files and folders, with the given kind or a guess. Existing parts are unchanged.
     pub fn bring(&mut self, paths: Vec<PathBuf>, slot: Option<Slot>, landed_s: Option<f64>) {
         for path in paths {
             if !self.parts.iter().any(|part| part.path == path) {
@@ -91,7 +91,7 @@ impl Plan {
     }
 }
 
-/// A typed path, with `~` for the home folder; None if nothing was typed.
+/// A typed path, with `~` for the home folder; None for an empty text.
 pub fn typed(text: &str) -> Option<PathBuf> {
     let text = text.trim();
     let home = || dirs::home_dir().unwrap_or_default();
@@ -123,30 +123,30 @@ fn unreadable(folder: PathBuf, error: &Error) -> Scan {
 /// The plan, and the thread that scans folders.
 #[derive(Default)]
 pub struct Wizard {
-    /// The plan; None if no project is planned.
+    /// The plan; None if no project is being planned.
     plan: Option<Plan>,
-    /// Content of the last scanned folder.
+    /// Contents of the last scanned folder.
     scan: Option<Scan>,
-    /// The folder that was asked for last.
+    /// The last requested folder.
     asked: Option<PathBuf>,
     lookup: Option<Lookup<PathBuf, Scan>>,
-    /// Kinds of the brought files.
+    /// Kinds of the added files.
     candidates: HashMap<PathBuf, Candidate>,
-    /// The file that is looked at.
+    /// The file being examined.
     looking: Option<PathBuf>,
     looks: Option<Lookup<PathBuf, Vec<Candidate>>>,
 }
 
-/// A brought file, and what is known of it.
+/// An added file, and the knowledge about it.
 #[derive(Clone, Copy)]
 pub struct Brought<'a> {
     pub part: &'a PlannedPart,
-    /// None while it is being read.
+    /// Result of the examination; None while reading.
     pub candidate: Option<&'a Candidate>,
 }
 
 impl Brought<'_> {
-    /// Kind of part: given, or guessed.
+    /// Kind of part: chosen, or guessed.
     pub fn slot(&self) -> Option<Slot> {
         self.part.slot.or_else(|| self.candidate?.guess)
     }
@@ -156,29 +156,29 @@ impl Brought<'_> {
 pub const MAP: &str = "shoot.toml";
 
 impl Wizard {
-    /// The plan; None if no project is planned.
+    /// The plan; None if no project is being planned.
     pub fn plan(&self) -> Option<&Plan> {
         self.plan.as_ref()
     }
 
-    /// Content of the chosen shoot's folder; None while it is scanned.
+    /// Contents of the chosen shoot's folder; None while scanning.
     pub fn scan(&self) -> Option<&Scan> {
         let shoot = typed(&self.plan.as_ref()?.shoot)?;
         self.scan.as_ref().filter(|scan| scan.folder == shoot)
     }
 
-    /// The files that were brought.
+    /// The added files.
     pub fn brought(&self) -> impl Iterator<Item = Brought<'_>> {
         let parts = self.plan.iter().flat_map(|plan| &plan.parts);
         parts.map(|part| Brought { part, candidate: self.candidates.get(&part.path) })
     }
 
-    /// Those of them of which it is known what they are.
+    /// The added files of known kind.
     pub fn gathered(&self) -> Vec<(Slot, &Candidate)> {
         self.brought().filter_map(|one| Some((one.slot()?, one.candidate?))).collect()
     }
 
-    /// Scan of the gathered parts, as if they were a scanned folder; None if there is no interview yet.
+    /// Scan result of the gathered parts, like that of a folder; None without an interview.
     pub fn gathered_scan(&self) -> Option<Scan> {
         let parts = self.gathered();
         let interview = parts.iter().find(|(slot, _)| *slot == Slot::Interview)?.1;
@@ -194,7 +194,7 @@ impl Wizard {
         })
     }
 
-    /// Changes the plan, or gives it up.
+    /// Changes or discards the plan.
     pub fn set(&mut self, plan: Option<Plan>) {
         self.plan = plan;
         if self.plan.is_none() {
@@ -203,7 +203,7 @@ impl Wizard {
         }
     }
 
-    /// Scans the shoot's folder, if it changed, and takes in what was found.
+    /// Scans the shoot's folder if it changed, and takes in the result.
     pub fn look(&mut self, wake: impl Fn() + Clone + Send + 'static) {
         self.look_at_brought(wake.clone());
         let shoot = self.plan.as_ref().and_then(|plan| typed(&plan.shoot));
@@ -221,13 +221,13 @@ impl Wizard {
         }
     }
 
-    /// Looks at brought files, one after the other.
+    /// Examines added files one by one.
     fn look_at_brought(&mut self, wake: impl Fn() + Send + 'static) {
         let answers: Vec<_> = self.looks.iter().flat_map(Lookup::answers).collect();
         for (path, found) in answers {
             self.looking = None;
             let mut found = found.unwrap_or_else(|e| vec![Candidate::failed(&path, e.to_string())]);
-            // A folder may stand for many, or for itself.
+            // A folder may contain several parts, or be one itself.
             found.dedup_by(|a, b| a.path == b.path);
             let Some(plan) = &mut self.plan else { continue };
             let Some(at) = plan.parts.iter().position(|part| part.path == path) else {
@@ -256,7 +256,7 @@ impl Wizard {
         }
     }
 
-    /// Reason no project can be made of the gathered parts.
+    /// Reason that no project can be made of the gathered parts.
     fn obstacle(&self) -> Option<&'static str> {
         if self.brought().any(|one| one.candidate.is_none()) {
             return Some("The files are still being read");
@@ -279,7 +279,7 @@ impl Wizard {
     /// The job that makes the project, and the project's folder.
     ///
     /// # Errors
-    /// What is missing.
+    /// The missing input.
     pub fn job(&self) -> Result<(Job, PathBuf), &'static str> {
         let plan = self.plan.as_ref().ok_or("No project is being planned")?;
         let root = || plan.root().ok_or("Choose a folder for the project");
@@ -310,7 +310,7 @@ impl Wizard {
     }
 }
 
-/// The memory and time that training takes at the planned size.
+/// Memory and time of training at the planned size.
 pub fn cost(scan: &Scan, plan: &Plan) -> String {
     let lamps = plan.lamps.unwrap_or(scan.lamps).min(scan.lamps);
     // Each picture is kept linear (3), encoded (3) and as a matte (1); a pose also has its OLATs (3 each).

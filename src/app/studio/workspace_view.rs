@@ -1,4 +1,4 @@
-//! Draws a workspace: each pane of the layout shows its panel.
+//! Drawing of a workspace: each pane of the layout shows its panel.
 
 use super::command::{Command, WindowCommand};
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
@@ -15,7 +15,7 @@ use egui_tiles::{
     Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse,
 };
 
-/// The panels. They keep what only their drawing needs.
+/// The panels, with the state of their drawing.
 #[derive(Default)]
 pub struct Panels {
     project: ProjectPanel,
@@ -39,22 +39,22 @@ pub struct Panels {
 }
 
 impl Panels {
-    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    /// Size of a pixel of the fitted picture in points; 0 before the first picture.
     pub fn fit(&self) -> f32 {
         self.viewport.fit()
     }
 
-    /// Has the viewport draw textures of this GPU.
+    /// Makes the viewport draw textures of this GPU.
     pub fn draw_with(&mut self, window: RenderState) {
         self.viewport = ViewportPanel::drawn_with(window);
     }
 
-    /// The panel of the timeline.
+    /// The timeline panel.
     pub fn timeline(&mut self) -> &mut TimelinePanel {
         &mut self.timeline
     }
 
-    /// Gives the focus to the first control of a pane that the Tab key steps through.
+    /// Moves the focus to the first control of a pane in the order of the Tab key.
     pub fn focus(&mut self, pane: Pane) {
         match pane {
             Pane::Export => self.export.focus(),
@@ -64,14 +64,14 @@ impl Panels {
     }
 }
 
-/// A workspace while one frame of the window is drawn.
+/// A workspace during one frame of the window.
 pub struct WorkspaceView<'a> {
     pub panels: &'a mut Panels,
     pub context: PanelContext<'a>,
     pub out: &'a mut Vec<Command>,
-    /// Those that were drawn.
+    /// The panes drawn so far.
     pub drawn: Vec<Pane>,
-    /// The arrangement was changed.
+    /// True if the layout was changed.
     pub edited: bool,
 }
 
@@ -84,7 +84,7 @@ impl WorkspaceView<'_> {
         });
     }
 
-    /// One pane that fills the window.
+    /// A single pane that fills the window.
     pub fn alone_ui(&mut self, ui: &mut Ui, pane: Pane) {
         self.drawn.push(pane);
         self.contents_ui(ui, pane);
@@ -95,7 +95,7 @@ impl WorkspaceView<'_> {
         let out = &mut *self.out;
         match pane {
             Pane::Probe => {
-                // With nothing to show, the reason fills the pane.
+                // Without a picture, the reason fills the pane.
                 if !matches!(context.probe, Some(Err(_))) {
                     self.side_ui(ui, pane, 392.0);
                 }
@@ -116,7 +116,7 @@ impl WorkspaceView<'_> {
             Pane::Looks => padded(ui, |ui| panels.looks.ui(ui, context, out)),
             Pane::Light => padded(ui, |ui| {
                 scrolled(ui, |ui| {
-                    // The bar to scroll by covers nothing.
+                    // The scroll bar must not cover the contents.
                     ui.set_max_width(ui.available_width() - GAP);
                     panels.light.ui(ui, context, out);
                     panels.picture.ui(ui, context, out);
@@ -157,7 +157,7 @@ impl Behavior<Pane> for WorkspaceView<'_> {
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ui.set_clip_rect(ui.clip_rect().intersect(rect));
         self.drawn.push(*pane);
-        // Not for a click on something over the pane, as a menu.
+        // Not for a click on something over the pane, such as a menu.
         let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
         if pressed && self.context.state.active != *pane {
             self.out.push(Command::Window(WindowCommand::Activate(*pane)));

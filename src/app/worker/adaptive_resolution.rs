@@ -1,24 +1,24 @@
-//! The size of pictures while something moves: as large as can be made within a frame of the window.
+//! Picture size while something moves: the largest that can be made within one frame of the window.
 
 use super::PredictedFrame;
 use compositor::{Field, Plate, Reuse};
 use imaging::Mask;
 use std::sync::Arc;
 
-/// A frame of a window that is drawn sixty times a second, in milliseconds.
+/// One frame of a window at 60 Hz, in milliseconds.
 pub const WINDOW_FRAME_MS: f64 = 1000.0 / 60.0;
 
-/// Numbers of pixels of the full size along each axis that one pixel stands for.
+/// Reduction factors: full-size pixels along each axis per reduced pixel.
 const FACTORS: [usize; 3] = [1, 2, 4];
 
-/// Decides that by the time that pictures took.
+/// Chooses the reduction from the render times of past pictures.
 pub struct AdaptiveResolution {
     budget_ms: f64,
     factor: usize,
     reduced: Option<ReducedFrame>,
 }
 
-/// A frame at less than its full size.
+/// A frame below its full size.
 pub struct ReducedFrame {
     of: Arc<PredictedFrame>,
     factor: usize,
@@ -27,38 +27,38 @@ pub struct ReducedFrame {
     pub reuse: Reuse,
 }
 
-/// Part of a frame that has fewer pixels.
+/// The reduced part of a frame.
 pub enum Reduced {
-    /// The plate that the light multiplies.
+    /// The plate that is multiplied by the light.
     Plate(Plate),
-    /// The OLATs and their matte, which are as large as the picture.
+    /// The OLATs and their matte, if they have the picture's size.
     Field(Field, Mask),
 }
 
 impl AdaptiveResolution {
-    /// Pictures may take `budget_ms` milliseconds.
+    /// Creates a controller with a time budget per picture of `budget_ms` milliseconds.
     pub fn within(budget_ms: f64) -> Self {
         Self { budget_ms, factor: 1, reduced: None }
     }
 
-    /// The factor for the next picture while something moves.
+    /// Returns the factor for the next picture while something moves.
     pub fn factor(&self) -> usize {
         self.factor
     }
 
-    /// Takes in the time, in milliseconds, of a picture made at this factor.
+    /// Records the time, in milliseconds, of a picture made at this factor.
     pub fn took(&mut self, factor: usize, ms: f64) {
-        // Time goes with the number of pixels.
+        // Time is proportional to the number of pixels.
         let full_ms = ms * (factor * factor) as f64;
         let within = |budget_ms: f64| {
             let fits = |factor: &usize| full_ms / (factor * factor) as f64 <= budget_ms;
             FACTORS.into_iter().find(fits).unwrap_or(FACTORS[2])
         };
-        // It gets smaller when it has to, and larger only if that leaves room: so it does not flicker between two.
+        // Shrinks when it must; grows only with time to spare, so that it does not flicker between two sizes.
         self.factor = (self.factor).clamp(within(self.budget_ms), within(0.5 * self.budget_ms));
     }
 
-    /// The frame, reduced by this factor: made once. None if it is quick to light at full size.
+    /// Returns the frame reduced by this factor, computed once. None if it is quick to light at full size.
     pub fn reduced(
         &mut self,
         of: &Arc<PredictedFrame>,
@@ -95,14 +95,14 @@ mod tests {
         }
         resolution.took(1, 45.0);
         assert_eq!(resolution.factor(), 2);
-        // Half the size still takes what it takes for a quarter of the pixels, and something besides.
+        // Half size takes as long as a quarter of the pixels, plus overhead.
         resolution.took(2, 12.5);
         assert_eq!(resolution.factor(), 2);
         resolution.took(2, 40.0);
         assert_eq!(resolution.factor(), 4);
         resolution.took(4, 900.0);
-        assert_eq!(resolution.factor(), 4, "there is nothing smaller");
-        // One slow picture, such as the first, is made good by the next.
+        assert_eq!(resolution.factor(), 4, "no smaller size exists");
+        // The next picture makes up for one slow picture, such as the first.
         resolution.took(4, 0.2);
         assert_eq!(resolution.factor(), 1);
     }

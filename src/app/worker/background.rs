@@ -1,6 +1,6 @@
-//! The one kind of thread behind the window. It does what its mailbox holds, one request after the other, and
-//! hands on what came of each. A panic is an error like any other: it ends the request, not the thread, and reaches
-//! the window as a sentence.
+//! The one kind of thread behind the window. It handles the requests in its mailbox one after the other and
+//! delivers each result. A panic is an error like any other: it ends the request, not the thread, and reaches the
+//! window as a sentence.
 
 use super::mailbox::Mailbox;
 pub use super::mailbox::Request;
@@ -18,22 +18,22 @@ pub trait Handler {
     /// Output for a request.
     type Answer;
 
-    /// Does what is asked.
+    /// Handles one request.
     ///
     /// # Errors
-    /// When it fails, in words for the window.
+    /// When the request fails, in words for the window.
     fn work(&mut self, request: &mut Self::Request) -> Result<Self::Answer>;
 
-    /// Hands on what came of a request. A panic in [`Self::work`] arrives here as an error.
+    /// Delivers the result of a request. A panic in [`Self::work`] arrives here as an error.
     fn deliver(&mut self, request: Self::Request, answer: Result<Self::Answer>);
 
-    /// Request that the thread makes to itself when no other comes, and the time after which it does.
+    /// Idle request: made by the thread to itself when no other comes within this time.
     fn rest(&self) -> Option<(Duration, Self::Request)> {
         None
     }
 }
 
-/// A running thread. Dropping it stops and joins it: that takes as long as the request that it is at.
+/// A running thread. Dropping it stops and joins it, after the current request.
 pub struct Background<R: Request> {
     mailbox: Arc<Mailbox<R>>,
     stop: Control,
@@ -41,8 +41,8 @@ pub struct Background<R: Request> {
 }
 
 impl<R: Request> Background<R> {
-    /// Starts a thread that handles what is put into `mailbox`. `make` is called there; `stop` is what long requests
-    /// look at.
+    /// Starts a thread that handles the requests in `mailbox`. `make` is called on that thread; long requests
+    /// poll `stop`.
     pub(super) fn start<H: Handler<Request = R>>(
         name: &str,
         mailbox: Arc<Mailbox<R>>,
@@ -65,14 +65,14 @@ impl<R: Request> Background<R> {
         Self { mailbox, stop, thread: Some(thread.expect("the system starts threads")) }
     }
 
-    /// True if such a request waits.
+    /// True if a matching request waits.
     #[cfg(test)]
     pub fn waits(&self, is_it: impl Fn(&R) -> bool) -> bool {
         self.mailbox.waits(is_it)
     }
 
-    /// Starts a thread with a mailbox of its own. `make` is called there, with what long requests look at to know
-    /// that they are to stop. `name` is for debuggers.
+    /// Starts a thread with its own mailbox. `make` is called on that thread, with the control that long requests
+    /// poll to know when to stop. `name` is for debuggers.
     pub fn spawn<H: Handler<Request = R>>(
         name: &str,
         make: impl FnOnce(Control) -> H + Send + 'static,
@@ -82,25 +82,25 @@ impl<R: Request> Background<R> {
         Self::start(name, Mailbox::new(), stop, move || make(own))
     }
 
-    /// The same, except that dropping it does not wait for the request that it is at.
+    /// Makes dropping return at once, without waiting for the current request.
     #[must_use]
     pub fn detached(mut self) -> Self {
         self.thread = None;
         self
     }
 
-    /// Asks for something; never waits.
+    /// Queues a request; never waits.
     pub fn put(&self, request: R) {
         self.mailbox.put(request);
     }
 
-    /// Asks the thread to stop after what it is at.
+    /// Stops the thread after the current request.
     pub fn stop(&self) {
         self.stop.stop();
         self.mailbox.close();
     }
 
-    /// Has the thread panic at its next request.
+    /// Makes the thread panic at its next request.
     #[cfg(test)]
     pub(super) fn panic_next(&self) {
         self.mailbox.panic_next();
@@ -111,19 +111,19 @@ impl<R: Request> Drop for Background<R> {
     fn drop(&mut self) {
         self.stop();
         if let Some(thread) = self.thread.take() {
-            // Whatever it panicked of was said on stderr; there is nothing left to stop.
+            // The panic message already went to stderr; there is nothing left to stop.
             let _ = thread.join();
         }
     }
 }
 
-/// Drops a value whose end takes time, such as a [`Background`] that is at work, without waiting for it.
+/// Drops a value on another thread. For values whose end takes time, such as a busy [`Background`].
 pub fn drop_later(value: impl Send + 'static) {
     std::thread::spawn(move || drop(value));
 }
 
-/// Does something that a thread of its own does once. A panic is an error: [`Error::GpuLost`] if the GPU is gone,
-/// [`Error::Bug`] otherwise.
+/// Runs an action once and turns a panic into an error: [`Error::GpuLost`] if the GPU is gone, [`Error::Bug`]
+/// otherwise.
 ///
 /// # Errors
 /// Those of `act`, and its panic.
@@ -157,7 +157,7 @@ mod tests {
 
     type Answers = (u32, Result<u32>);
 
-    /// Divides 12 by what it is asked for.
+    /// Divides 12 by each request.
     struct Divider {
         answers: Sender<Answers>,
         rests: u32,

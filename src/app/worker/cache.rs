@@ -1,4 +1,4 @@
-//! Reflectance fields in memory, within a budget: what was used longest ago goes first.
+//! Reflectance fields in memory, within a budget. The least recently used goes first.
 
 use super::PredictedFrame;
 use std::collections::VecDeque;
@@ -7,22 +7,22 @@ use std::sync::Arc;
 /// The fields of some frames.
 pub struct FieldCache {
     budget_bytes: usize,
-    /// The newest used at the back.
+    /// The most recently used at the back.
     frames: VecDeque<Arc<PredictedFrame>>,
 }
 
 impl FieldCache {
-    /// A cache of at most `budget_bytes`; one field is kept even where it is larger.
+    /// Creates a cache of at most `budget_bytes`. It always keeps one field, even a larger one.
     pub fn new(budget_bytes: usize) -> Self {
         Self { budget_bytes, frames: VecDeque::new() }
     }
 
-    /// Forgets all of them.
+    /// Removes all fields.
     pub fn clear(&mut self) {
         self.frames.clear();
     }
 
-    /// The field of frame `index`, which now counts as used.
+    /// Returns the field of frame `index` and marks it as used.
     pub fn get(&mut self, index: usize) -> Option<Arc<PredictedFrame>> {
         let place = self.frames.iter().position(|p| p.frame.index == index)?;
         let found = self.frames.remove(place)?;
@@ -30,13 +30,13 @@ impl FieldCache {
         Some(found)
     }
 
-    /// The frame that is nearest to `index`, the earlier of two; it does not count as used.
+    /// Returns the frame nearest to `index`, the earlier of two. Does not mark it as used.
     pub fn nearest(&self, index: usize) -> Option<Arc<PredictedFrame>> {
         let far = |p: &&Arc<PredictedFrame>| (p.frame.index.abs_diff(index), p.frame.index);
         self.frames.iter().min_by_key(far).cloned()
     }
 
-    /// Keeps a field in place of an older one of the same frame.
+    /// Stores a field; an older one of the same frame is replaced.
     pub fn insert(&mut self, predicted: Arc<PredictedFrame>) {
         self.frames.retain(|p| p.frame.index != predicted.frame.index);
         self.frames.push_back(predicted);
@@ -46,13 +46,13 @@ impl FieldCache {
         }
     }
 
-    /// Numbers of the frames that are kept, in no order.
+    /// Numbers of the cached frames, in no particular order.
     pub fn indices(&self) -> impl Iterator<Item = usize> {
         self.frames.iter().map(|p| p.frame.index)
     }
 }
 
-/// Memory of a field and its frame: three channels a lamp, the plate and the matte, at both sizes.
+/// Size of a field and its frame in bytes: three channels per lamp, the plate and the matte, at both sizes.
 fn bytes(predicted: &PredictedFrame) -> usize {
     let plate = predicted.plate.as_ref().map_or(0, |plate| plate.bytes());
     plate + predicted.field.bytes() + 4 * size_of::<f32>() * predicted.frame.mask.pixels.len()

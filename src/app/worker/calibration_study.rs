@@ -1,4 +1,4 @@
-//! Views of a calibration for the window: the light that the mirror ball shows inside a circle, and the exemplars
+//! Views of a calibration for the window: the light that the mirror ball shows within a circle, and the exemplars
 //! under a response.
 
 use super::srgb_picture::SrgbPicture;
@@ -15,94 +15,94 @@ use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Longer side of a photograph in a panel.
+/// Longer side of a photograph in a panel, in pixels.
 const PICTURE_PX: usize = 1024;
-/// Size of the light probe in a panel.
+/// Size of the light probe in a panel, in pixels.
 const PANORAMA_PX: (usize, usize) = (384, 192);
-/// Exponents along either side of the loss surface.
+/// Steps along each axis of the loss surface.
 const SURFACE_STEPS: usize = 25;
 
 /// View of the mirror balls.
 #[derive(Clone, Debug)]
 pub struct ProbeView {
-    /// The photograph: under this lamp, or the interview's light.
+    /// Lamp of the photograph; None for the interview's light.
     pub photograph: Option<usize>,
-    /// It, reduced, in the camera's codes.
+    /// The photograph, reduced, in camera codes.
     pub picture: SrgbPicture,
-    /// Width and height of the photograph itself.
+    /// Width and height of the full photograph.
     pub size: (usize, usize),
-    /// The silhouette that all of this is by, and the project's own.
+    /// Silhouette used for this view, and the project's own.
     pub circle: Circle,
     pub kept: Circle,
-    /// Visibility of a rim there; the circle that the photographs show. Sentences if there is none.
+    /// Visibility of the rim at this circle, and the circle found in the photographs. Sentences if there is none.
     pub rim: std::result::Result<Silhouette, String>,
     pub found: std::result::Result<Silhouette, String>,
-    /// Faults of the lamps that the calibration found, a sentence each.
+    /// Faults of the lamps found by the calibration, a sentence each.
     pub findings: Vec<String>,
-    /// The photograph's light as a lat-long panorama, as bright as the photograph.
+    /// Light of the photograph as a lat-long panorama, as bright as the photograph.
     pub panorama: SrgbPicture,
-    /// Ball pixels with a clipped channel: how many, and where their centres are in the photograph.
+    /// Number of ball pixels with a clipped channel, and their centres in the photograph.
     pub clipped_pixels: usize,
     pub clipped_at: Vec<[f32; 2]>,
-    /// Share of the sphere that the ball does not show, and of the light that was filled in there.
+    /// Share of the sphere that the ball does not show, and share of the light that was filled in there.
     pub blind_share: f32,
     pub filled_share: f32,
-    /// The lamps, as their balls show them within this circle.
+    /// Lamps as their balls show them within this circle.
     pub lamps: Vec<SeenLamp>,
 }
 
-/// A lamp and where the ball shows it.
+/// A lamp and its highlight on the ball.
 #[derive(Clone, Debug)]
 pub struct SeenLamp {
     pub lamp: Lamp,
-    /// Pixels of the photograph; None if the ball does not show it.
+    /// Position in pixels of the photograph; None if the ball does not show it.
     pub on_ball: Option<[f32; 2]>,
 }
 
 /// Fit of a response to the exemplars and the interview.
 #[derive(Clone, Debug)]
 pub struct GammaView {
-    /// The response that all of this is by, and the calibration's own.
+    /// Response used for this view, and the calibration's own.
     pub trial: Trial,
     pub calibrated: Trial,
     /// Standard deviations of the calibration's γ1 and γ2.
     pub deviation: [f32; 2],
-    /// The accounts of the pictures that the calibration leaves open, the more probable one first, each with the pose
-    /// relit under it; empty if there is no doubt.
+    /// Ambiguous solutions of the calibration, the more probable one first, each with the pose relit under it.
+    /// Empty if the solution is unambiguous.
     pub cases: Arc<Vec<(Case, SrgbPicture)>>,
-    /// Number of the interview's frame.
+    /// Frame number in the interview.
     pub frame: usize,
-    /// The names of all poses, and which is relit.
+    /// Names of all poses, and index of the relit one.
     pub poses: Vec<String>,
     pub pose: usize,
-    /// The frame and the relit pose, in the camera's codes.
+    /// The frame and the relit pose, in camera codes.
     pub interview: SrgbPicture,
     pub relit: SrgbPicture,
-    /// Levels of the interview's frames and of the relit poses inside the subject; the latter also under a
-    /// plain power of 2.2.
+    /// Levels of the interview's frames and of the relit poses inside the subject; the latter also under a plain
+    /// power of 2.2.
     pub interview_histogram: Histogram,
     pub relit_histogram: Histogram,
     pub before_histogram: Histogram,
-    /// Root-mean-square distance of the encoded quantiles, and on the mirror balls, 0 to 1.
+    /// Root-mean-square distance of the encoded quantiles on the subject and on the mirror balls, 0 to 1.
     pub subject_distance: f32,
     pub ball_distance: f32,
-    /// The cost of every pair of exponents, and how other curves do.
+    /// Cost of each pair of exponents, and of other curves.
     pub surface: Arc<Surface>,
     pub curves: Arc<Vec<CurveFit>>,
 }
 
 type FoundCircle = std::result::Result<Silhouette, String>;
 
-/// Parts of a calibration that were read and need not be read again.
+/// Cached parts of a calibration.
 pub(super) struct CalibrationStudy {
     root: PathBuf,
     stop: Control,
     calibrations: Option<u64>,
-    /// The average of the ball's photographs, and the circle that it shows; sentences if there is none.
+    /// The average of the ball's photographs and its circle; sentences if there is none.
     found: Option<std::result::Result<(Photographs, FoundCircle), String>>,
     /// The photograph that was read last.
     photograph: Option<(Option<usize>, Encoded)>,
-    /// The lamps within the circle that was asked for last, or why it shows none.
+    /// The lamps within the last requested circle, or the reason that it shows none.
     lamps: Option<(Circle, std::result::Result<Vec<Lamp>, String>)>,
     exemplars: Option<Exemplars>,
     /// The interview's frame that was read last.
@@ -112,12 +112,12 @@ pub(super) struct CalibrationStudy {
 /// Basis for trials of a response.
 struct Exemplars {
     study: GammaStudy,
-    /// The pose that `study` shows.
+    /// The pose in `study`.
     pose: usize,
     calibrated: Trial,
     deviation: [f32; 2],
     cases: Vec<Case>,
-    /// The pose relit under each case, once it was asked for.
+    /// The pose relit under each case; None before the first request.
     relit_cases: Option<Arc<Vec<(Case, SrgbPicture)>>>,
     before: Histogram,
     surface: Arc<Surface>,
@@ -138,7 +138,7 @@ impl CalibrationStudy {
         }
     }
 
-    /// Forgets what depends on the calibration, if that may have changed.
+    /// Drops what depends on the calibration, if that may have changed.
     pub fn renew(&mut self, calibrations: u64) {
         if self.calibrations.replace(calibrations) != Some(calibrations) {
             *self = Self {
@@ -151,10 +151,10 @@ impl CalibrationStudy {
         }
     }
 
-    /// View of a photograph of the mirror ball within a circle, or the project's own.
+    /// View of a photograph of the mirror ball within a circle; None for the project's own circle.
     ///
     /// # Errors
-    /// When the project or its photographs cannot be read, or a stop was asked for.
+    /// When the project or its photographs cannot be read, or a stop was requested.
     pub fn probe(
         &mut self,
         photograph: Option<usize>,
@@ -172,13 +172,13 @@ impl CalibrationStudy {
             Err(sentence) => (None, Err(sentence.clone())),
         };
         let mut findings = Vec::new();
-        // A shoot that does not say where its ball is starts with what is found, or with a circle to drag.
+        // A shoot without a known ball starts with the circle that was found, or with one to drag.
         if !project.settings.shoot.ball.has_circle() {
             let circle = match &found {
                 Ok(found) => found.circle,
                 Err(sentence) => {
                     findings.push(format!(
-                        "It is not known where the mirror ball is: {sentence}. Drag the circle in the middle of the \
+                        "The mirror ball was not found: {sentence}. Drag the circle in the middle of the \
                          photograph onto the ball's outline, then calibrate"
                     ));
                     in_the_middle(footage::dimensions(&project.interview_probe_picture())?)
@@ -252,15 +252,15 @@ impl CalibrationStudy {
         })
     }
 
-    /// A pose relit as an interview frame, by a response and an exposure, or the calibration's own.
+    /// A pose relit as an interview frame, by a response and an exposure; None for the calibration's own.
     ///
     /// # Errors
-    /// When the project has no calibration or its pictures cannot be read, or a stop was asked for.
+    /// When the project has no calibration or its pictures cannot be read, or a stop was requested.
     pub fn gamma(&mut self, frame: usize, pose: usize, trial: Option<Trial>) -> Result<GammaView> {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let project = Project::open(&self.root)?;
-        // A shoot without frames or poses is refused here.
+        // A shoot without frames or poses is rejected here.
         let exemplars = match self.exemplars.take() {
             Some(exemplars) => exemplars,
             None => Exemplars::read(&project, &progress)?,
@@ -348,10 +348,10 @@ impl Exemplars {
     }
 }
 
-/// The average of all of the project's balls, and the circle that they show together; sentences if there is none.
+/// The average of all balls of the project, and their common circle; sentences if there is none.
 ///
 /// # Errors
-/// When a stop was asked for.
+/// When a stop was requested.
 fn find_circle(
     project: &Project,
     progress: &Progress,
@@ -365,7 +365,7 @@ fn find_circle(
     Ok(Ok((photographs, found)))
 }
 
-/// A circle to drag onto the ball, in a photograph of `width × height` pixels.
+/// A circle to drag onto the ball, in the middle of a photograph of `width × height` pixels.
 fn in_the_middle((width, height): (usize, usize)) -> Circle {
     Circle {
         center_px: [width, height].map(|side| 0.5 * side as f64),
@@ -392,7 +392,7 @@ mod tests {
             ..project.settings.shoot
         };
         project.save().unwrap();
-        // A lamp in front of a wall as bright as what the ball reflects: no rim is seen.
+        // A lamp in front of a wall as bright as the ball's reflections: the rim is invisible.
         for path in project.probe_pictures() {
             let picture = Raster::from_fn(96, 80, |x, y| {
                 let lamp = x.abs_diff(40) < 3 && y.abs_diff(36) < 3;
@@ -408,7 +408,7 @@ mod tests {
         let by_hand = Circle::new([47.0, 41.0], 36.0).unwrap();
         let view = study.probe(None, Some(by_hand)).unwrap();
         assert_eq!((view.circle, view.lamps.len()), (by_hand, 1));
-        // A circle beside the photograph says so, and can be dragged back.
+        // A circle beside the photograph gives a sentence, and can be dragged back.
         let beside = Circle::new([90.0, 41.0], 12.0).unwrap();
         assert!(study.probe(None, Some(beside)).is_ok());
         assert!(study.probe(None, Some(by_hand)).is_ok());

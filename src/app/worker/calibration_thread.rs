@@ -1,4 +1,4 @@
-//! The thread that looks at a calibration for the window. The newest question is answered; older ones are dropped.
+//! The thread that reads a calibration for the window. Only the newest request is answered.
 
 use super::background::{Background, Handler};
 use super::calibration_study::{CalibrationStudy, GammaView, ProbeView};
@@ -10,19 +10,19 @@ use calibration::silhouette::Circle;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A question. `calibrations` counts how often the project may have changed since it was opened.
+/// A request. `calibrations` counts possible changes of the project since it was opened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CalibrationRequest {
-    /// The mirror ball under a lamp, or under the interview's light, within a circle, or the project's own.
+    /// The mirror ball under a lamp or the interview's light; a `circle` of None is the project's own.
     Probe { calibrations: u64, photograph: Option<usize>, circle: Option<Circle> },
-    /// A pose relit as an interview frame, by a response and an exposure, or the calibration's own.
+    /// A pose relit as an interview frame; a `trial` of None is the calibration's own response and exposure.
     Gamma { calibrations: u64, frame: usize, pose: usize, trial: Option<Trial> },
 }
 
-/// An answer, or why there is none.
+/// An answer, or the reason that there is none.
 type Answer<T> = std::result::Result<Arc<T>, String>;
 
-/// The thread. Dropping it stops it after the answer that it is at.
+/// The thread. Dropping it stops it after the current answer.
 pub struct CalibrationThread {
     thread: Background<CalibrationRequest>,
     probe: Arc<Latest<Answer<ProbeView>>>,
@@ -41,7 +41,7 @@ enum View {
 }
 
 impl CalibrationThread {
-    /// Starts on the project in `root`; `wake` is called after each answer.
+    /// Starts the thread on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
         let probe = Arc::new(Latest::new(wake.clone()));
         let gamma = Arc::new(Latest::new(wake));
@@ -54,7 +54,7 @@ impl CalibrationThread {
         Self { thread, probe, gamma }
     }
 
-    /// Asks in place of whatever was asked before and is not begun.
+    /// Sends a request; replaces an earlier one that has not begun.
     pub fn ask(&self, request: CalibrationRequest) {
         self.thread.put(request);
     }
@@ -125,7 +125,7 @@ mod tests {
         woken.recv().unwrap();
         let sentence = thread.gamma().unwrap().unwrap_err();
         assert!(sentence.contains("on purpose"), "{sentence}");
-        // The thread goes on, and says what is missing.
+        // The thread goes on, and names what is missing.
         thread.ask(probe);
         woken.recv().unwrap();
         let sentence = thread.probe().unwrap().unwrap_err();

@@ -1,4 +1,4 @@
-//! The thread behind the window's badge: it looks at the project once, and judges it under the light that is shown.
+//! The thread behind the window's badge: reads the project once, and checks it under the current light.
 
 use super::background::{Background, Handler};
 use super::latest::Latest;
@@ -10,19 +10,19 @@ use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// An answer, or why there is none.
+/// An answer, or the reason that there is none.
 type Answer = std::result::Result<Arc<CheckReport>, String>;
 
-/// A request to judge.
+/// A request for a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckRequest {
-    /// Counts how often the project may have changed: it is checked again when this does.
+    /// Count of possible changes of the project. The project is read again when it grows.
     pub changes: u64,
-    /// The light that is shown; None if there is none.
+    /// The current light; None if there is none.
     pub environment: Option<LitEnvironment>,
 }
 
-/// The thread. Dropping it stops it after the picture that it is at.
+/// The thread. Dropping it stops it after the current picture.
 pub struct CheckThread {
     thread: Background<CheckRequest>,
     answers: Arc<Latest<Answer>>,
@@ -31,13 +31,13 @@ pub struct CheckThread {
 struct Checking {
     root: PathBuf,
     stop: Control,
-    /// Evidence seen last, and the number of changes before it.
+    /// The last evidence, and the count of changes before it.
     evidence: Option<(u64, Evidence)>,
     answers: Arc<Latest<Answer>>,
 }
 
 impl CheckThread {
-    /// Starts on the project in `root`; `wake` is called after each answer.
+    /// Starts the thread on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let answers = Arc::new(Latest::new(wake));
         let own = answers.clone();
@@ -50,7 +50,7 @@ impl CheckThread {
         Self { thread, answers }
     }
 
-    /// Asks for a report in place of any that was asked for before and is not begun.
+    /// Requests a report; replaces an earlier request that has not begun.
     pub fn ask(&self, request: CheckRequest) {
         self.thread.put(request);
     }

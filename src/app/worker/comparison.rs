@@ -25,7 +25,7 @@ pub enum Comparison {
 }
 
 impl PartialEq for Comparison {
-    /// Environments are equal if they are the same one.
+    /// Environments are equal if they are the same object.
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Plate, Self::Plate) => true,
@@ -39,35 +39,35 @@ impl PartialEq for Comparison {
     }
 }
 
-/// OLATs that the current network did not predict.
+/// OLATs that do not come from the current network.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum ComparisonSource {
-    /// Those that were photographed in this pose.
+    /// Photographs of this pose.
     Exemplar(usize),
-    /// The true ones of the shown frame, in a folder as [`evaluation::Truth`] reads it.
+    /// True OLATs of the shown frame, in a folder as [`evaluation::Truth`] reads it.
     Truth(PathBuf),
-    /// Those of the exemplars carried over, corrected by the network in this folder.
+    /// Exemplars carried over, corrected by the network in this folder.
     Checkpoint(PathBuf),
-    /// Those of the exemplars carried over alone.
+    /// Exemplars carried over, without a network.
     Transfer,
 }
 
-/// The picture that others are compared with, as far as it decides how they look.
+/// The relit picture, as far as it sets the level and view of its counterparts.
 #[derive(Clone, Copy)]
 pub(super) struct RelitFrame<'a> {
     pub scene: &'a Scene,
     pub predicted: &'a PredictedFrame,
     pub light: &'a EnvironmentLight,
-    /// The weights of the lamps that light it alone, if not all of them do.
+    /// Weights of the soloed lamps; None if all lamps light it.
     pub solo: Option<&'a LightWeights>,
     pub rig: &'a Rig,
-    /// Field and matte of the frame that sets the level of every light.
+    /// Field and matte of the reference frame, which sets the level of every light.
     pub reference: (&'a Field, &'a Mask),
 }
 
 impl RelitFrame<'_> {
-    /// The picture that it is compared with. `olats` are those that `comparison` names; without them there is no
-    /// picture yet. `own_light` is kept from one picture to the next.
+    /// Makes the counterpart of a picture. `olats` are those that `comparison` names; without them the result is
+    /// None. `own_light` caches the light between pictures.
     ///
     /// # Errors
     /// As [`compose`].
@@ -126,19 +126,19 @@ impl RelitFrame<'_> {
     }
 }
 
-/// Nothing is inspected in it that needs a second picture.
+/// Switches off inspections that need a second picture.
 fn as_a_picture(scene: &mut Scene) {
     if matches!(scene.effects.inspection, Inspection::Difference { .. }) {
         scene.effects.inspection = Inspection::Picture;
     }
 }
 
-/// Further input for a picture of this frame: its plate.
+/// Extra input for a picture of this frame: its plate.
 pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
     Extra { plate: of.plate.as_deref(), ..Extra::default() }
 }
 
-/// The interview's frame at the exposure of a scene, and as that is looked at.
+/// The interview's frame at the exposure and inspection of a scene.
 fn plate(plate: &Image, scene: &Scene) -> Encoded {
     let mut exposed = plate.clone();
     scale(&mut exposed, scene.exposure_stops.exp2());

@@ -1,4 +1,4 @@
-//! Reads the OLATs that a frame is compared with: photographs, a truth, or predictions with another network or none.
+//! Reads the OLATs of comparisons: photographs, a truth, or predictions with another network or none.
 
 use super::comparison::ComparisonSource;
 use super::source::Prediction;
@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use transfer::{FineField, OlatPredictor};
 
-/// Input for reading them.
+/// Inputs of a reader.
 pub(super) struct ComparisonReader {
     project: Project,
     response: Response,
     compute: ComputeDevice,
     /// Without a network.
     transfer: OlatPredictor,
-    /// With the networks of the last checkpoints, which take a while to read: two can be compared.
+    /// With the networks of the last two checkpoints, which are slow to read.
     networks: VecDeque<(PathBuf, Arc<OlatPredictor>)>,
 }
 
@@ -55,13 +55,13 @@ impl ComparisonReader {
         }
     }
 
-    /// The photographs of a pose. Its matte stands in for the frame's.
+    /// The photographs of a pose, with the pose's matte in place of the frame's.
     fn exemplar(&self, pose: usize, index: usize) -> Result<Prediction> {
         let exemplar = Exemplar::load(&self.project, &self.response, pose)?;
         let (mut frame, plate) = self.frame(index)?;
         frame.mask = exemplar.mask;
         Ok(Prediction {
-            // The pose differs from the frame's: nothing of the plate belongs to it.
+            // The pose differs from the frame's, so the plate's detail does not apply.
             plate: Some(plate.without_detail(&frame.mask)?),
             frame,
             field: field(&exemplar.olats),

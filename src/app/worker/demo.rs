@@ -1,4 +1,4 @@
-//! The demo: the whole way on a shoot of the virtual stage, with no data and no download.
+//! The demo: the complete workflow on a shoot of the virtual stage, without data or downloads.
 
 use base::error::Result;
 use base::files::write_beside;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use training::{Preset, TrainReport, TrainSettings, train};
 use virtual_stage::{StageSettings, write_shoot};
 
-/// Training takes this long, unless another time is asked for.
+/// Default training time in minutes.
 pub const MINUTES: f64 = 0.75;
 
 /// Results of the demo.
@@ -37,17 +37,17 @@ pub struct DemoReport {
     pub network: EvaluateReport,
     pub ratio: EvaluateReport,
     pub relight: RelightReport,
-    /// The clip's.
+    /// Name of the clip's environment.
     #[serde(skip)]
     pub environment: String,
 }
 
-/// Folder of the project of the demo in `folder`.
+/// Folder of the demo's project.
 pub fn project_folder(folder: &Path) -> PathBuf {
     folder.join("project")
 }
 
-/// Makes the demo's project in `folder`, where it is not there yet: shoot, import and calibration.
+/// Makes the demo's project in `folder` if it is missing: shoot, import and calibration.
 pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     let (shoot, root) = (folder.join("shoot"), project_folder(folder));
     if !shoot.join("manifest.json").exists() {
@@ -205,8 +205,8 @@ impl DemoReport {
             "The interview under a turning environment, {} frames: {}\n\
              Predicted OLATs beside the true ones: {}\n\
              All figures: {}\n\
-             How close relit frames that training never saw come to their truth (PSNR, higher is better):\n{}\n\
-             What next:\n  \
+             Accuracy of relit frames kept out of training (PSNR, higher is better):\n{}\n\
+             Next steps:\n  \
              Open it in the studio, where there is a display:\n    {program} studio {project}\n  \
              Train for ten minutes more:\n    {program} train {project} --preset quick --exclude-truth {}\n  \
              Relight under another environment:\n    {program} relight {project} --environment {other} --to {}\n  \
@@ -222,7 +222,7 @@ impl DemoReport {
     }
 }
 
-/// A line for each environment: what the network reaches in dB, and what a ratio image does.
+/// One line for each environment: PSNR of the network and of a ratio image, in dB.
 fn quality(network: &BTreeMap<String, f64>, ratio: &BTreeMap<String, f64>) -> String {
     let mut lines = String::new();
     for (name, db) in network {
@@ -235,7 +235,7 @@ fn quality(network: &BTreeMap<String, f64>, ratio: &BTreeMap<String, f64>) -> St
     lines
 }
 
-/// The program as it was called, so that what is printed can be run.
+/// The program's name as it was called, so that printed commands can be run.
 fn program() -> String {
     let called = std::env::args_os().next().filter(|name| !name.is_empty());
     called.map_or("afterlight".into(), |name| name.to_string_lossy().into_owned())

@@ -17,7 +17,7 @@ fn ball(index: usize) -> (Frame, Field) {
     (Frame { index, plate, mask }, field.into())
 }
 
-/// A worker whose pictures may take so long in a drag, and are made at full size when it rests so long.
+/// A worker with a time budget per picture in a drag, and a delay before a resting drag gets full size.
 fn worker(budget_ms: f64, rest: Duration) -> Worker {
     let open = || {
         Ok(Source {
@@ -51,10 +51,10 @@ fn enlarged(relit: &PreviewPicture) -> Vec<u8> {
     codes.pixels.iter().flatten().map(|v| v.round() as u8).collect()
 }
 
-/// No picture is quick enough, or every one is.
+/// Every picture is too slow, or every one is quick enough.
 const BUDGETS_MS: [f64; 2] = [0.0, f64::MAX];
 
-/// Drags from yaw 0, where the first picture says how long they take, to 40.
+/// Drags to 40° from yaw 0, where the first picture sets the measured time.
 fn begin_drag(worker: &Worker, light: &Arc<Environment>) {
     drag(worker, 0.0, light);
     shown(worker, 0.0, |coarse| coarse == 1);
@@ -82,7 +82,7 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_it_is_le
     };
     let [less, more] = [&coarse, &full].map(|rgb| light_of(rgb));
     assert!((less / more - 1.0).abs() < 0.05, "{less} {more}");
-    // Away from the edge the light is smooth, and so is the difference small.
+    // Away from the edge the light is smooth, so the difference is small.
     for (x, y) in (20..44).flat_map(|y| (20..44).map(move |x| (x, y))) {
         let at = 3 * (64 * y + x);
         let apart = coarse[at].abs_diff(full[at]);
@@ -97,7 +97,7 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_it_is_le
     assert_eq!(slow.rgb, quick.rgb);
 }
 
-/// The pointer is still down, and nothing else is asked for.
+/// The pointer is still down, and there is no other request.
 #[test]
 fn a_drag_that_rests_is_shown_at_its_full_size_bit_for_bit() {
     let light = from_the_left();
@@ -122,7 +122,7 @@ fn a_drag_has_no_queue() {
         pictures.extend(worker.relit().map(|relit| relit.scene.yaw_deg));
     }
     pictures.extend(worker.relit().map(|relit| relit.scene.yaw_deg));
-    // From here on there is the one in work at most, and then the newest.
+    // At most the current picture comes from here on, then the newest.
     let before = pictures.len();
     while pictures.last() != Some(&100.0) {
         let relit = wait_for(|| worker.relit());
@@ -152,7 +152,7 @@ fn a_scrub_shows_the_nearest_frame_at_hand_and_then_the_one_it_rests_on() {
     drop(begun);
 }
 
-/// The ball on a plate of 5 times its width, striped, and a source of it.
+/// The ball on a striped plate of 5 times its width.
 pub(crate) fn filmed(index: usize) -> Prediction {
     let (frame, field) = ball(index);
     let stripes = |x: usize, _| [if (x / 2).is_multiple_of(2) { 0.6 } else { 0.3 }; 3];
@@ -187,12 +187,12 @@ fn a_drag_shows_the_plate_smaller_and_then_all_of_it() {
     assert_eq!(full.rgb_size, [320, 401]);
     assert_eq!(coarse.codes([319, 400]).is_some(), full.codes([319, 400]).is_some());
     assert_eq!((full.codes([320, 0]), full.codes([0, 401])), (None, None));
-    // The stripes are the plate's.
+    // The stripes come from the plate.
     let [bright, dark] = [[160, 200], [162, 200]].map(|at| full.codes(at).unwrap()[1]);
     assert!(bright > dark + 30, "{bright} {dark}");
     assert_eq!(full.predicted.working_pixel([160, 200]), Some([32, 32]));
     assert_eq!(full.predicted.working_pixel([160, 20]), None);
-    // What it is compared with has the same size: the plate as it was filmed.
+    // Its counterpart, the filmed plate, has the same size.
     worker.show(PreviewRequest { second: Some(Comparison::Plate), ..ask(0, 40.0, &light) });
     let compared = wait_for(|| worker.relit().filter(|relit| relit.second.is_some()));
     let (_, plate) = compared.second.as_ref().unwrap();

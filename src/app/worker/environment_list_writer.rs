@@ -1,4 +1,4 @@
-//! Writes the window's list of environments into `project.toml`, beside the window's thread.
+//! Writes the window's list of environments into `project.toml`, off the window's thread.
 
 use super::background::{Background, Handler};
 use super::mailbox::Request;
@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 type List = Vec<NamedEnvironment>;
 
-/// The writing thread of an open project. Dropping it waits until the newest list has been written.
+/// The writing thread of an open project. Dropping it waits for the newest list to be written.
 pub struct EnvironmentListWriter {
     thread: Background<ListRequest>,
     failures: Receiver<String>,
@@ -17,7 +17,7 @@ pub struct EnvironmentListWriter {
 
 enum ListRequest {
     Write(List),
-    /// To tell when every list before has been tried.
+    /// Reports when every earlier list has been tried.
     Tell(Sender<()>),
 }
 
@@ -30,8 +30,8 @@ struct Writing<Wake> {
 }
 
 impl EnvironmentListWriter {
-    /// Starts the thread for the project in folder `root`. `list` is what the window has read there;
-    /// `wake` is called when something could not be written.
+    /// Starts the thread for the project in folder `root`. `list` is the one that the window read there; `wake`
+    /// is called after a failed write.
     pub fn start(root: PathBuf, list: List, wake: impl Fn() + Send + 'static) -> Self {
         let (send, failures) = channel();
         let thread = Background::spawn("environment list", move |_| Writing {
@@ -43,27 +43,26 @@ impl EnvironmentListWriter {
         Self { thread, failures }
     }
 
-    /// Has this list written soon. Its files are those that the list at the start had, or paths that can be
-    /// opened.
+    /// Schedules a list to be written. Its files are those of the list at the start, or paths that can be opened.
     pub fn keep(&self, list: List) {
         self.thread.put(ListRequest::Write(list));
     }
 
-    /// Tells once writing every list so far has been tried; fails if this is dropped before.
+    /// Receives once every list so far has been tried; fails if this is dropped before.
     pub fn settled(&self) -> Receiver<()> {
         let (done, told) = channel();
         self.thread.put(ListRequest::Tell(done));
         told
     }
 
-    /// Failures to write since the last call.
+    /// Failed writes since the last call.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failures.try_iter()
     }
 }
 
 impl Request for ListRequest {
-    /// Only the newest list is written; those who wait are told after it.
+    /// Only the newest list is written; waiting receivers are told after it.
     fn lane(&self) -> Option<usize> {
         matches!(self, Self::Write(_)).then_some(0)
     }
@@ -90,11 +89,11 @@ impl<Wake: Fn()> Handler for Writing<Wake> {
         match (request, answer) {
             (ListRequest::Write(list), Ok(())) => self.written = list,
             (ListRequest::Tell(done), _) => {
-                // Who asked may be gone.
+                // The receiver may be gone.
                 let _ = done.send(());
             }
             (ListRequest::Write(_), Err(e)) => {
-                // Nobody listens once the window is closed.
+                // The receiver is gone once the window is closed.
                 let _ = self.failures.send(e.to_string());
                 (self.wake)();
             }
@@ -102,7 +101,7 @@ impl<Wake: Fn()> Handler for Writing<Wake> {
     }
 }
 
-/// Makes the changes between two lists. What others changed in the project meanwhile stays.
+/// Applies the changes between two lists. Other changes in the project meanwhile stay.
 fn bring(
     project: &mut Project,
     before: &[NamedEnvironment],
@@ -150,7 +149,7 @@ mod tests {
         woken.recv().unwrap();
         let said: Vec<String> = writer.failures().collect();
         assert!(said.len() == 1 && said[0].contains("on purpose"), "{said:?}");
-        // The next list still brings what the failed one did not.
+        // The next list includes the changes of the failed one.
         writer.keep(vec![named(first.clone())]);
         writer.settled().recv().unwrap();
         let environments = || Project::open(folder.path()).unwrap().environments().len();

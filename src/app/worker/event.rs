@@ -1,28 +1,28 @@
-//! News from the worker for the window: numbers and sentences. Heavy things go through [`super::Latest`].
+//! Events from the worker for the window: numbers and sentences. Heavy values go through [`super::Latest`].
 
 use super::export_queue::ExportStatus;
 use base::progress::{Report, TrainingPoint};
 use parking_lot::Mutex;
 use training::history::halved;
 
-/// Something that happened behind the window.
+/// An event behind the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// The calibration and the network are being read.
     Opening,
-    /// Frames can be predicted; `device` says where and why there.
+    /// Frames can be predicted; `device` names the device and the reason for it.
     Ready { device: String },
-    /// Nothing can be predicted.
+    /// Predictions are impossible.
     Blocked(Blocked),
     /// A frame or a picture could not be made.
     Failed { sentence: String },
     /// A job began.
     Started { what: &'static str },
-    /// A running job reports.
+    /// Progress report of the running job.
     Report(Report),
-    /// A job is over; the sentence says what came of it.
+    /// A job is over; the sentence gives its result.
     Finished { sentence: String },
-    /// An export is over, and what came of it.
+    /// An export is over, with its result.
     Exported(ExportStatus),
 }
 
@@ -31,21 +31,21 @@ pub enum Event {
 pub struct Blocked {
     /// The reason, and the remedy.
     pub sentence: String,
-    /// The lack that a job would fill.
+    /// The missing input that a job can supply.
     pub need: Option<Need>,
 }
 
-/// Lack of a project that keeps it from being relit.
+/// Missing input that keeps a project from being relit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// The shoot, which is not where it was.
+    /// The shoot is not at its recorded place.
     Shoot,
     Calibration,
 }
 
-/// Events that the window has not read yet. A job's step replaces the step before it, and points of a training
-/// become fewer when they are too many, so that a window that is not drawn for hours finds a handful, and
-/// misses no end of a job.
+/// Events not yet read by the window. A job's step replaces the step before it, and training points are thinned
+/// when they become too many. So a window that is not drawn for hours finds few events, and no end of a job is
+/// lost.
 #[derive(Default)]
 pub(super) struct UnreadEvents(Mutex<Unread>);
 
@@ -55,7 +55,7 @@ struct Unread {
     points: Vec<TrainingPoint>,
 }
 
-/// Points of a training that wait at most: an hour's, twice thinned.
+/// Largest number of waiting training points: one hour, thinned twice.
 const MOST_POINTS: usize = 4096;
 
 impl UnreadEvents {
@@ -79,7 +79,7 @@ impl UnreadEvents {
         }
     }
 
-    /// Everything, the points of a training last but for what came after it.
+    /// Takes all events: training points come last, except for events after the training.
     pub fn take(&self) -> Vec<Event> {
         let mut unread = self.0.lock();
         let Unread { mut events, points } = std::mem::take(&mut *unread);

@@ -10,47 +10,47 @@ use std::sync::Arc;
 /// An export in the queue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Export {
-    /// Its number: no other has it.
+    /// Unique number.
     pub id: u64,
-    /// Name of the export: the files' name, with the number that was appended once they are written.
+    /// Name of the export: the base name of its files, with a number appended once they are written.
     pub name: String,
     pub status: ExportStatus,
 }
 
-/// State of an export so far.
+/// State of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportStatus {
     Waiting,
-    /// The job's reports say how far it is.
+    /// Running; its progress comes in the job's reports.
     Running,
-    /// The written files' place, and a sentence about the export.
+    /// Done: place of the files, and a sentence about the export.
     Done(WrittenExport),
-    /// Reason that it could not be written, the files that are kept, and the remedy.
+    /// Failed: the reason, the files that are kept, and the remedy.
     Failed(String),
-    /// It was asked to stop; what is kept.
+    /// Stopped on request, with the files that are kept.
     Cancelled(String),
 }
 
 /// Output of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WrittenExport {
-    /// The files' name.
+    /// Base name of the files.
     pub name: String,
-    /// The folder that holds them.
+    /// Folder of the files.
     pub folder: PathBuf,
     pub sentence: String,
 }
 
-/// Writes, and says what.
+/// Writes an export and returns its output.
 pub(super) type Write = Box<dyn FnOnce(&Progress) -> Result<WrittenExport, Error> + Send>;
 
 #[derive(Default)]
 struct State {
-    /// In the order in which they were asked for.
+    /// In the order of the requests.
     exports: Vec<Export>,
-    /// Work of those that wait.
+    /// Work of the waiting exports.
     waiting: VecDeque<(u64, Write)>,
-    /// Numbers given out.
+    /// Count of assigned numbers.
     given: u64,
 }
 
@@ -73,7 +73,7 @@ impl ExportQueue {
         self.0.lock().exports.clone()
     }
 
-    /// Takes an export that waits or is over out of the queue.
+    /// Removes an export that waits or is over.
     pub fn remove(&self, id: u64) {
         let mut state = self.0.lock();
         state.waiting.retain(|(waiting, _)| *waiting != id);
@@ -84,7 +84,7 @@ impl ExportQueue {
         !self.0.lock().waiting.is_empty()
     }
 
-    /// Begins the first that waits.
+    /// Begins the first waiting export.
     pub fn begin(&self) -> Option<(u64, Write)> {
         let mut state = self.0.lock();
         let (id, write) = state.waiting.pop_front()?;
@@ -92,7 +92,7 @@ impl ExportQueue {
         Some((id, write))
     }
 
-    /// Notes what came of the running export.
+    /// Records the result of the running export.
     pub fn end(&self, id: u64, done: Result<WrittenExport, Error>) -> ExportStatus {
         let status = match done {
             Ok(written) => ExportStatus::Done(written),
@@ -116,7 +116,7 @@ impl State {
 }
 
 impl ExportStatus {
-    /// A sentence about it once it is over.
+    /// A sentence about the export once it is over.
     pub fn sentence(&self) -> Option<&str> {
         match self {
             Self::Waiting | Self::Running => None,

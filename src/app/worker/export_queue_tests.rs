@@ -1,8 +1,8 @@
-//! Exports in line, behind each other and behind jobs.
+//! Exports in a queue, behind each other and behind jobs.
 
 use super::*;
 
-/// An export that writes so many frames, a word for each.
+/// An export that writes one frame for each word, under the control of the test.
 fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
     let (tell, told) = channel::<()>();
     let said = name.to_owned();
@@ -51,14 +51,14 @@ fn exports_are_written_one_after_the_other_and_behind_the_running_job() {
     let (first, tell_first) = told_export(&worker, "first");
     let (second, tell_second) = told_export(&worker, "second");
     drop(tell_second);
-    // Time for one that does not wait its turn.
+    // Time for an export that does not wait its turn.
     std::thread::sleep(Duration::from_millis(50));
     assert!(worker.exports().iter().all(|e| e.status == ExportStatus::Waiting));
     drop(job);
     wait_until(&worker, first, |s| *s == ExportStatus::Running);
     let refused = worker.work("another", |_| Ok(String::new()));
     assert!(matches!(refused, Err(Error::Busy { .. })), "an export is running");
-    assert_eq!(worker.running_job(), None, "an export is no job");
+    assert_eq!(worker.running_job(), None, "an export is not a job");
     assert_eq!(status(&worker, second), Some(ExportStatus::Waiting));
     for _ in 0..3 {
         tell_first.send(()).unwrap();
@@ -94,7 +94,7 @@ fn a_cancelled_export_says_what_is_kept_and_the_next_one_is_written() {
     assert_eq!(status(&worker, gone), None);
     worker.withdraw(first);
     assert_eq!(status(&worker, first), None);
-    // The network stays as it is: nothing that was predicted is predicted again.
+    // The network is unchanged, so nothing is predicted again.
     let light = from_the_left();
     worker.show(ask(0, 0.0, &light));
     wait_for(|| worker.relit());
@@ -108,7 +108,7 @@ fn a_paused_export_goes_on_and_a_dropped_worker_ends_the_line() {
     let (_, tell_next) = told_export(&worker, "next");
     wait_until(&worker, id, |s| *s == ExportStatus::Running);
     worker.pause(true);
-    // Time to see the wish, and for one that does not wait to end.
+    // Time to see the request, and for an export that does not wait to end.
     std::thread::sleep(Duration::from_millis(50));
     drop(tell);
     std::thread::sleep(Duration::from_millis(50));
@@ -116,10 +116,10 @@ fn a_paused_export_goes_on_and_a_dropped_worker_ends_the_line() {
     worker.pause(false);
     wait_until(&worker, id, |s| matches!(s, ExportStatus::Done(_)));
     drop(worker);
-    assert!(tell_next.send(()).is_err(), "nobody listens any more");
+    assert!(tell_next.send(()).is_err(), "the receiver is gone");
 }
 
-/// The jobs' thread may have looked at its mailbox just before the worker is dropped.
+/// The jobs' thread may have read its mailbox just before the worker is dropped.
 #[test]
 fn nothing_begins_once_the_worker_is_about_to_stop() {
     let current = job_thread::CurrentJob::default();
@@ -132,7 +132,7 @@ fn nothing_begins_once_the_worker_is_about_to_stop() {
     test_support::shown!(
         Accidents,
         "An export is about to begin while its project is closed",
-        danger: "the window waits until the whole clip is written",
+        danger: "the window waits for the whole clip to be written",
         done: "nothing begins once closing has begun",
     );
 }

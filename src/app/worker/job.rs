@@ -1,4 +1,4 @@
-//! Long actions. The command line and the studio send the same ones.
+//! Long actions, shared by the command line and the studio.
 
 mod run;
 
@@ -25,7 +25,7 @@ use tradeoff::TradeoffSettings;
 use training::TrainSettings;
 use virtual_stage::StageSettings;
 
-/// A long action and everything it needs to know.
+/// A long action and all its inputs.
 #[derive(Clone, Debug)]
 pub enum Job {
     /// Trace a shoot with the virtual stage into `folder`.
@@ -37,17 +37,17 @@ pub enum Job {
         settings: ImportSettings,
         /// Use only this many of the lamps, evenly distributed.
         lamps: Option<usize>,
-        /// The project's name; None for the shoot's.
+        /// Name of the project; None for the shoot's.
         name: Option<String>,
     },
-    /// Change which environments the project in `project` has, and which way is front in them.
+    /// Change the environments of the project in `project`, and their front directions.
     Environments { project: PathBuf, change: EnvironmentChange },
-    /// Make a light probe of photographs of a mirror ball.
+    /// Make a light probe from photographs of a mirror ball.
     Develop { settings: Box<DevelopSettings> },
     /// Find lamps, weights and camera response of the project in `project`.
     Calibrate { project: PathBuf, settings: CalibrateSettings },
-    /// Say how far the project in `project` can be trusted, under these environments: names or files; all of the
-    /// project's if there are none.
+    /// Check the project in `project` under these environments: names or files; if there are none, all of the
+    /// project's.
     Check { project: PathBuf, environments: Vec<PathBuf> },
     /// Train the network of the project in `project`.
     Train { project: PathBuf, settings: TrainSettings },
@@ -64,7 +64,8 @@ pub enum Job {
     },
     /// Write a job for a farm that trains the networks of these projects.
     FarmTrain { projects: Vec<PathBuf>, trainings: Vec<Training>, farm: FarmSettings },
-    /// Relight frames of the job in `job`, as a worker of a farm. `shoot` is where the footage is, if not where it was.
+    /// Relight frames of the job in `job`, as a worker of a farm. `shoot` is the footage's folder, if it was
+    /// moved.
     FarmChunk {
         job: PathBuf,
         frames: FrameSpan,
@@ -83,28 +84,29 @@ pub enum Job {
     Review { project: PathBuf, settings: ReviewSettings },
     /// Write a page that compares methods blindly, with its key in the project in `project`.
     Blind { project: PathBuf, settings: BlindSettings },
-    /// Collect the answers in `files` in the project in `project`, and count all that it has.
+    /// Collect the answers in `files` in the project in `project`, and count all of its answers.
     Answers { project: PathBuf, files: Vec<PathBuf> },
-    /// Find out how far predictions for the project in `project` can be trusted.
+    /// Estimate the prediction error for the project in `project`.
     Confidence { project: PathBuf, settings: ConfidenceSettings },
-    /// Measure what accuracy costs in time on the project in `project`.
+    /// Measure speed against accuracy on the project in `project`.
     Tradeoff { project: PathBuf, settings: Box<TradeoffSettings> },
-    /// Make the project in `project` use the network of a rung that was measured.
+    /// Make the project in `project` use the network of a measured rung.
     Apply { project: PathBuf, rung: String },
-    /// Run the demo in `folder`, or only make its project. Its training ends after `minutes`, including earlier runs.
+    /// Run the demo in `folder`, or only make its project. Its training ends after `minutes`, including earlier
+    /// runs.
     Demo { folder: PathBuf, prepare: bool, minutes: f64, device: DeviceChoice },
-    /// Measure what this machine can do. `program` is started for each measure.
+    /// Measure this machine's capabilities. `program` is started for each measurement.
     Device {
         program: PathBuf,
         settings: DeviceSettings,
-        /// Slot for all that is known, filled after each measure, to be shown.
+        /// Slot for the report so far, filled after each measurement.
         known: Option<Arc<Latest<MachineReport>>>,
     },
-    /// Write the project's network small, to be kept or handed on.
+    /// Write the project's network as a small file, for archiving or hand-over.
     Pack { project: PathBuf, to: PathBuf },
-    /// Use another square of the project's pictures.
+    /// Use another crop of the project's pictures.
     Frame { project: PathBuf, settings: FrameSettings },
-    /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
+    /// Make the mattes that the shoot of the project in `project` lacks, or remake all of the project's own.
     Matte { project: PathBuf, settings: MatteSettings },
 }
 
@@ -112,7 +114,7 @@ pub enum Job {
 pub const TRAINING: &str = "training the network";
 
 impl Job {
-    /// Name of the work, as the window and the progress bar say it.
+    /// Name of the work, for the window and the progress bar.
     pub fn what(&self) -> &'static str {
         match self {
             Self::Stage { .. } => "tracing a shoot",
@@ -144,7 +146,7 @@ impl Job {
         }
     }
 
-    /// The folder of the project that this job writes into; None if it writes into none.
+    /// Folder of the project that this job writes into; None if there is none.
     pub fn writes(&self) -> Option<PathBuf> {
         match self {
             Self::Import { project, .. }
@@ -161,7 +163,7 @@ impl Job {
             | Self::Frame { project, .. }
             | Self::Matte { project, .. } => Some(project.clone()),
             Self::Demo { folder, .. } => Some(demo::project_folder(folder)),
-            // Environments are brought into line with what others write.
+            // The environment list is merged with what others write.
             Self::Environments { .. }
             | Self::Stage { .. }
             | Self::Develop { .. }
@@ -178,13 +180,13 @@ impl Job {
         }
     }
 
-    /// Keeps others from writing into the project that this job writes into, while the lock is held. Whoever
-    /// has the project open already, as the studio has, holds it for the jobs that it runs.
+    /// Locks the project that this job writes into against other writers. A program with the project open, such
+    /// as the studio, already holds the lock for its jobs.
     ///
     /// # Errors
     /// When somebody else writes there.
     pub fn lock(&self) -> Result<Option<Lock>> {
-        // A project that is not there yet is nobody's.
+        // A project that does not exist yet needs no lock.
         let there = self.writes().filter(|project| project.is_dir());
         there.map(|project| Lock::take(&project, self.what())).transpose()
     }

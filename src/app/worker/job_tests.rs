@@ -1,4 +1,4 @@
-//! Jobs beside the pictures.
+//! Jobs that run while pictures are made.
 
 use super::*;
 
@@ -64,12 +64,12 @@ fn what_is_shown_is_predicted_anew_by_each_network_that_is_saved() {
 
     job.send(|progress| progress.saved()).unwrap();
     let events = wait_for_event(&worker, opened(2));
-    assert!(!events.contains(&Event::Opening), "nothing is missing meanwhile");
+    assert!(!events.contains(&Event::Opening), "the window keeps its source meanwhile");
     let after = wait_for(|| worker.relit());
     assert_eq!(after.scene, before.scene);
     assert!(
         after.rgb[0] < before.rgb[0],
-        "a darker network is seen as such: the level of the light stays"
+        "a darker network gives a darker picture: the level of the light stays"
     );
     assert_eq!(
         after.frames_at_hand.iter().collect::<Vec<_>>(),
@@ -125,7 +125,7 @@ fn a_job_pauses_and_goes_on() {
     };
     let events = wait_for_event(&worker, said("before"));
     assert!(!events.iter().any(said("after")));
-    // Time for a job that does not wait to say so.
+    // Time for a job that does not wait to report.
     std::thread::sleep(Duration::from_millis(50));
     assert!(!worker.events().any(|event| said("after")(&event)));
     worker.pause(false);

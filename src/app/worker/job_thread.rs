@@ -1,5 +1,5 @@
-//! The thread that works: it runs long actions one after the other, beside the network's thread, which
-//! is told of each checkpoint that can be read. When no job was asked for, it writes the exports that wait.
+//! The jobs' thread: runs long actions one after the other, beside the network's thread, and tells that thread of
+//! each readable checkpoint. Without a job, it writes the waiting exports.
 
 use super::background::Handler;
 use super::event::Event;
@@ -16,39 +16,39 @@ use std::time::Duration;
 /// Request to the thread.
 pub(super) enum JobRequest {
     Run(Task),
-    /// To write the first export that waits.
+    /// Write the first waiting export.
     Export,
 }
 
-/// A long action that is to be run.
+/// A long action to run.
 pub(super) struct Task {
     pub what: &'static str,
     pub control: Control,
-    /// None once it was begun.
+    /// None once it has begun.
     pub action: Option<Action>,
 }
 
-/// Does it, and says what came of it.
+/// Runs the action and returns a sentence about its result.
 pub(super) type Action = Box<dyn FnOnce(&Progress) -> Result<String> + Send>;
 
 /// Result of a request.
 pub(super) enum Done {
-    /// A job, in a sentence.
+    /// A job, with its sentence.
     Job(String),
-    /// The export of this number.
+    /// The export with this number.
     Export(u64, WrittenExport),
-    /// There was nothing to do any more.
+    /// Nothing was left to do.
     Nothing,
 }
 
-/// The job or export that was asked for or runs, if there is one.
+/// The requested or running job or export, if there is one.
 #[derive(Clone, Default)]
 pub(super) struct CurrentJob(Arc<Mutex<Current>>);
 
 #[derive(Default)]
 struct Current {
     running: Option<Running>,
-    /// None may be begun any more.
+    /// No further job may begin.
     closed: bool,
 }
 
@@ -60,7 +60,7 @@ struct Running {
 }
 
 impl CurrentJob {
-    /// Begins a job, named by what it does, or an export.
+    /// Begins a job, named by its work, or an export.
     ///
     /// # Errors
     /// [`Error::Busy`] while another job or export runs, and after [`Self::close`].
@@ -79,7 +79,7 @@ impl CurrentJob {
         self.0.lock().running = None;
     }
 
-    /// Asks what runs to stop, and lets nothing be begun any more.
+    /// Stops the current job or export, and prevents further ones.
     pub fn close(&self) {
         let mut current = self.0.lock();
         current.closed = true;
@@ -117,14 +117,14 @@ impl Current {
     }
 }
 
-/// The thread's ends of what connects it.
+/// The thread's ends of its connections.
 pub(super) struct JobThread<Tell> {
     pub current_job: CurrentJob,
     pub queue: ExportQueue,
-    /// The number of the export that is being written.
+    /// Number of the export that is being written.
     pub exporting: Option<u64>,
     pub network: Arc<Mailbox<NetworkRequest>>,
-    /// Output of a network in training for a pose.
+    /// Preview of a network in training, for one pose.
     pub pictures: Arc<Latest<Arc<TrainingPictures>>>,
     pub tell: Tell,
 }
@@ -159,7 +159,7 @@ impl<Tell: Fn(Event) + Sync> Handler for JobThread<Tell> {
         }
     }
 
-    /// Exports that wait are written one after the other.
+    /// Waiting exports are written one after the other.
     fn rest(&self) -> Option<(Duration, JobRequest)> {
         let next = self.queue.waits() && self.current_job.control().is_none();
         next.then_some((Duration::ZERO, JobRequest::Export))
@@ -185,12 +185,12 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
 
     fn finished(&self, sentence: String) {
         self.current_job.end();
-        // In this order: what the network's thread says next is about the time after the job.
+        // Before the network's next event, which describes the time after the job.
         (self.tell)(Event::Finished { sentence });
         self.network.put(NetworkRequest::Open);
     }
 
-    /// Writes the first export that waits, unless a job was begun or the export was withdrawn in the meantime.
+    /// Writes the first waiting export, unless a job has begun or the export was withdrawn.
     fn export(&mut self) -> Result<Done> {
         let Ok(control) = self.current_job.begin(None) else {
             return Ok(Done::Nothing);
@@ -206,7 +206,7 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
         Ok(Done::Export(id, written))
     }
 
-    /// Pictures are made as before: the network's thread need not hear of it.
+    /// Pictures do not change, so the network's thread needs no message.
     fn exported(&self, id: u64, written: Result<WrittenExport>) {
         let status = self.queue.end(id, written);
         self.current_job.end();

@@ -1,4 +1,4 @@
-//! The thread behind *Accuracy*: it reads what was measured, and the pictures of rungs.
+//! The thread behind *Accuracy*: reads the measurements and the pictures of rungs.
 
 use super::background::{Background, Handler};
 use super::latest::Latest;
@@ -11,12 +11,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use tradeoff::{Ledger, folder};
 
-/// Longer side of a rung's picture.
+/// Longer side of a rung's picture, in pixels.
 const PICTURE_PX: usize = 640;
 
 type Answer<T> = std::result::Result<T, String>;
 
-/// The thread. Dropping it stops it after the answer that it is at.
+/// The thread. Dropping it stops it after the current answer.
 pub struct LadderThread {
     thread: Background<LadderRequest>,
     answers: Answers,
@@ -31,7 +31,7 @@ struct Answers {
 /// Pictures of rungs beside the truth, all at one exposure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LadderPictures {
-    /// Files in the ladder's folder of pictures, and what they show.
+    /// Names in the ladder's folder of pictures, and the pictures.
     pub pictures: Vec<(String, SrgbPicture)>,
 }
 
@@ -51,7 +51,7 @@ struct Reading {
 }
 
 impl LadderThread {
-    /// Starts on the project in `root`; `wake` is called after each answer.
+    /// Starts the thread on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
         let answers = Answers {
             ledger: Arc::new(Latest::new(wake.clone())),
@@ -62,12 +62,12 @@ impl LadderThread {
         Self { thread, answers }
     }
 
-    /// Asks for what was measured, as it is now.
+    /// Requests the current measurements.
     pub fn read(&self) {
         self.thread.put(LadderRequest::Read);
     }
 
-    /// Asks for these pictures.
+    /// Requests these pictures.
     pub fn draw(&self, names: Vec<String>) {
         self.thread.put(LadderRequest::Pictures(names));
     }

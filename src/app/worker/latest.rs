@@ -1,8 +1,8 @@
-//! A slot in which the newest value wins: how pictures reach the window without a queue.
+//! A slot in which the newest value wins: pictures reach the window through it, without a queue.
 
 use parking_lot::Mutex;
 
-/// One value at most. Putting replaces what nobody took; nobody ever waits.
+/// At most one value. Putting replaces a value that was not taken, and never waits.
 pub struct Latest<T> {
     slot: Mutex<Option<T>>,
     wake: Box<dyn Fn() + Send + Sync>,
@@ -31,7 +31,7 @@ impl<T> Latest<T> {
         self.slot.lock().is_some()
     }
 
-    /// Takes the value out, if one was put since the last time.
+    /// Takes the value, if one was put since the last time.
     pub fn take(&self) -> Option<T> {
         self.slot.lock().take()
     }

@@ -1,7 +1,7 @@
-//! The work behind a window: one thread owns the network, one relights, one runs jobs; others read panoramas, look
-//! at the calibration, check the project, review the network, write the list of environments and look things up on the disk. All are of
-//! one kind, [`background::Background`]. None of them is ever waited for; numbers and sentences come back as
-//! [`Event`]s, pictures through [`Latest`] slots.
+//! The work behind a window: one thread owns the network, one relights, one runs jobs. Others read panoramas,
+//! read the calibration, check the project, review the network, write the list of environments and look things up
+//! on the disk. All are of one kind, [`background::Background`]. The window never waits for them; numbers and
+//! sentences come back as [`Event`]s, pictures through [`Latest`] slots.
 //!
 //! ```text
 //! window ─ PreviewRequest ─► relighter ─ FrameRequest ─► network ◄─ saved, finished ─ jobs ◄─ Job, Export ─ window
@@ -9,9 +9,9 @@
 //!    └───── PreviewPicture ────┘  └───── PredictedFrame ────┘
 //! ```
 //!
-//! While a job runs, frames are predicted by the current network. Whenever the job has saved a newer one, the source
-//! is opened again: fields belong to a generation, and those of an older one are predicted again when they are asked
-//! for.
+//! While a job runs, frames are predicted by the current network. Whenever the job has saved a newer one, the
+//! source is opened again: fields belong to a generation, and those of an older one are predicted again on
+//! request.
 
 mod adaptive_resolution;
 pub mod background;
@@ -82,12 +82,12 @@ use std::time::Duration;
 #[derive(Clone, Debug)]
 pub struct PredictedFrame {
     pub frame: Arc<Frame>,
-    /// The frame's plate; None if pictures have the working size.
+    /// Plate of the frame; None if pictures have the working size.
     pub plate: Option<Arc<Plate>>,
     pub field: Arc<Field>,
     /// Number of the source's opening that predicted it.
     pub generation: u64,
-    /// Time of the prediction in milliseconds, reading the frame included.
+    /// Time of the prediction in milliseconds, including reading the frame.
     pub ms: f64,
 }
 
@@ -107,18 +107,18 @@ impl PredictedFrame {
         (self.plate.as_ref()).map_or(self.frame.mask.size(), |plate| plate.size())
     }
 
-    /// The pixel of its field that a pixel of its pictures belongs to; None if the network sees none of it.
+    /// Field pixel under a picture pixel; None outside the network's crop.
     pub fn working_pixel(&self, pixel: [usize; 2]) -> Option<[usize; 2]> {
         (self.plate.as_ref()).map_or(Some(pixel), |plate| plate.working_pixel(pixel))
     }
 
-    /// The place in the picture of a point of its field, in columns and rows of each.
+    /// Position in the picture of a point of the field, each in columns and rows.
     pub fn picture_place(&self, at: [f32; 2]) -> [f32; 2] {
         (self.plate.as_ref()).map_or(at, |plate| plate.filmed_place(at))
     }
 
-    /// Brightness of each pixel of its field under each lamp of the rig. Waits for a field on a GPU: do not call it on the
-    /// window's thread.
+    /// Brightness of each pixel of the field under each lamp of the rig. Waits for a field on a GPU: do not call
+    /// it on the window's thread.
     ///
     /// # Errors
     /// When the device fails.
@@ -134,8 +134,8 @@ impl PredictedFrame {
     }
 }
 
-/// The threads behind one open project. Dropping it stops and joins them: that takes as long as one
-/// prediction or one training step.
+/// The threads behind one open project. Dropping it stops and joins them, which takes up to one prediction or one
+/// training step.
 pub struct Worker {
     network: Background<NetworkRequest>,
     relighter: Background<RelighterRequest>,
@@ -145,7 +145,7 @@ pub struct Worker {
     relit: Arc<Latest<Arc<PreviewPicture>>>,
     pictures: Arc<Latest<Arc<TrainingPictures>>>,
     events: Arc<event::UnreadEvents>,
-    /// Reason that no job may write into the project, if none may.
+    /// Reason that no job may write into the project; None if jobs may.
     read_only: Option<String>,
 }
 
@@ -156,7 +156,7 @@ impl Worker {
         device: DeviceChoice,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        // Looking for a GPU takes a while, and its result does not change.
+        // Finding a GPU takes a while, and the result does not change.
         let mut compute: Option<ComputeDevice> = None;
         let mut exemplars = KeptExemplars::default();
         let open = move || {
@@ -169,8 +169,8 @@ impl Worker {
         Self::over(open, wake)
     }
 
-    /// Starts work on frames from any source. `open` is called on the network's thread: at the start, whenever a job
-    /// has saved a network, and after each job.
+    /// Starts work on frames from any source. `open` is called on the network's thread: at the start, whenever a
+    /// job has saved a network, and after each job.
     pub fn over(
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
@@ -178,8 +178,8 @@ impl Worker {
         Self::within(adaptive_resolution::WINDOW_FRAME_MS, relighter::STILL, open, wake)
     }
 
-    /// [`Self::over`], with what a picture may take in milliseconds while something moves, and how long a drag
-    /// has to rest before the picture is made at its full size.
+    /// Same as [`Self::over`], with a time budget per picture in milliseconds while something moves, and the rest
+    /// time before a drag is shown at full size.
     pub fn within(
         budget_ms: f64,
         rest: Duration,
@@ -229,7 +229,7 @@ impl Worker {
         }
     }
 
-    /// Asks for a picture in place of any that was asked for before and is not begun.
+    /// Requests a picture; replaces an earlier request that has not begun.
     pub fn show(&self, request: PreviewRequest) {
         self.relighter.put(RelighterRequest::Show(Box::new(request)));
     }
@@ -239,7 +239,7 @@ impl Worker {
         self.relit.take()
     }
 
-    /// True if there is a picture that [`Self::relit`] would give.
+    /// True if [`Self::relit`] would return a picture.
     pub fn has_picture(&self) -> bool {
         self.relit.is_full()
     }
@@ -254,7 +254,7 @@ impl Worker {
         self.events.take().into_iter()
     }
 
-    /// From now on refuses jobs that write into their project; `why` says why.
+    /// Rejects jobs that write into their project from now on; `why` is the reason shown.
     pub fn refuse_writes(&mut self, why: String) {
         self.read_only = Some(why);
     }
@@ -270,7 +270,7 @@ impl Worker {
         }
     }
 
-    /// Checks that a job would be begun now: neither a job nor an export runs.
+    /// Checks that a job could begin now: neither a job nor an export runs.
     ///
     /// # Errors
     /// [`Error::Busy`] if one does.
@@ -278,15 +278,16 @@ impl Worker {
         self.current_job.idle()
     }
 
-    /// The running job's work, in words; None if none runs. An export does not count.
+    /// The running job's work, in words; None if none runs. Exports do not count.
     pub fn running_job(&self) -> Option<&'static str> {
         self.current_job.job()
     }
 
-    /// Begins a job beside the picture. What comes of it is an [`Event`].
+    /// Begins a job beside the picture. Its result is an [`Event`].
     ///
     /// # Errors
-    /// As [`Self::idle`], and as [`Self::writable`] if the job writes into its project. Then it is not begun.
+    /// As [`Self::idle`], and as [`Self::writable`] if the job writes into its project. The job is then not
+    /// begun.
     pub fn run(&self, job: Job) -> Result<(), Error> {
         if job.writes().is_some() {
             self.writable()?;
@@ -294,8 +295,8 @@ impl Worker {
         self.work(job.what(), move |progress| job.run(progress).map(|outcome| outcome.sentence()))
     }
 
-    /// Begins any long action as [`Self::run`] begins a job. `what` says what is being done, and the action
-    /// returns what came of it, as a sentence.
+    /// Begins any long action as [`Self::run`] begins a job. `what` names the work; the action returns a sentence
+    /// about its result.
     ///
     /// # Errors
     /// As [`Self::idle`].
@@ -309,8 +310,8 @@ impl Worker {
         Ok(())
     }
 
-    /// Puts an export at the end of the queue: it is written when those before it are over and no job runs. `name`
-    /// is what people call it; returns its number in the queue.
+    /// Puts an export at the end of the queue and returns its number. It is written when those before it are over
+    /// and no job runs. `name` is shown to the user.
     pub fn export(
         &self,
         name: String,
@@ -321,24 +322,24 @@ impl Worker {
         id
     }
 
-    /// The exports that wait, run or are over, in the order in which they were asked for.
+    /// The exports that wait, run or are over, in the order of the requests.
     pub fn exports(&self) -> Vec<Export> {
         self.queue.exports()
     }
 
-    /// Takes an export that waits or is over out of the queue. The running one is stopped by [`Self::cancel`].
+    /// Removes an export that waits or is over from the queue. [`Self::cancel`] stops the running one.
     pub fn withdraw(&self, id: u64) {
         self.queue.remove(id);
     }
 
-    /// Asks the running job or export to pause at its next safe point, or to go on.
+    /// Pauses the running job or export at its next safe point, or resumes it.
     pub fn pause(&self, pause: bool) {
         if let Some(control) = self.current_job.control() {
             control.pause(pause);
         }
     }
 
-    /// Asks the running job or export to stop; what it has finished is kept.
+    /// Stops the running job or export; finished output is kept.
     pub fn cancel(&self) {
         if let Some(control) = self.current_job.control() {
             control.stop();

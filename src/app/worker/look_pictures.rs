@@ -1,4 +1,4 @@
-//! Looks that are shown beside each other: the same frame, each in a light and with effects of its own.
+//! Looks side by side: the same frame, each with its own light and effects.
 
 use super::PredictedFrame;
 use super::comparison::extra;
@@ -14,10 +14,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
 
-/// The file of a table, and when it was changed.
+/// A table's file and its modification time.
 type TableFile = Option<(PathBuf, Option<SystemTime>)>;
 
-/// The pictures of the last request: a look that stays is not made again because another changes.
+/// Pictures of the last request. An unchanged look is not made again.
 #[derive(Default)]
 pub(super) struct LookPictures([Made; 4]);
 
@@ -29,8 +29,8 @@ struct Made {
 }
 
 impl LookPictures {
-    /// The pictures of a request's looks. `reference` is the frame that sets the level of every light; `table` is the table
-    /// that codes go through.
+    /// Makes the pictures of a request's looks. `reference` is the frame that sets the level of every light;
+    /// `table` is the display table for the codes.
     ///
     /// # Errors
     /// As [`compose`], and when the table cannot be read.

@@ -1,12 +1,12 @@
-//! A thread that looks small things up beside the window's: what is on the disk, or in a field on the GPU.
+//! A thread for small look-ups off the window's thread: on the disk, or in a field on the GPU.
 
 use super::background::{Background, Handler};
 use super::mailbox::Request;
 use base::error::Result;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// The thread. The newest question counts; older ones are not answered. Dropping it never waits: the thread
-/// ends after the answer that it is at.
+/// The thread. Only the newest question is answered. Dropping it never waits: the thread ends after the current
+/// answer.
 pub struct Lookup<Question: Send + 'static, Answer> {
     thread: Background<Asked<Question>>,
     answers: Receiver<(Question, Result<Answer>)>,
@@ -33,7 +33,7 @@ impl<Question: Send + 'static, Answer: Send + 'static> Lookup<Question, Answer> 
         Self { thread: thread.detached(), answers }
     }
 
-    /// Asks in place of what was asked before and is not begun.
+    /// Sends a question; replaces an earlier one that has not begun.
     pub fn ask(&self, question: Question) {
         self.thread.put(Asked(question));
     }
@@ -58,7 +58,7 @@ where
     }
 
     fn deliver(&mut self, Asked(question): Asked<Question>, answer: Result<Answer>) {
-        // Nobody listens once the lookup is dropped.
+        // The receiver is gone once the lookup is dropped.
         if self.answers.send((question, answer)).is_ok() {
             (self.wake)();
         }
@@ -87,7 +87,7 @@ mod tests {
             rung.recv().unwrap();
             answers.extend(lookup.answers().map(|(n, answer)| (n, answer.unwrap())));
         }
-        // The first may have been begun while the others came.
+        // The first may have begun before the others came.
         assert!(answers.len() <= 2, "{answers:?}");
     }
 

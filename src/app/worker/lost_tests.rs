@@ -1,11 +1,11 @@
-//! A GPU that is lost while pictures are made on it.
+//! A GPU that is lost while it makes pictures.
 
 use super::*;
 use compositor::passes::PicturePasses;
 use reflectance::FieldBuffer;
 use test_support::{Need, found};
 
-/// A device of the test's own.
+/// A device for this test only.
 fn own_device() -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
@@ -14,7 +14,7 @@ fn own_device() -> Option<(wgpu::Device, wgpu::Queue)> {
     found(Need::Gpu, device)
 }
 
-/// A worker that lights frames there until the device is lost.
+/// A worker that lights frames on this device until it is lost.
 fn worker_on(device: &wgpu::Device, queue: &wgpu::Queue) -> Worker {
     let (passes, gpu) = (Arc::new(PicturePasses::new(device, queue)), device.clone());
     let open = move || {

@@ -1,4 +1,4 @@
-//! Requests that wait for a thread: the newest of each kind, or all of them in order.
+//! Waiting requests of a thread: the newest of each kind, or all of them in order.
 
 use parking_lot::{Condvar, Mutex};
 use std::collections::VecDeque;
@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 /// A request to a thread.
 pub trait Request: Send + 'static {
-    /// Of the requests in one lane only the newest waits; lower lanes are taken first. Requests in no lane all wait,
-    /// in order, behind the others.
+    /// Lane of the request. Only the newest request of a lane waits; lower lanes are taken first. Requests
+    /// without a lane all wait, in order, behind the others.
     fn lane(&self) -> Option<usize> {
         Some(0)
     }
 
-    /// True if it is done even when the thread is to stop: it would be lost otherwise.
+    /// True if the request is handled even when the thread is stopping, because it would be lost otherwise.
     fn is_kept(&self) -> bool {
         false
     }
@@ -23,7 +23,7 @@ pub trait Request: Send + 'static {
 pub(super) struct Mailbox<R> {
     waiting: Mutex<Waiting<R>>,
     changed: Condvar,
-    /// A test asked for a panic in place of the next request's work.
+    /// Set by a test: the next request panics.
     #[cfg(test)]
     fault: std::sync::atomic::AtomicBool,
 }
@@ -35,7 +35,7 @@ struct Waiting<R> {
 }
 
 impl<R: Request> Mailbox<R> {
-    /// An empty one.
+    /// Creates an empty mailbox.
     pub fn new() -> Arc<Self> {
         Arc::new(Self {
             waiting: Mutex::new(Waiting { requests: VecDeque::new(), closed: false }),
@@ -45,7 +45,7 @@ impl<R: Request> Mailbox<R> {
         })
     }
 
-    /// Has a request wait, in place of an older one in its lane. A closed mailbox drops it.
+    /// Queues a request; replaces an older one in its lane. A closed mailbox drops it.
     pub fn put(&self, request: R) {
         let rank = |request: &R| request.lane().unwrap_or(usize::MAX);
         let lane = request.lane();
@@ -70,16 +70,16 @@ impl<R: Request> Mailbox<R> {
         self.waiting.lock().requests.pop_front()
     }
 
-    /// True if such a request waits.
+    /// True if a matching request waits.
     #[cfg(test)]
     pub fn waits(&self, is_it: impl Fn(&R) -> bool) -> bool {
         self.waiting.lock().requests.iter().any(is_it)
     }
 
-    /// Waits for the next request. Where none comes within the time that `rest` names, it is that of `rest`. None
+    /// Waits for the next request. If none comes within the time in `rest`, returns the request in `rest`. None
     /// once the mailbox is closed and empty.
     pub fn next(&self, rest: Option<(Duration, R)>) -> Option<R> {
-        // A time too long to be told is as long as it takes.
+        // A time too long to represent means no limit.
         let until = rest.as_ref().and_then(|(wait, _)| Instant::now().checked_add(*wait));
         let mut waiting = self.waiting.lock();
         loop {
@@ -99,7 +99,7 @@ impl<R: Request> Mailbox<R> {
         }
     }
 
-    /// Takes no more requests, and drops those that wait unless they are kept.
+    /// Closes the mailbox and drops waiting requests, except those that are kept.
     pub fn close(&self) {
         let mut waiting = self.waiting.lock();
         waiting.closed = true;
@@ -108,7 +108,7 @@ impl<R: Request> Mailbox<R> {
         self.changed.notify_one();
     }
 
-    /// Has the thread panic at its next request, before that is done.
+    /// Makes the thread panic at its next request, before handling it.
     #[cfg(test)]
     pub fn panic_next(&self) {
         self.fault.store(true, std::sync::atomic::Ordering::SeqCst);
@@ -126,7 +126,7 @@ impl<R: Request> Mailbox<R> {
 mod tests {
     use super::*;
 
-    /// Tens are lanes; 100 and more are in none. 11 is kept.
+    /// Test lanes: the tens digit; 100 and more have no lane. 11 is kept.
     impl Request for u32 {
         fn lane(&self) -> Option<usize> {
             (*self < 100).then_some(*self as usize / 10)

@@ -9,21 +9,21 @@ use std::sync::Arc;
 
 /// Request to the network's thread.
 pub(super) enum NetworkRequest {
-    /// To open its source again: there may be a newer network, or another device.
+    /// Open the source again: there may be a newer network, or another device.
     Open,
     Predict(FrameRequest),
-    /// OLATs for the first (0) or the second (1) of two pictures to compare.
+    /// OLATs for the first (0) or second (1) picture of a comparison.
     Compare(usize, ComparisonRequest),
 }
 
-/// A frame to be predicted by the network of a generation.
+/// A frame to predict with the network of a generation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct FrameRequest {
     pub generation: u64,
     pub frame: usize,
 }
 
-/// OLATs to compare a frame of a generation with.
+/// OLATs to compare with a frame of a generation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ComparisonRequest {
     pub generation: u64,
@@ -31,27 +31,27 @@ pub(super) struct ComparisonRequest {
     pub frame: usize,
 }
 
-/// News for the relighter, and requests to it.
+/// Messages and requests for the relighter.
 pub(super) enum RelighterRequest {
     Opened(OpenedSource),
     Predicted(Arc<PredictedFrame>),
-    /// OLATs for the first (0) or the second (1) of two pictures to compare.
+    /// OLATs for the first (0) or second (1) picture of a comparison.
     Compared(usize, FoundComparison),
     Show(Box<PreviewRequest>),
-    /// To make the picture that all of this calls for; `rested` says that nothing else was asked for a while.
+    /// Make the picture for all of this; `rested` is true after a pause without requests.
     Relight {
         rested: bool,
     },
 }
 
-/// A source that was opened. The generation counts openings: each may have another network.
+/// A source that was opened. The generation counts openings; each may have another network.
 #[derive(Clone)]
 pub(super) struct OpenedSource {
     pub generation: u64,
     pub rig: Arc<Rig>,
 }
 
-/// The OLATs that were found.
+/// OLATs found for a comparison.
 #[derive(Clone)]
 pub(super) struct FoundComparison {
     pub of: ComparisonRequest,
@@ -69,7 +69,7 @@ impl Request for NetworkRequest {
 }
 
 impl Request for RelighterRequest {
-    /// An opening comes before what was predicted after it, and a picture when there is nothing else to learn.
+    /// An opening comes before later predictions; a picture comes when there is no other message.
     fn lane(&self) -> Option<usize> {
         Some(match self {
             Self::Opened(_) => 0,

@@ -1,5 +1,5 @@
-//! The thread that owns the network: it predicts the newest frame asked for, and takes a newer network
-//! when a job brings one.
+//! The thread that owns the network: predicts the newest requested frame, and switches to a newer network when a
+//! job saves one.
 
 use super::PredictedFrame;
 use super::background::Handler;
@@ -18,7 +18,7 @@ use std::time::Instant;
 pub(super) struct Network<Open, Tell> {
     open: Open,
     source: Option<Source>,
-    /// Number of sources that were opened.
+    /// Number of sources opened so far.
     generation: u64,
     own: Arc<Mailbox<NetworkRequest>>,
     relighter: Arc<Mailbox<RelighterRequest>>,
@@ -31,12 +31,12 @@ pub(super) enum Done {
     Blocked(Blocked),
     Predicted(PredictedFrame),
     Compared(usize, FoundComparison),
-    /// It was asked of an older network; it is asked for again if it is still wanted.
+    /// Meant for an older network; requested again if still needed.
     Outdated,
 }
 
 impl<Open, Tell> Network<Open, Tell> {
-    /// A network that is not opened yet.
+    /// Creates the thread's state, with no network open.
     pub fn new(
         open: Open,
         own: Arc<Mailbox<NetworkRequest>>,
@@ -46,7 +46,7 @@ impl<Open, Tell> Network<Open, Tell> {
         Self { open, source: None, generation: 0, own, relighter, tell }
     }
 
-    /// The source, if it is of that generation.
+    /// The source, if it belongs to this generation.
     fn source(&mut self, generation: u64) -> Option<&mut Source> {
         self.source.as_mut().filter(|_| generation == self.generation)
     }
@@ -127,7 +127,7 @@ where
                 self.relighter.put(RelighterRequest::Compared(side, found));
             }
             Ok(Done::Outdated) => {}
-            // A source that was opened before stays in use.
+            // An earlier source stays in use.
             Ok(Done::Blocked(blocked)) if self.source.is_some() => failed(blocked.sentence),
             Ok(Done::Blocked(blocked)) => (self.tell)(Event::Blocked(blocked)),
             Err(e) if matches!(request, NetworkRequest::Open) && self.source.is_none() => {
@@ -135,7 +135,7 @@ where
             }
             Err(e) => {
                 failed(e.to_string());
-                // Another device is needed. What is still wanted of this one is asked for again.
+                // Another device is needed. Requests that are still needed are made again.
                 if matches!(e, Error::GpuLost) && !matches!(request, NetworkRequest::Open) {
                     self.own.put(NetworkRequest::Open);
                 }

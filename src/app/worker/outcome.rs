@@ -25,7 +25,7 @@ use tradeoff::{Applied, TradeoffReport};
 use training::TrainReport;
 use virtual_stage::StageReport;
 
-/// Result of a job. Serialised, it is the figures alone.
+/// Result of a job. Only the figures are serialised.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Outcome {
@@ -55,15 +55,15 @@ pub enum Outcome {
     Matted(MattesReport),
 }
 
-/// The checkpoint that training goes on from now.
+/// The checkpoint from which training continues.
 #[derive(Clone, Debug, Serialize)]
 pub struct WentBack {
     pub info: CheckpointInfo,
-    /// It has the optimiser's state, so that training goes on as if it had not stopped.
+    /// True if it has the optimiser's state, so that training continues as if it had not stopped.
     pub optimizer: bool,
 }
 
-/// The environments that a project has now.
+/// Current environments of a project.
 #[derive(Clone, Debug, Serialize)]
 pub struct EnvironmentsReport {
     pub environments: Vec<KnownEnvironment>,
@@ -76,12 +76,12 @@ pub struct ImportReport {
     pub name: String,
     /// Working size in pixels.
     pub size: usize,
-    /// Numbers of what the shoot holds.
+    /// Contents of the shoot, counted.
     pub poses: usize,
     pub lamps: usize,
     pub frames: usize,
     pub environments: usize,
-    /// Evenness of a choice of part of the lamps, in degrees: the largest distance of a direction that the whole rig
+    /// Evenness of a subset of the lamps, in degrees: the largest distance from a direction that the whole rig
     /// covers to a lamp, and the smallest distance of two lamps. None if all lamps are used.
     pub covering_deg: Option<f32>,
     pub separation_deg: Option<f32>,
@@ -105,7 +105,7 @@ impl ImportReport {
 }
 
 impl Outcome {
-    /// Sentences that say what came of the job.
+    /// Sentences about the job's result.
     pub fn sentence(&self) -> String {
         match self {
             Self::Staged(report) => staged(report),
@@ -157,7 +157,7 @@ impl Outcome {
     }
 }
 
-/// Of a response that has no exponents, those of the nearest dual gamma are told too: scripts read them.
+/// For a response without exponents, adds those of the nearest dual gamma, which scripts read.
 fn calibrated<S: Serializer>(found: &Calibration, to: S) -> std::result::Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Figures<'a> {

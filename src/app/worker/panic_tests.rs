@@ -1,4 +1,4 @@
-//! A panic in the threads behind an open project. Those of the other threads are tested beside them.
+//! A panic in the threads of an open project. Other threads are tested next to their code.
 
 use super::*;
 
@@ -16,7 +16,7 @@ fn source() -> Source {
     }
 }
 
-/// The first event that says `on purpose`.
+/// The first event that contains `on purpose`.
 fn said(worker: &Worker) -> Event {
     wait_for(|| {
         let mut events = worker.events();

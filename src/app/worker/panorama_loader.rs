@@ -1,4 +1,4 @@
-//! Reads panoramas beside the window's thread, one after the other, and makes their thumbnails.
+//! Reads panoramas one after the other, off the window's thread, and makes their thumbnails.
 
 use super::background::{Background, Handler};
 use super::mailbox::Request;
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-/// Panoramas that have been read and not been taken yet.
+/// Largest number of panoramas read ahead of the window.
 const MOST_WAITING: usize = 4;
 
 /// Origin of a panorama.
@@ -42,18 +42,18 @@ impl fmt::Display for Origin {
     }
 }
 
-/// A panorama as the window wants it.
+/// A panorama with its thumbnail and analysis.
 #[derive(Clone, Debug)]
 pub struct Panorama {
     pub environment: Arc<Environment>,
     pub thumbnail: SrgbPicture,
-    /// Its brightest areas, the one with most energy first.
+    /// Brightest areas, the one with the most energy first.
     pub areas: Vec<Area>,
-    /// Guesses and repairs that were needed, a sentence each.
+    /// Guesses and repairs on reading, a sentence each.
     pub notes: Vec<String>,
 }
 
-/// The reading thread. Dropping it stops it after the file that it is at.
+/// The reading thread. Dropping it stops it after the current file.
 pub struct PanoramaLoader {
     // Dropped before the thread is joined: without a receiver, a thread that waits to hand over a panorama ends.
     read: Receiver<(Origin, Result<Panorama>)>,
@@ -62,7 +62,7 @@ pub struct PanoramaLoader {
 
 enum PanoramaRequest {
     InOrder(Origin),
-    /// Before all others. `again`: it is not asked for in order too.
+    /// Ahead of all others. `again`: not also requested in order.
     First {
         origin: Origin,
         again: bool,
@@ -72,9 +72,9 @@ enum PanoramaRequest {
 struct Loading<Wake> {
     read: SyncSender<(Origin, Result<Panorama>)>,
     wake: Wake,
-    /// Those that were read before their turn, which need not be read then.
+    /// Read ahead of their turn, and skipped when it comes.
     ahead: Vec<Origin>,
-    /// Those that were read in their turn.
+    /// Read in their turn.
     read_in_order: Vec<Origin>,
 }
 
@@ -91,25 +91,25 @@ impl PanoramaLoader {
         Self { read, thread }
     }
 
-    /// Asks for a panorama.
+    /// Requests a panorama.
     pub fn load(&self, origin: Origin) {
         self.thread.put(PanoramaRequest::InOrder(origin));
     }
 
-    /// Asks for a panorama before all others, in place of any that this was asked for and is not begun. `again` says that it
-    /// was read before: otherwise it waits in [`Self::load`]'s order, and is read once.
+    /// Requests a panorama ahead of all others; replaces an earlier such request that has not begun. `again`
+    /// means that it was read before; otherwise it also waits in [`Self::load`]'s order, and is read once.
     pub fn load_first(&self, origin: Origin, again: bool) {
         self.thread.put(PanoramaRequest::First { origin, again });
     }
 
-    /// The panoramas that have been read since the last call, in the order in which they were read.
+    /// The panoramas read since the last call, in reading order.
     pub fn loaded(&self) -> impl Iterator<Item = (Origin, Result<Panorama>)> {
         self.read.try_iter()
     }
 }
 
 impl Request for PanoramaRequest {
-    /// All are read, one after the other, but for one that comes first.
+    /// All are read, one after the other, except for one that goes first.
     fn lane(&self) -> Option<usize> {
         matches!(self, Self::First { .. }).then_some(0)
     }
@@ -125,7 +125,7 @@ impl PanoramaRequest {
 
 impl<Wake: Fn()> Handler for Loading<Wake> {
     type Request = PanoramaRequest;
-    /// None if it was read before its turn.
+    /// None if it was read ahead of its turn.
     type Answer = Option<Panorama>;
 
     fn work(&mut self, request: &mut PanoramaRequest) -> Result<Option<Panorama>> {
@@ -137,7 +137,7 @@ impl<Wake: Fn()> Handler for Loading<Wake> {
             }
             PanoramaRequest::InOrder(origin) => self.read_in_order.push(origin.clone()),
             PanoramaRequest::First { again: true, .. } => {}
-            // It is on its way already.
+            // Already on its way.
             PanoramaRequest::First { origin, .. } if self.read_in_order.contains(origin) => {
                 return Ok(None);
             }
@@ -149,7 +149,7 @@ impl<Wake: Fn()> Handler for Loading<Wake> {
     fn deliver(&mut self, request: PanoramaRequest, panorama: Result<Option<Panorama>>) {
         let origin = request.origin().clone();
         if let Some(panorama) = panorama.transpose() {
-            // Nobody listens once the loader is dropped.
+            // The receiver is gone once the loader is dropped.
             if self.read.send((origin, panorama)).is_ok() {
                 (self.wake)();
             }
@@ -158,13 +158,13 @@ impl<Wake: Fn()> Handler for Loading<Wake> {
 }
 
 impl Panorama {
-    /// Number of brightest areas that are looked for.
+    /// Number of brightest areas to find.
     const AREAS: usize = 5;
 
-    /// Reads a panorama, or makes it.
+    /// Reads or generates a panorama.
     ///
     /// # Errors
-    /// When the file cannot be read or is no panorama.
+    /// When the file cannot be read or is not a panorama.
     pub fn load(source: &Origin) -> Result<Self> {
         let (environment, notes) = match source {
             Origin::File(path) => {
@@ -221,7 +221,7 @@ mod tests {
             woken.recv().unwrap();
             order.extend(loader.loaded().map(|(origin, _)| origin));
         }
-        // Some had been read, and some were read and not taken, before it was asked for.
+        // Some were read, and some read but not taken, before the request.
         let place = order.iter().position(|one| *one == files[19]).unwrap();
         assert!(place < 19, "{place}");
         loader.load_first(files[19].clone(), true);

@@ -1,4 +1,4 @@
-//! A picture that the window asks for, and the one that it gets.
+//! A picture request of the window, and the picture made for it.
 
 use super::PredictedFrame;
 use super::comparison::Comparison;
@@ -15,13 +15,13 @@ use std::sync::Arc;
 /// Another look at the frame of a picture.
 #[derive(Clone, Debug)]
 pub struct LookView {
-    /// Its frame is that of the picture whatever it says.
+    /// Its frame is ignored: the picture's is used.
     pub scene: Scene,
     pub environment: Arc<Environment>,
 }
 
 impl PartialEq for LookView {
-    /// Environments are equal if they are the same one.
+    /// Environments are equal if they are the same object.
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.environment, &other.environment) && self.scene == other.scene
     }
@@ -30,81 +30,83 @@ impl PartialEq for LookView {
 /// A look and its picture.
 pub type LookPicture = (LookView, Arc<SrgbPicture>);
 
-/// A picture that the window wants.
+/// Request of the window for a picture.
 #[derive(Clone, Debug)]
 pub struct PreviewRequest {
-    /// Its output is a display whatever it says.
+    /// Its output is ignored: the picture is for a display.
     pub scene: Scene,
     pub environment: Arc<Environment>,
     /// Comparison in place of the picture.
     pub first: Option<Comparison>,
-    /// Its counterpart.
+    /// Counterpart of the picture.
     pub second: Option<Comparison>,
-    /// Looks that are shown beside each other, under all lamps.
+    /// Looks side by side, under all lamps.
     pub looks: [Option<LookView>; 4],
-    /// Lamps that light the subject alone, each as bright as half of an even light; none means all of them.
+    /// Soloed lamps that light the subject, each with half the energy of an even light; empty for all lamps.
     pub solo: Vec<usize>,
-    /// A `.cube` table that codes go through before they are shown, as a display; it reads and gives sRGB codes. Channels,
-    /// false colours and differences are shown as they are.
+    /// A `.cube` display table from sRGB codes to sRGB codes, applied last. Channels, false colours and
+    /// differences bypass it.
     pub table: Option<PathBuf>,
-    /// Something is dragged or played: a picture that is soon there is better than a sharp one.
+    /// True while something is dragged or played: speed matters more than sharpness.
     pub moving: bool,
-    /// The window draws textures of the GPU that pictures are made on, and needs nothing else until the picture
-    /// rests: what it shows is then not read from there.
+    /// True if the window draws textures of the GPU that makes the pictures. Codes are then not read back until
+    /// the picture rests.
     pub texture: bool,
 }
 
 /// A relit picture, ready for a texture.
 #[derive(Clone, Debug)]
 pub struct PreviewPicture {
-    /// Scene that the picture shows. While a frame is being predicted, this is an older frame in the new light.
+    /// Scene of the picture. While a frame is being predicted, this is an older frame in the new light.
     pub scene: Scene,
     /// Name of the environment.
     pub environment: String,
     pub width: usize,
     pub height: usize,
-    /// Pixels along each axis that were lit as one, while something moved; 1 in a picture that stays.
+    /// Pixels along each axis that were lit as one while something moved; 1 at rest.
     pub coarse: usize,
-    /// Light finer than the working size was left out, because something moved.
+    /// True if light finer than the working size was left out because something moved.
     pub draft: bool,
-    /// sRGB codes, three bytes a pixel, row by row. Empty while the picture is on the GPU alone.
+    /// sRGB codes, three bytes per pixel, row by row. Empty while the picture is only on the GPU.
     pub rgb: Vec<u8>,
-    /// Columns and rows of `rgb`: the picture's, or fewer in one that is coarse.
+    /// Columns and rows of `rgb`: the picture's, or fewer if it is coarse.
     pub rgb_size: [usize; 2],
     /// The same codes on the GPU, if it made the picture.
     pub texture: Option<DisplayTexture>,
-    /// Comparison in its place, of the same size; where a scene asks for the difference, that to the second.
+    /// Comparison in place of the picture, of the same size; if the scene shows a difference, the difference to
+    /// the second.
     pub first: Option<(Comparison, SrgbPicture)>,
-    /// Its counterpart, of the same size.
+    /// Counterpart, of the same size.
     pub second: Option<(Comparison, SrgbPicture)>,
-    /// The first and the second themselves, where what is shown of them is a channel, false colours or a difference.
+    /// The first and second pictures themselves, if a channel, false colours or a difference is shown of them.
     pub whole: [Option<SrgbPicture>; 2],
-    /// The looks that are shown beside each other, of the same size.
+    /// Looks side by side, of the same size.
     pub looks: [Option<LookPicture>; 4],
-    /// Lamps that light the subject alone.
+    /// Soloed lamps.
     pub solo: Vec<usize>,
-    /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.
+    /// Scene-linear light of each pixel, premultiplied, if it is in memory at full size.
     pub linear: Option<Image>,
     /// Factors of each lamp's picture.
     pub weights: Vec<[f32; 3]>,
     /// Passes that ran, and those that did not.
     pub passes: Vec<PassReport>,
-    /// Time of the frame's prediction in milliseconds when it was made.
+    /// Time of the frame's prediction in milliseconds.
     pub predict_ms: f64,
-    /// Time of relighting in milliseconds, from the ask to the codes, in memory or as a texture.
+    /// Time of relighting in milliseconds, from the request to the codes, in memory or as a texture.
     pub relight_ms: f64,
-    /// Share of the light's energy from where the rig has no lamp.
+    /// Share of the light's energy from directions without a lamp.
     pub uncovered: f32,
     /// The lamps.
     pub rig: Arc<Rig>,
-    /// Frames whose field is in memory.
+    /// Frames with a field in memory.
     pub frames_at_hand: HashSet<usize>,
     /// The frame and its field.
     pub predicted: Arc<PredictedFrame>,
 }
 
 impl PreviewPicture {
-    /// The codes of the pixel in column `x` and row `y`; None outside the picture, and while it is on the GPU alone.
+    /// The codes of the pixel in column `x` and row `y`. None outside the picture, and while it is only on the
+    /// GPU.
     pub fn codes(&self, [x, y]: [usize; 2]) -> Option<[u8; 3]> {
         let [columns, rows] = self.rgb_size;
         let inside = x < self.width && y < self.height;
@@ -113,7 +115,7 @@ impl PreviewPicture {
         codes.filter(|_| inside)
     }
 
-    /// Takes over what was made: its codes, its light and what became of the passes.
+    /// Takes over the codes, the light and the pass reports of a picture.
     pub(super) fn take(&mut self, made: Picture) {
         if let Some(codes) = &made.display {
             let SrgbPicture { width, height, rgb } = SrgbPicture::of(codes);
@@ -124,24 +126,25 @@ impl PreviewPicture {
     }
 }
 
-/// All that a picture is made of.
+/// All inputs of a picture.
 #[derive(Clone)]
 pub(super) struct PreviewInputs {
-    /// Its scene is of the frame below.
+    /// Its scene has the frame below.
     pub request: PreviewRequest,
     pub predicted: Arc<PredictedFrame>,
-    /// The OLATs of the two pictures to compare, as far as they were found.
+    /// OLATs of the two pictures of a comparison, as far as they were found.
     pub olats: [Option<Arc<PredictedFrame>>; 2],
     /// Pixels along each axis that may be lit as one.
     pub coarse: usize,
-    /// Light finer than the working size may be left out.
+    /// True if light finer than the working size may be left out.
     pub draft: bool,
-    /// Its codes have to be in memory.
+    /// True if its codes have to be in memory.
     pub in_memory: bool,
 }
 
 impl PreviewInputs {
-    /// True if a picture made of these is the one that `other` asks for, as sharp; it may have to be read.
+    /// True if a picture made from these inputs satisfies `other` at the same sharpness; its codes may still have
+    /// to be read back.
     pub fn serves(&self, other: &Self) -> bool {
         let olats = |inputs: &Self| {
             let each = inputs.olats.each_ref();

@@ -1,5 +1,5 @@
-//! Makes the pictures that the window shows, of one rig: keeps the light, the frame that sets its level, and what
-//! one picture leaves for the next.
+//! Makes the window's pictures for one rig. Keeps the light, the reference frame and caches from one picture to
+//! the next.
 
 use super::PredictedFrame;
 use super::adaptive_resolution::{AdaptiveResolution, Reduced, ReducedFrame};
@@ -19,28 +19,28 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, SystemTime};
 
-/// Knowledge of the shoot.
+/// Cached state of the shoot.
 pub(super) struct PreviewMaker {
     rig: Arc<Rig>,
-    /// The first frame that was predicted: it sets the level of every light for the whole session.
+    /// The first predicted frame. It sets the level of every light for the whole session.
     reference: Option<Arc<PredictedFrame>>,
     light: Option<EnvironmentLight>,
-    /// The lights of the pictures that are compared, if they have some of their own.
+    /// Lights of the compared pictures, if they differ from the picture's own.
     comparison_lights: [Option<EnvironmentLight>; 2],
     looks: LookPictures,
-    /// The frame that the last picture is of.
+    /// Frame of the last picture.
     last: Option<Arc<PredictedFrame>>,
-    /// By what the last picture's frame, environment and second picture are known.
+    /// Identifiers of the last picture's frame, environment and counterpart.
     identity: Identity,
     series: Series,
     resolution: AdaptiveResolution,
     table: ViewTable,
-    /// The last picture, if it is on the GPU alone.
+    /// The last picture, if it is only on the GPU.
     unread: Option<(ShownPicture, PreviewPicture)>,
 }
 
 impl PreviewMaker {
-    /// Pictures may take `budget_ms` milliseconds while something moves.
+    /// Creates a maker with a time budget of `budget_ms` milliseconds per picture while something moves.
     pub fn new(rig: Arc<Rig>, budget_ms: f64) -> Self {
         Self {
             rig,
@@ -66,13 +66,13 @@ impl PreviewMaker {
         self.resolution.factor()
     }
 
-    /// True if the last picture is on the GPU alone.
+    /// True if the last picture is only on the GPU.
     pub fn is_unread(&self) -> bool {
         self.unread.is_some()
     }
 
-    /// The last picture with its codes in memory and what was measured of its passes; None if it was so from the
-    /// beginning.
+    /// The last picture with its codes in memory and the measured times of its passes. None if they were there
+    /// from the start.
     ///
     /// # Errors
     /// When the GPU fails or is lost.
@@ -85,8 +85,8 @@ impl PreviewMaker {
         Ok(Some(preview))
     }
 
-    /// Makes a picture. `predict_ms` is what the frame's prediction took, if this is its first picture; `started` is
-    /// when the picture was begun. Which frames are in memory is left to the caller.
+    /// Makes a picture. `predict_ms` is the time of the frame's prediction, if this is its first picture;
+    /// `started` is the picture's start time. The caller fills in the frames in memory.
     ///
     /// # Errors
     /// As [`compositor::compose`].
@@ -159,7 +159,7 @@ impl PreviewMaker {
             shown.read()?;
         }
         let fine = (predicted.plate.as_ref()).is_some_and(|plate| plate.has_fine_light());
-        // The next picture that moves goes without fine light, and so with less time.
+        // The next moving picture goes without fine light, and so takes less time.
         if inputs.draft || !fine {
             let ms = composed.elapsed().as_secs_f64() * 1e3;
             self.resolution.took(coarse, ms);
@@ -215,7 +215,7 @@ impl PreviewMaker {
         Ok(preview)
     }
 
-    /// Takes in which frame and environment the next picture is of, and whether it is compared.
+    /// Notes the frame, environment and counterpart of the next picture.
     fn identify(&mut self, request: &PreviewRequest, predicted: &Arc<PredictedFrame>) {
         let known = |last: &Arc<PredictedFrame>| Arc::ptr_eq(last, predicted);
         if !self.last.as_ref().is_some_and(known) {
@@ -232,8 +232,8 @@ impl PreviewMaker {
     }
 }
 
-/// Makes a frame's picture, and says how many pixels along each axis were lit as one: up to `coarse`, if the field is in
-/// memory.
+/// Makes a frame's picture. Also returns the number of pixels along each axis that were lit as one: up to
+/// `coarse`, if the field is in memory.
 fn compose(
     (series, resolution): (&mut Series, &mut AdaptiveResolution),
     (scene, of): (&Scene, &Ingredients),
@@ -256,18 +256,18 @@ fn compose(
     Ok((coarse, ShownPicture::in_memory(stand_in)))
 }
 
-/// The table that codes go through before they are shown: read again when its file changes.
+/// The display table. Read again when its file changes.
 #[derive(Default)]
 pub(super) struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
 
-/// When a file was changed, where the disk says so.
+/// Modification time of a file, if known.
 pub(super) fn changed(path: &Path) -> Option<SystemTime> {
     path.metadata().and_then(|file| file.modified()).ok()
 }
 
 impl ViewTable {
-    /// The table in a file, if the scene is shown through one. It reads codes of our own curves, so a configuration's view goes
-    /// without it.
+    /// The table in a file, if the scene is shown through one. It reads codes of our own curves, so it does not
+    /// apply to a configuration's view.
     pub fn of(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
         let is_picture = scene.effects.inspection == Inspection::Picture;
         let is_ours = scene.viewing.through.is_none();
@@ -283,7 +283,7 @@ impl ViewTable {
     }
 }
 
-/// The two pictures that are compared, as far as all that they are made of is in memory.
+/// The two compared pictures, as far as their inputs are in memory.
 fn compared(
     relit: &RelitFrame,
     inputs: &PreviewInputs,

@@ -1,4 +1,4 @@
-//! Pictures that are made, and their order.
+//! Pictures and their order.
 
 use super::*;
 use crate::messages::FrameRequest;
@@ -62,14 +62,14 @@ fn the_newest_frame_is_predicted_and_those_between_are_not() {
         worker.show(ask(frame, 0.0, &light));
         std::thread::sleep(Duration::from_millis(1));
     }
-    // The relighter has handed on the last one too.
+    // The relighter has also forwarded the last one.
     let newest = |request: &NetworkRequest| {
         matches!(request, NetworkRequest::Predict(FrameRequest { frame: 30, .. }))
     };
     wait_for(|| worker.network.waits(newest).then_some(()));
     go.send(()).unwrap();
     assert_eq!(begun.recv_timeout(PATIENCE), Ok(30));
-    // The first field is taken in before the next one can replace it.
+    // The first field arrives before the next one can replace it.
     wait_for(|| worker.relit().filter(|r| r.frames_at_hand.contains(&0)));
     go.send(()).unwrap();
     let relit = wait_for(|| worker.relit().filter(|r| r.scene.frame == 30));
@@ -91,7 +91,7 @@ fn a_turn_is_shown_while_the_network_is_busy() {
     assert_eq!(begun.recv_timeout(PATIENCE), Ok(1));
     worker.show(ask(1, 180.0, &light));
     let turned = wait_for(|| worker.relit().filter(|r| r.scene.yaw_deg == 180.0));
-    assert_eq!(turned.scene.frame, 0, "the frame at hand stands in");
+    assert_eq!(turned.scene.frame, 0, "the frame in memory is shown meanwhile");
     assert!(turned.rgb[0] < turned.rgb[3 * 7]);
     assert!(turned.passes.iter().any(|p| p.name == "predict" && !p.ran));
     drop(go);
@@ -102,7 +102,7 @@ fn what_is_at_hand_is_not_predicted_again() {
     let (worker, go, begun) = slow_worker();
     let light = from_the_left();
     for frame in [0, 1, 0, 1] {
-        // Too many words do no harm.
+        // Extra words do no harm.
         go.send(()).unwrap();
         worker.show(ask(frame, 0.0, &light));
         wait_for(|| worker.relit().filter(|r| r.scene.frame == frame));
@@ -117,7 +117,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(|index| Ok(predicted(index).into())),
-            // Its lamps have changed places.
+            // Its lamps have swapped places.
             later: None,
             comparison: Box::new(|rival, index| match rival {
                 ComparisonSource::Exemplar(1) => {
@@ -185,9 +185,9 @@ fn what_a_picture_is_compared_with_comes_with_it() {
         (codes(&plate).iter().zip(codes(&rival))).map(|(a, b)| a.abs_diff(b)).collect();
     let (_, shown) = apart.first.as_ref().unwrap();
     let off = shown.rgb.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b));
-    // Both codes were rounded before they were taken from each other here.
+    // Both codes were rounded before this subtraction.
     assert!(off.max() <= Some(1));
-    // What is read is no difference, and no map's colour.
+    // The probed values come from the picture, not from a difference or a false colour.
     let read = |relit: &PreviewPicture, side: usize| {
         let whole = relit.whole[side].as_ref();
         whole.map(|picture| picture.rgb.clone())
@@ -198,7 +198,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     for (side, picture) in [&plate, &rival].into_iter().enumerate() {
         assert_eq!(read(&mapped, side), Some(codes(picture)));
     }
-    // A look is shown as everything else is: mapped, and read as a picture.
+    // A look is shown like any picture: mapped, and probed as a picture.
     let look = |inspection| {
         let mut scene = ask(0, 90.0, &left).scene;
         scene.effects.inspection = inspection;
@@ -246,7 +246,7 @@ fn pictures_are_shown_through_a_table_and_inspected_without() {
     let pairs = plain.rgb.iter().zip(&negative.rgb);
     assert!(negative.texture.is_none());
     assert!(pairs.clone().all(|(a, b)| (a.abs_diff(255 - b)) <= 1));
-    // A file that changes is read again.
+    // A changed file is read again.
     std::fs::write(&table, "LUT_1D_SIZE 2\n0 0 0\n0.5 0.5 0.5\n").unwrap();
     let later = std::time::SystemTime::now() + Duration::from_secs(5);
     let file = std::fs::File::options().write(true).open(&table).unwrap();

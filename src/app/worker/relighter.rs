@@ -1,5 +1,5 @@
-//! The thread that relights: it keeps predicted frames in memory and answers the newest [`PreviewRequest`], so that
-//! a turn of the light is shown at once, whatever the network is doing.
+//! The thread that relights: keeps predicted frames in memory and answers the newest [`PreviewRequest`]. A turn
+//! of the light is shown at once, whatever the network is doing.
 
 use super::PredictedFrame;
 use super::background::Handler;
@@ -20,7 +20,7 @@ use scene::{Output, Scene};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A picture that is smaller than it could be is made again at full size when nothing else was asked for so long.
+/// Time without requests after which a reduced picture is made again at full size.
 pub(super) const STILL: Duration = Duration::from_millis(120);
 
 /// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
@@ -31,9 +31,9 @@ pub(super) struct Relighter<Tell> {
     network: Arc<Mailbox<NetworkRequest>>,
     pictures: Arc<Latest<Arc<PreviewPicture>>>,
     tell: Tell,
-    /// Milliseconds that a picture may take while something moves.
+    /// Time budget of a picture while something moves, in milliseconds.
     budget_ms: f64,
-    /// Time that a drag has to rest, see [`STILL`].
+    /// Rest time of a drag, see [`STILL`].
     still: Duration,
     cache: FieldCache,
     /// Number of the source's current opening.
@@ -41,20 +41,20 @@ pub(super) struct Relighter<Tell> {
     /// None until a source was opened.
     maker: Option<PreviewMaker>,
     request: Option<PreviewRequest>,
-    /// The frame that pictures are made of.
+    /// Frame of the pictures.
     shown: Option<Arc<PredictedFrame>>,
-    /// The frame that the network was last asked for. One that fails is not asked for again until another was.
+    /// Frame last requested from the network. A failed one is requested again only after another.
     asked: Option<usize>,
-    /// The frame that was predicted since the last picture.
+    /// Frame predicted since the last picture.
     fresh: Option<usize>,
     compared: [AskedOlats; 2],
-    /// Inputs of the newest picture: the same is not made again.
+    /// Inputs of the newest picture; an identical one is not made again.
     made: Option<PreviewInputs>,
-    /// Something was learnt since the last picture.
+    /// True if there was news since the last picture.
     changed: bool,
 }
 
-/// One of the two pictures that are compared: the OLATs that were asked for, and those that were found.
+/// One side of a comparison: the requested OLATs, and those that were found.
 #[derive(Default)]
 struct AskedOlats {
     asked: Option<ComparisonRequest>,
@@ -62,8 +62,8 @@ struct AskedOlats {
 }
 
 impl<Tell> Relighter<Tell> {
-    /// One that knows nothing yet. Pictures may take `budget_ms` milliseconds while something moves; a coarse one
-    /// is made again at full size when nothing was asked for since `still`.
+    /// Creates a relighter without a source. `budget_ms` is the time budget of a picture in milliseconds while
+    /// something moves; a coarse one is made again at full size after `still` without requests.
     pub fn new(
         network: Arc<Mailbox<NetworkRequest>>,
         pictures: Arc<Latest<Arc<PreviewPicture>>>,
@@ -95,7 +95,7 @@ impl<Tell> Relighter<Tell> {
         self.cache.clear();
         self.asked = None;
         self.compared = Default::default();
-        // Under the same lamps the picture stays, at its level, until the network that is open now has predicted it.
+        // With the same lamps the picture stays, at its level, until the current network has predicted it.
         let known = self.maker.as_ref().map(PreviewMaker::rig);
         if known != Some(&opened.rig) {
             self.forget_pictures(opened.rig.clone());
@@ -107,7 +107,7 @@ impl<Tell> Relighter<Tell> {
         (self.shown, self.made) = (None, None);
     }
 
-    /// The device is gone, and with it all frames in memory. The network's thread finds another.
+    /// Drops all frames in memory after the device was lost. The network's thread finds another device.
     fn forget_device(&mut self) {
         self.cache.clear();
         self.compared = Default::default();
@@ -122,7 +122,7 @@ impl<Tell> Relighter<Tell> {
             return;
         }
         self.fresh = Some(predicted.frame.index);
-        // Until the wanted frame is there, the first one that came stands in for it.
+        // The first frame that arrives is shown until the requested one is there.
         self.shown.get_or_insert_with(|| predicted.clone());
         self.cache.insert(predicted.clone());
     }
@@ -134,8 +134,8 @@ impl<Tell> Relighter<Tell> {
         }
     }
 
-    /// All that the picture is made of that is asked for now, and asks the network for what is missing. None while
-    /// there is no frame to show.
+    /// Returns all inputs of the requested picture, and requests missing ones from the network. None while there
+    /// is no frame to show.
     fn inputs(&mut self, rested: bool) -> Option<PreviewInputs> {
         let (maker, request) = (self.maker.as_ref()?, self.request.as_ref()?);
         let coarse = maker.coarse();
@@ -144,7 +144,7 @@ impl<Tell> Relighter<Tell> {
             self.shown = Some(predicted);
             self.asked = None;
         } else {
-            // The nearest stands in for it.
+            // The nearest frame is shown meanwhile.
             self.shown = self.cache.nearest(wanted).or(self.shown.take());
             if self.asked.replace(wanted) != Some(wanted) {
                 self.network.put(NetworkRequest::Predict(FrameRequest {
@@ -169,7 +169,7 @@ impl<Tell> Relighter<Tell> {
                 self.network.put(NetworkRequest::Compare(side, wanted));
             }
         }
-        // What is compared has its full size, and so has what it is compared with.
+        // Both sides of a comparison have full size.
         let alone = comparisons.iter().all(|comparison| comparison.is_none())
             && request.looks.iter().all(Option::is_none);
         let draft = request.moving && !rested && alone;
@@ -186,8 +186,7 @@ impl<Tell> Relighter<Tell> {
         })
     }
 
-    /// Makes the picture that is asked for. The one that was made last is read if it stayed on the GPU and is wanted in
-    /// memory.
+    /// Makes the requested picture. If the last one fits but is only on the GPU, its codes are read back instead.
     fn relight(&mut self, rested: bool) -> Result<Option<PreviewPicture>> {
         let started = Instant::now();
         self.changed = false;
@@ -202,7 +201,7 @@ impl<Tell> Relighter<Tell> {
             let read = if inputs.in_memory { maker.read()? } else { None };
             return Ok(read.map(|picture| self.with_frames(picture)));
         }
-        // One that fails is not tried again.
+        // A failed picture is not tried again.
         let made = self.made.insert(PreviewInputs { coarse: 1, draft: false, ..inputs.clone() });
         let predicted = &inputs.predicted;
         let predict_ms = (fresh == Some(predicted.frame.index)).then_some(predicted.ms);
@@ -245,8 +244,8 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
         }
     }
 
-    /// A picture is made when there is nothing more to learn. When nothing is asked for, a rough one is made again, and
-    /// one that stayed on the GPU is read.
+    /// A picture is made when no messages wait. At rest, a rough one is made again at full size, and one that is
+    /// only on the GPU is read back.
     fn rest(&self) -> Option<(Duration, RelighterRequest)> {
         let made = self.made.as_ref();
         let rough = made.is_some_and(|made| made.coarse > 1 || made.draft);

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 
 type Tell = Box<dyn Fn(Event)>;
 
-/// A relighter, what it asks the network for, and what it tells and shows the window.
+/// A relighter, its requests to the network, and its output for the window.
 struct Bench {
     relighter: Relighter<Tell>,
     network: Arc<Mailbox<NetworkRequest>>,
@@ -21,7 +21,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// One whose source was opened once.
+    /// A bench whose source was opened once.
     fn new(budget_ms: f64) -> Self {
         let network = Mailbox::new();
         let pictures = Arc::new(Latest::new(|| {}));
@@ -39,7 +39,7 @@ impl Bench {
         bench
     }
 
-    /// Hands over a request, and does what the thread asks of itself right after.
+    /// Delivers a request, and handles the thread's own follow-up requests.
     fn hear(&mut self, mut request: RelighterRequest) {
         loop {
             let answer = self.relighter.work(&mut request);
@@ -70,11 +70,11 @@ impl Bench {
         picture.map(|picture| (picture.scene.frame, picture.scene.yaw_deg))
     }
 
-    /// The frame that the network is asked for, once.
+    /// The frame requested from the network, once.
     fn asked(&self) -> Option<FrameRequest> {
         self.network.take().map(|request| match request {
             NetworkRequest::Predict(frame) => frame,
-            _ => panic!("something else is asked for"),
+            _ => panic!("an unexpected request"),
         })
     }
 }
@@ -95,13 +95,13 @@ fn a_missing_frame_is_asked_for_once_and_the_nearest_stands_in_for_it() {
     bench.predict(1, 0);
     assert_eq!(bench.picture(), Some((0, 0.0)));
     bench.show(7, 0.0);
-    // The picture is what it was: frame 0 in the same light.
+    // The picture is unchanged: frame 0 in the same light.
     assert_eq!((bench.picture(), bench.asked()), (None, request(1, 7)));
     bench.show(7, 90.0);
     assert_eq!((bench.picture(), bench.asked()), (Some((0, 90.0)), None));
     bench.predict(1, 7);
     assert_eq!(bench.picture(), Some((7, 90.0)));
-    // What was asked for and never came is asked for again only after another frame.
+    // A request without an answer is repeated only after another frame.
     bench.show(9, 90.0);
     bench.show(9, 0.0);
     assert_eq!((bench.asked(), bench.asked()), (request(1, 9), None));
@@ -131,16 +131,16 @@ fn under_the_same_lamps_the_picture_stays_until_a_newer_network_has_predicted_it
     bench.open(2, rig());
     assert_eq!((bench.picture(), bench.asked()), (None, request(2, 0)));
     bench.show(0, 45.0);
-    assert_eq!(bench.picture(), Some((0, 45.0)), "of the older network");
+    assert_eq!(bench.picture(), Some((0, 45.0)), "from the older network");
     bench.predict(1, 0);
-    assert_eq!(bench.picture(), None, "what comes from it now is too late");
+    assert_eq!(bench.picture(), None, "later answers of the older network are dropped");
     bench.predict(2, 0);
     assert_eq!(bench.picture(), Some((0, 45.0)));
     let mut other = rig();
     other.lamps.swap(0, 1);
     bench.open(3, other);
     bench.show(0, 50.0);
-    assert_eq!(bench.picture(), None, "nothing fits the other lamps");
+    assert_eq!(bench.picture(), None, "no field fits the other lamps");
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn a_failure_is_said_once_and_a_lost_device_is_replaced() {
     bench.predict(1, 0);
     bench.show(0, 0.0);
     bench.pictures.take();
-    // Weights of another number of lamps than the field has.
+    // Weights for a different number of lamps than the field's.
     let mut other = rig();
     other.lamps.pop();
     bench.open(2, other);
@@ -221,14 +221,14 @@ fn a_failure_is_said_once_and_a_lost_device_is_replaced() {
         matches!(&told[..], [Event::Failed { sentence }] if sentence.contains("lamp")),
         "{told:?}"
     );
-    assert!(bench.relighter.rest().is_none(), "it is not tried again");
+    assert!(bench.relighter.rest().is_none(), "a failed picture is not tried again");
     while bench.network.take().is_some() {}
     let lost = RelighterRequest::Relight { rested: false };
     bench.relighter.deliver(lost, Err(Error::GpuLost));
     assert!(matches!(bench.network.take(), Some(NetworkRequest::Open)));
     assert_eq!(bench.relighter.cache.indices().count(), 0);
     bench.show(0, 10.0);
-    assert_eq!(bench.picture(), None, "what was on the device is gone");
+    assert_eq!(bench.picture(), None, "fields on the device are gone");
 }
 
 #[test]
@@ -241,12 +241,12 @@ fn olats_to_compare_with_are_asked_for_once_and_those_of_another_frame_are_dropp
     let [first, turned] = [0.0, 10.0].map(compared);
     bench.hear(RelighterRequest::Show(Box::new(first)));
     let Some(NetworkRequest::Compare(1, wanted)) = bench.network.take() else {
-        panic!("nothing is asked for");
+        panic!("no request");
     };
     assert_eq!((wanted.frame, wanted.generation), (0, 1));
     assert!(bench.pictures.take().unwrap().second.is_none());
     bench.hear(RelighterRequest::Show(Box::new(turned)));
-    assert!(bench.network.take().is_none(), "it is on its way");
+    assert!(bench.network.take().is_none(), "it is already on its way");
     bench.pictures.take();
     let found = |of: ComparisonRequest| {
         let found = frame_of(1, of.frame);

@@ -1,5 +1,5 @@
-//! The thread behind a review: it draws the shown frame under every lamp and a cell beside its truth, and reads and
-//! writes what the project keeps. The newest wish counts; older ones are dropped, but no mark is.
+//! The thread behind a review: draws the current frame under every lamp and a cell beside its truth, and reads
+//! and writes the saved review. Only the newest request of a kind is handled, but no mark is dropped.
 
 use super::PredictedFrame;
 use super::background::{Background, Handler};
@@ -18,7 +18,7 @@ use project::Project;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Longer side of a lamp's picture.
+/// Longer side of a lamp's picture, in pixels.
 const THUMBNAIL_PX: usize = 96;
 
 /// A frame under every lamp alone, all at one exposure.
@@ -28,14 +28,14 @@ pub struct LampSheet {
     pub lamps: Vec<SrgbPicture>,
 }
 
-/// A frame or pose under one lamp, as it was measured.
+/// A measured frame or pose under one lamp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     pub case: Case,
-    /// The factor on predictions that its scores have.
+    /// Factor on predictions in its scores.
     pub scale: f64,
     pub lamp: usize,
-    /// The truth that frames were measured against.
+    /// Truth that frames were measured against.
     pub truth: Option<PathBuf>,
     /// Device that runs the network.
     pub device: DeviceChoice,
@@ -56,20 +56,20 @@ pub struct CellPictures {
 pub struct SavedReview {
     /// The figures; None before the first measurement.
     pub review: Option<Arc<Review>>,
-    /// The change since they were measured, as the subject of a sentence.
+    /// The change since the measurement, as the subject of a sentence.
     pub outdated: Option<&'static str>,
     pub marks: Marks,
-    /// The truth that a new measurement would use: that of the last one, or the shoot's own.
+    /// Truth of a new measurement: that of the last one, or the shoot's own.
     pub truth: Option<PathBuf>,
-    /// Trust in frames without a truth, and a flag that it was found out for the present network; None before it was requested,
-    /// or the reason that it cannot be read.
+    /// Confidence for frames without a truth, and true if it belongs to the current network. None before the
+    /// first estimate; an error if it cannot be read.
     pub confidence: std::result::Result<Option<(Arc<ConfidenceReport>, bool)>, String>,
 }
 
-/// An answer, or why there is none.
+/// An answer, or the reason that there is none.
 type Answer<T> = std::result::Result<Arc<T>, String>;
 
-/// The thread. Dropping it stops it after the answer that it is at; marks that wait are written first.
+/// The thread. Dropping it stops it after the current answer; waiting marks are written first.
 pub struct ReviewThread {
     thread: Background<ReviewRequest>,
     answers: Answers,
@@ -107,7 +107,7 @@ struct Reviewing {
 }
 
 impl ReviewThread {
-    /// Starts on the project in `root`; `wake` is called after each answer.
+    /// Starts the thread on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
         let answers = Answers {
             sheet: Arc::new(Latest::new(wake.clone())),
@@ -125,22 +125,22 @@ impl ReviewThread {
         Self { thread, answers }
     }
 
-    /// Asks for a frame's sheet.
+    /// Requests a frame's sheet.
     pub fn draw(&self, field: Arc<PredictedFrame>) {
         self.thread.put(ReviewRequest::Draw(field));
     }
 
-    /// Asks for a cell beside its truth.
+    /// Requests a cell beside its truth.
     pub fn compare(&self, cell: Cell) {
         self.thread.put(ReviewRequest::Compare(cell));
     }
 
-    /// Asks for what the project keeps, as it is now.
+    /// Requests the current saved review.
     pub fn read(&self) {
         self.thread.put(ReviewRequest::Read);
     }
 
-    /// Keeps marks in place of those that were kept.
+    /// Saves marks in place of the saved ones.
     pub fn write(&self, marks: Marks) {
         self.thread.put(ReviewRequest::Write(marks));
     }
@@ -164,7 +164,7 @@ impl ReviewThread {
 }
 
 impl Request for ReviewRequest {
-    /// Marks first: what a person wrote is never lost, nor read before it is written.
+    /// Marks first: they are never lost, and never read before they are written.
     fn lane(&self) -> Option<usize> {
         Some(match self {
             Self::Write(_) => 0,
@@ -190,7 +190,7 @@ impl Handler for Reviewing {
                 Ok(Done::Written)
             }
             ReviewRequest::Read => {
-                // The network may be another one.
+                // The network may have changed.
                 self.compared = None;
                 Ok(Done::Saved(Arc::new(SavedReview::read(&self.root)?)))
             }
@@ -245,7 +245,7 @@ impl SavedReview {
         let project = Project::open(root)?;
         let review = Review::load(&project)?;
         let outdated = review.as_ref().and_then(|review| {
-            // Without a network nothing can be measured again, and what is kept is all there is.
+            // Without a network nothing can be measured, so the saved figures are used.
             let now = Fingerprint::of(&project).ok()?;
             review.basis.difference(&now)
         });
@@ -267,7 +267,7 @@ impl LampSheet {
     /// Draws a field, lamp by lamp.
     ///
     /// # Errors
-    /// When the device fails, or a stop was asked for.
+    /// When the device fails, or a stop was requested.
     fn draw(predicted: &PredictedFrame, stop: &Control) -> Result<Self> {
         let field = &predicted.field;
         let (width, height) = reduced_size(field.size(), THUMBNAIL_PX);

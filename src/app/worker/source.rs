@@ -17,13 +17,13 @@ use transfer::{ExemplarDetail, FineField, OlatPredictor, SharedDetail, Transfer}
 /// A frame of the interview and its OLATs.
 pub struct Prediction {
     pub frame: Frame,
-    /// The frame's plate; None if pictures have the working size.
+    /// Plate of the frame; None if pictures have the working size.
     pub plate: Option<Plate>,
     pub field: Field,
 }
 
 impl From<(Frame, Field)> for Prediction {
-    /// One whose pictures have the working size.
+    /// For pictures of the working size.
     fn from((frame, field): (Frame, Field)) -> Self {
         Self { frame, plate: None, field }
     }
@@ -32,7 +32,7 @@ impl From<(Frame, Field)> for Prediction {
 /// Reads a frame by its number and predicts its field.
 pub type Predict = Box<dyn FnMut(usize) -> Result<Prediction, Error>>;
 
-/// Finds the OLATs that a frame is compared with.
+/// Finds the OLATs to compare with a frame.
 pub type FindComparison = Box<dyn FnMut(&ComparisonSource, usize) -> Result<Prediction, Error>>;
 
 /// Source of predicted frames.
@@ -40,34 +40,34 @@ pub struct Source {
     pub rig: Rig,
     /// Device that runs the prediction, and the reason for it.
     pub device: String,
-    /// Stays on the thread that made it.
+    /// Stays on the thread that created it.
     pub predict: Predict,
-    /// Counterparts for comparison with predictions.
+    /// Finds counterparts for a comparison with predictions.
     pub comparison: FindComparison,
-    /// Work to be done beside predictions. If it returns true, the source is opened again: predictions are better then. Its error
-    /// is said.
+    /// Work to do after opening, beside predictions. If it returns true, the source is opened again for better
+    /// predictions. Errors are shown.
     pub later: Option<Later>,
 }
 
 /// Work beside predictions.
 pub type Later = Box<dyn FnOnce() -> Result<bool, Error> + Send>;
 
-/// Exemplars that were read, kept while a training saves one network after the other.
+/// Exemplars kept in memory while a training saves one network after the other.
 #[derive(Default)]
 pub struct KeptExemplars(Option<(Calibration, Vec<Stamp>, Exemplars)>);
 
-/// Exemplars at the working size, and as they were photographed once that is read.
+/// Exemplars at the working size, and at their photographed size once read.
 #[derive(Clone)]
 struct Exemplars {
     transfer: Arc<Transfer>,
     detail: SharedDetail,
 }
 
-/// Length and time of change of a file; None if it cannot be looked at.
+/// Length and modification time of a file; None if it cannot be read.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
 impl KeptExemplars {
-    /// The project's exemplars, read again if its calibration or a file of theirs was changed.
+    /// The project's exemplars, read again if the calibration or one of their files has changed.
     fn read(&mut self, project: &Project, calibration: &Calibration) -> Result<Exemplars, Error> {
         let stamps: Vec<Stamp> = (footage::exemplar_sources(project).iter())
             .map(|picture| {
@@ -101,10 +101,10 @@ pub fn open_project(
 ) -> Result<Source, Blocked> {
     let blocked = |need| move |e: Error| Blocked { sentence: e.to_string(), need };
     project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
-    // Whatever is wrong with a calibration, another one mends it.
+    // A new calibration repairs any fault of an existing one.
     let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
     let Exemplars { transfer, detail } = kept.read(project, &calibration).map_err(blocked(None))?;
-    // A network that is there and cannot be used is not replaced unasked.
+    // A network that cannot be used is not replaced without a request.
     let predictor = compute
         .guarded(|| OlatPredictor::with_transfer(transfer, project, &compute.device))
         .map_err(blocked(None))?
@@ -120,7 +120,7 @@ pub fn open_project(
     });
     let compute = compute.clone();
     let (project, response) = (project.clone(), calibration.response);
-    // In f16 twice as many frames fit into memory.
+    // f16 fits twice as many frames into memory.
     let mut encoder = FieldEncoder::default();
     let comparisons = ComparisonReader::new(&project, response, &predictor, &compute);
     Ok(Source {

@@ -1,4 +1,4 @@
-//! Pictures as a texture takes them, and the thumbnails that panels show.
+//! Pictures in texture format, and thumbnails for panels.
 
 use glam::{Quat, Vec3};
 use imaging::color::{byte_from_unit, luminance, srgb_from_linear};
@@ -11,19 +11,20 @@ use light::{Environment, latlong};
 pub struct SrgbPicture {
     pub width: usize,
     pub height: usize,
-    /// sRGB codes, three bytes a pixel, row by row.
+    /// sRGB codes, three bytes per pixel, row by row.
     pub rgb: Vec<u8>,
 }
 
-/// The direction that a mirror ball of radius 1 shows the camera at a point, to the right and up; None beside the ball.
+/// Direction reflected to the camera at a point of a mirror ball of radius 1, to the right and up; None beside
+/// the ball.
 pub fn mirrored([x, y]: [f32; 2]) -> Option<Vec3> {
     let depth = 1.0 - x * x - y * y;
     let normal = (depth >= 0.0).then(|| Vec3::new(x, y, depth.sqrt()))?;
     Some(2.0 * normal.z * normal - Vec3::Z)
 }
 
-/// The point of a mirror ball of radius 1, to the right and up, at which the camera sees a direction; what is right behind the
-/// ball is at its upper edge.
+/// Point of a mirror ball of radius 1, to the right and up, that reflects a direction to the camera. The
+/// direction right behind the ball maps to its upper edge.
 pub fn on_mirror_ball(direction: Vec3) -> [f32; 2] {
     let normal = (direction.normalize_or_zero() + Vec3::Z).normalize_or(Vec3::Y);
     [normal.x, normal.y]
@@ -37,9 +38,9 @@ pub(super) fn reduced_size((width, height): (usize, usize), longer_px: usize) ->
 }
 
 impl SrgbPicture {
-    /// Columns of a thumbnail: sharp in a panel of 240 points on a screen of two pixels a point.
+    /// Columns of a thumbnail: sharp in a panel of 240 points on a screen with two pixels per point.
     const WIDTH: usize = 480;
-    /// Columns of a turned one: few enough to be made again at every step of a drag, in about 3 ms.
+    /// Columns of a turned thumbnail: few enough for about 3 ms per step of a drag.
     const TURNED_WIDTH: usize = 256;
 
     /// The codes of a picture.
@@ -52,14 +53,15 @@ impl SrgbPicture {
         }
     }
 
-    /// The codes of a picture, reduced to at most `longer_px` pixels along its longer side. They are averaged as
-    /// they are, which is near enough to look at.
+    /// The codes of a picture, reduced to at most `longer_px` pixels along its longer side. Averages codes, which
+    /// is accurate enough for viewing.
     pub fn reduced(picture: &Encoded, longer_px: usize) -> Self {
         let (width, height) = reduced_size(picture.0.size(), longer_px);
         Self::of(&Encoded(resize_area(&picture.0, width, height)))
     }
 
-    /// A thumbnail of a photograph's light as a panorama, as bright as the photograph: 1 is white, and noise stays dark.
+    /// A thumbnail of a photograph's light as a panorama, as bright as the photograph: 1 is white, and noise
+    /// stays dark.
     pub fn as_exposed(light: &Image) -> Self {
         Self::encoded(&Self::panorama(light), |pixel| pixel)
     }
@@ -68,7 +70,7 @@ impl SrgbPicture {
     /// (Reinhard et al., SIGGRAPH 2002, equations 1 to 4).
     pub fn tone_mapped(radiance: &Image) -> Self {
         let small = Self::panorama(radiance);
-        // Black texels say nothing about exposure; they would pull the average to nothing.
+        // Black texels carry no exposure and would pull the average to zero.
         let lit: Vec<f32> =
             small.pixels.iter().map(|&p| luminance(p)).filter(|&y| y > 0.0).collect();
         let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
@@ -81,14 +83,14 @@ impl SrgbPicture {
         })
     }
 
-    /// The same panorama for an environment that is turned, at up to `TURNED_WIDTH` columns; see
+    /// The same panorama for a turned environment, up to `TURNED_WIDTH` columns wide; see
     /// [`light::weights::rotation`].
     pub fn turned(&self, turn: Quat) -> Self {
         let codes = self.as_environment();
         let width = self.width.min(Self::TURNED_WIDTH);
         let height = (width / 2).max(1);
         let back = turn.inverse();
-        // One thread, for the window waits: others may be busy with a job.
+        // One thread, because the window waits and other threads may be busy with a job.
         let rgb = (0..width * height).flat_map(|i| {
             let direction = latlong::texel_direction(i % width, i / width, width, height);
             codes.radiance(back * direction).map(|v| v.round() as u8)
@@ -96,7 +98,8 @@ impl SrgbPicture {
         Self { width, height, rgb: rgb.collect() }
     }
 
-    /// View of it in a mirror ball of `side` pixels across after a turn, seen by the camera; black around the ball.
+    /// View of the panorama in a mirror ball `side` pixels wide after a turn, seen by the camera; black around
+    /// the ball.
     pub fn mirror_ball(&self, turn: Quat, side: usize) -> Self {
         let codes = self.as_environment();
         let back = turn.inverse();

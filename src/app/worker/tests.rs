@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 use test_support::{PATIENCE, wait_for};
 
-/// Two lamps of one energy, left and right.
+/// Two lamps of equal energy, left and right.
 pub(crate) fn rig() -> Rig {
     let lamp = |x: f32| Lamp {
         name: format!("olat_{x}"),
@@ -34,7 +34,7 @@ pub(crate) fn predicted(index: usize) -> (Frame, Field) {
     )
 }
 
-/// A worker whose predictions each wait for a word, and what says it.
+/// A worker whose predictions each wait for a word; the sender of words; and the frame numbers.
 fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
     let (go, gate) = channel::<()>();
     let (began, begun) = channel();
@@ -85,8 +85,8 @@ pub(crate) fn from_the_left() -> Arc<Environment> {
     Arc::new(Environment::from_radiance("left", radiance))
 }
 
-/// A worker whose network, the `n`-th that was opened from 1, sees `1 / n` of the light; what it has
-/// been asked to predict, as opening and frame. Opening fails where `fails` says so.
+/// A worker whose network, opened for the `n`-th time from 1, sees `1 / n` of the light; and the predictions
+/// requested from it, as opening and frame. Openings fail where `fails` returns true.
 fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>) {
     let (began, begun) = channel();
     let openings = AtomicUsize::new(0);
@@ -117,7 +117,7 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
     (Worker::over(open, || {}), begun)
 }
 
-/// A job that does what it is told, until the words end or it is asked to stop.
+/// A job that runs the actions sent to it, until they end or it is stopped.
 fn told_job(worker: &Worker) -> Sender<fn(&Progress)> {
     let (tell, told) = channel::<fn(&Progress)>();
     let begun = worker.work("doing as told", move |progress| {
@@ -170,7 +170,7 @@ fn a_dropped_worker_is_gone() {
     worker.show(ask(0, 0.0, &from_the_left()));
     wait_for(|| worker.relit());
     drop(worker);
-    assert_eq!(Arc::strong_count(&alive), 1, "no thread holds anything any more");
+    assert_eq!(Arc::strong_count(&alive), 1, "all threads have released it");
 }
 
 #[path = "preview_tests.rs"]

@@ -1,4 +1,4 @@
-//! The library's one error type. Every message says what is wrong, where, and what to do about it.
+//! The library's one error type. Every message names the fault, its place and the remedy.
 
 use super::files;
 use std::fmt::Display;
@@ -8,9 +8,8 @@ use std::path::{Path, PathBuf};
 /// Shorthand for results of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// An error, worded for the person who has to act on it. A `problem` names the file or setting and its fault;
-/// a `remedy` says what to do. Both go without a full stop. Shown, an error names no command;
-/// [`Self::for_terminal`] does.
+/// An error, worded for the user. A `problem` names the file or setting and its fault; a `remedy` says what to
+/// do. Neither ends with a full stop. The displayed error names no command; [`Self::for_terminal`] does.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused to read, write, move or start something.
@@ -19,35 +18,35 @@ pub enum Error {
     /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
     #[error("cannot {action} {}: {cause}. {remedy}", shown(&files::plain(path)))]
     Codec { action: &'static str, path: PathBuf, cause: String, remedy: Remedy },
-    /// A setting, file or picture cannot be used as it is.
+    /// A setting, file or picture is invalid.
     #[error("{problem}. {remedy}")]
     Invalid { problem: String, remedy: Remedy },
-    /// Something that is needed or was asked for does not exist.
+    /// Something required or requested does not exist.
     #[error("{problem}. {remedy}")]
     Missing { problem: String, remedy: Remedy },
-    /// Somebody else is using it.
+    /// Another program or job is using it.
     #[error("{problem}. {remedy}")]
     Busy { problem: String, remedy: Remedy },
-    /// The GPU or the display failed at something, or cannot do it.
+    /// The GPU or the display failed, or lacks a capability.
     #[error("{problem}. {remedy}")]
     Device { problem: String, remedy: Remedy },
-    /// The GPU is gone, and with it what it held.
+    /// The GPU was lost, with everything in its memory.
     #[error(
-        "the GPU stopped working: its driver failed, or it was taken away. Everything that was saved is kept. \
+        "the GPU stopped working: its driver failed, or it was disconnected. Everything saved is safe. \
          Start Afterlight again to use the GPU"
     )]
     GpuLost,
-    /// The person asked for a stop; `kept` says what has been kept.
+    /// Stopped on request; `kept` names what was kept.
     #[error("stopped on request: {kept}")]
     Cancelled { kept: String },
-    /// Afterlight itself is wrong.
+    /// A fault in Afterlight itself.
     #[error(
-        "{problem}: this is a bug in Afterlight. Everything that was saved is kept; please report it"
+        "{problem}: this is a bug in Afterlight. Everything saved is safe; please report the bug"
     )]
     Bug { problem: String },
 }
 
-/// Remedy for a problem: in words, and as a command line, which only a terminal is told.
+/// Remedy for a problem: in words, and as a command line, which is shown only in a terminal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remedy {
     pub words: String,
@@ -79,17 +78,17 @@ impl From<&str> for Remedy {
     }
 }
 
-/// The words, and how on the command line.
+/// The words, and the command or option.
 impl<W: Into<String>, H: Into<String>> From<(W, H)> for Remedy {
     fn from((words, how): (W, H)) -> Self {
         Self { words: words.into(), how: Some(how.into()) }
     }
 }
 
-/// Words of the operating system or of a reader, without the system's number.
+/// Message of the operating system or of a reader, without the error number.
 pub fn io_words(error: &io::Error) -> String {
     let words = match error.kind() {
-        // Who made the error has worded it.
+        // The maker of the error has worded it.
         _ if error.get_ref().is_some() => None,
         io::ErrorKind::NotFound => Some("not found"),
         io::ErrorKind::PermissionDenied => Some("no permission"),
@@ -113,10 +112,10 @@ pub fn io_words(error: &io::Error) -> String {
     )
 }
 
-/// Letters of a cause or problem that are shown.
+/// Maximum number of characters of a cause or problem.
 const LONGEST: usize = 1000;
 
-/// Words of a file or of another program, fit to be shown: not endless, and without characters that steer a terminal.
+/// Text from a file or another program, fit for display: shortened, and without terminal control characters.
 fn shown(said: &str) -> String {
     let plain = |c: char| match c {
         '\n' => c,
@@ -131,14 +130,14 @@ fn shown(said: &str) -> String {
     without_detours(shown)
 }
 
-/// The sentence without folders that `..` leaves again, unless links lead elsewhere there.
+/// The sentence with `..` in paths resolved, unless a link makes that lead elsewhere.
 fn without_detours(mut said: String) -> String {
     const SLASH: char = std::path::MAIN_SEPARATOR;
     let back = format!("{SLASH}..{SLASH}");
     let mut from = 0;
     while let Some(at) = said[from..].find(&back).map(|at| from + at) {
         match said[..at].rfind(SLASH) {
-            // Behind a space another path may begin.
+            // Another path may begin after a space.
             Some(left)
                 if !matches!(&said[left + 1..at], "" | "." | "..")
                     && !said[left..at].contains(' ')
@@ -153,7 +152,7 @@ fn without_detours(mut said: String) -> String {
     said
 }
 
-/// True if a sentence ends with the path of a link, wherever in it that begins.
+/// True if a sentence ends with the path of a link, wherever that path begins.
 fn ends_in_link(said: &str) -> bool {
     let begins = |at: &usize| {
         let before = said[..*at].chars().next_back();
@@ -163,7 +162,7 @@ fn ends_in_link(said: &str) -> bool {
     slashes.any(|(at, _)| begins(&at) && Path::new(&said[at..]).is_symlink())
 }
 
-/// The remedy of an error, if its kind names one: a reference as that to the error is.
+/// The remedy of an error, if its kind has one, borrowed like the error itself.
 macro_rules! remedy {
     ($error:expr) => {
         match $error {
@@ -204,12 +203,12 @@ impl Error {
         }
     }
 
-    /// A setting, file or picture cannot be used as it is.
+    /// A setting, file or picture is invalid.
     pub fn invalid(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Invalid { problem: shown(&problem.into()), remedy: remedy.into() }
     }
 
-    /// A picture whose columns and rows differ from those of another that it belongs to.
+    /// A picture whose size differs from that of a related picture.
     pub fn other_size(
         (picture, size): (impl Display, (usize, usize)),
         (reference, expected): (impl Display, (usize, usize)),
@@ -222,27 +221,28 @@ impl Error {
         Self::invalid(problem, remedy)
     }
 
-    /// Something that is needed or was asked for does not exist.
+    /// Something required or requested does not exist.
     pub fn missing(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Missing { problem: shown(&problem.into()), remedy: remedy.into() }
     }
 
-    /// Somebody else is using it.
+    /// Another program or job is using it.
     pub fn busy(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Busy { problem: shown(&problem.into()), remedy: remedy.into() }
     }
 
-    /// The GPU or the display failed at something, or cannot do it.
+    /// The GPU or the display failed, or lacks a capability.
     pub fn device(problem: impl Into<String>, remedy: impl Into<Remedy>) -> Self {
         Self::Device { problem: problem.into(), remedy: remedy.into() }
     }
 
-    /// Afterlight itself is wrong: `problem` says what it failed to do, and why.
+    /// A fault in Afterlight itself: `problem` names the failed operation and the reason.
     pub fn bug(problem: impl Into<String>) -> Self {
         Self::Bug { problem: problem.into() }
     }
 
-    /// The same error of a setting or of something missing, with the file or folder that it is about. Other kinds stay as they are.
+    /// The same error with its file or folder in front, for a setting or something missing. Other kinds are
+    /// unchanged.
     pub fn within(mut self, path: &Path) -> Self {
         if let Self::Invalid { problem, .. } | Self::Missing { problem, .. } = &mut self {
             *problem = format!("{}: {problem}", files::plain(path));
@@ -250,8 +250,8 @@ impl Error {
         self
     }
 
-    /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
-    /// stay as they are.
+    /// The same error with `note` after the remedy, such as the output that was kept. Kinds without a remedy are
+    /// unchanged.
     pub fn with_note(mut self, note: &str) -> Self {
         if let Some(remedy) = remedy!(&mut self) {
             remedy.words.push_str("; ");
@@ -260,8 +260,7 @@ impl Error {
         self
     }
 
-    /// The same error with how to put it right on the command line, behind what it says of that already. Kinds that name no
-    /// remedy stay as they are.
+    /// The same error with a command or option added to its remedy. Kinds without a remedy are unchanged.
     pub fn with_how(mut self, how: impl Into<String>) -> Self {
         if let Some(remedy) = remedy!(&mut self) {
             let how = how.into();
@@ -273,7 +272,7 @@ impl Error {
         self
     }
 
-    /// Remedy on the command line, if a command or an option is one.
+    /// The command or option of the remedy, if there is one.
     pub fn how(&self) -> Option<&str> {
         match self {
             Self::GpuLost => Some("or continue on the CPU: --device cpu"),
@@ -281,7 +280,7 @@ impl Error {
         }
     }
 
-    /// The sentence with the command or option behind it, for a terminal.
+    /// The sentence with its command or option, for a terminal.
     pub fn for_terminal(&self) -> String {
         match self.how() {
             Some(how) => format!("{self} ({how})"),
@@ -325,7 +324,7 @@ mod tests {
         assert!(!lost.to_string().contains("--") && lost.for_terminal().contains("--device cpu"));
         let gone = std::fs::read("/nowhere/at/all").unwrap_err();
         assert_eq!(io_words(&gone), "not found");
-        // ENOTTY on unix, which has no words here, and something else elsewhere.
+        // ENOTTY on unix, which has no words here; another error elsewhere.
         let other = io_words(&io::Error::from_raw_os_error(25));
         assert!(!other.is_empty() && !other.contains("os error"), "{other}");
         let said = io::Error::new(io::ErrorKind::NotFound, "the header ends too early");
@@ -349,7 +348,7 @@ mod tests {
         let error = Error::io("open", path, io::ErrorKind::NotFound.into(), "Check it");
         assert!(!error.to_string().contains(char::is_control));
         test_support::shown!(Strangers, "A file's words in an error",
-            danger: "pages of it, or characters that steer the terminal",
+            danger: "pages of it, or terminal control characters",
             done: "the first 1000 letters are shown, control characters replaced");
     }
 
@@ -385,7 +384,7 @@ mod tests {
         assert_eq!(error.to_string(), sentence);
         let said = format!("\"{}\" is missing", path.display());
         assert_eq!(Error::missing(&*said, "Look").to_string(), format!("{said}. Look"));
-        // The folder itself is no link.
+        // The folder itself is not a link.
         let path = films.join("../shoot");
         let error = Error::io("read", &path, io::ErrorKind::NotFound.into(), "Look");
         let sentence = format!("cannot read {}/shoot: ", films.parent().unwrap().display());

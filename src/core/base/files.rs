@@ -1,7 +1,7 @@
-//! Files that are written whole or not at all, and files that strangers name.
+//! Files that are written completely or not at all, and files named by strangers.
 //!
-//! What a project's folder says is input from a stranger: a name there may be a link to a file elsewhere, a device that
-//! never ends or a pipe that never answers.
+//! The contents of a project's folder are input from a stranger: a name there may be a link to a file elsewhere,
+//! a device that never ends or a pipe that never answers.
 
 use super::error::{Error, Result};
 use std::ffi::OsStr;
@@ -11,16 +11,16 @@ use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
 
-/// The end of the names of files that are being written.
+/// Extension of files that are being written.
 const UNFINISHED: &str = ".afterlight";
-/// Random letters and digits in those names.
+/// Number of random letters and digits in those names.
 const RANDOM: usize = 6;
-/// A file that is younger may be about to be locked by its writer.
+/// Minimum age of a leftover file: the writer of a younger one may not have locked it yet.
 const YOUNG: Duration = Duration::from_secs(10);
-/// Age at which an unfinished file is left over, where files cannot be locked: it was not written for so long.
+/// Age at which an unfinished file is left over, on file systems without locks.
 const OLD: Duration = Duration::from_secs(24 * 3600);
 
-/// Opens a file to read it, following links.
+/// Opens a file for reading, following links.
 ///
 /// # Errors
 /// As [`File::open`], and when it is a device, a pipe or a folder: these may never end.
@@ -29,8 +29,8 @@ pub fn open(path: &Path) -> io::Result<File> {
     if kind.is_file() { File::open(path) } else { Err(not_a_file(kind)) }
 }
 
-/// A path as a person reads it: without `.`, and without folders that `..` leaves again. It may lead elsewhere where links are
-/// on its way, so it is for reading alone.
+/// A path for display: without `.`, and with `..` resolved. It may lead elsewhere where links are on its way, so
+/// do not open it.
 pub fn shown(path: &Path) -> String {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -44,7 +44,7 @@ pub fn shown(path: &Path) -> String {
     plain.display().to_string()
 }
 
-/// The same for a path that is used too: as it is where [`shown`] would lead elsewhere.
+/// A path for display and use: with `..` resolved where that leads to the same file, otherwise unchanged.
 pub fn plain(path: &Path) -> String {
     let place = |path: &Path| {
         let mut folders = path.ancestors();
@@ -57,11 +57,11 @@ pub fn plain(path: &Path) -> String {
     }
 }
 
-/// Opens one of the program's own files, to read or write it.
+/// Opens one of the program's own files, for reading or writing.
 ///
 /// # Errors
-/// As [`OpenOptions::open`], and when the name is a link or anything else that is no file: what a link leads to is not
-/// the program's.
+/// As [`OpenOptions::open`], and when the name is a link or not a file: the target of a link is not the
+/// program's.
 pub fn open_own(path: &Path, options: &OpenOptions) -> io::Result<File> {
     match std::fs::symlink_metadata(path) {
         Ok(data) if !data.is_file() => return Err(not_a_file(data.file_type())),
@@ -77,21 +77,21 @@ pub fn open_own(path: &Path, options: &OpenOptions) -> io::Result<File> {
     options.open(path)
 }
 
-/// Bytes of an ordinary text file that the program reads: far more than it ever writes. Tables take up to fifty times as
-/// much memory.
+/// Maximum size of an ordinary text file in bytes: far more than the program ever writes. Parsed tables take up
+/// to fifty times as much memory.
 pub const MOST_TEXT: u64 = 16 << 20;
 
 /// Reads a text file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`open`], and when the file is longer or no UTF-8.
+/// As [`open`], and when the file is longer or not UTF-8.
 pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     let file = open(path)?;
     let length = file.metadata()?.len();
     if length > most {
         return Err(io::Error::new(
             ErrorKind::InvalidData,
-            format!("it has {length} bytes, and such a file has at most {most}"),
+            format!("it has {length} bytes; the limit is {most}"),
         ));
     }
     let mut text = String::new();
@@ -111,18 +111,18 @@ fn not_a_file(kind: FileType) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, format!("this is {what} and not a file"))
 }
 
-/// True if a name that a file gives is the name of a file beside it, and no way to elsewhere.
+/// True if a name from a file is a bare file name, not a path that leads elsewhere.
 pub fn is_bare(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     let is_one = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
     is_one && !name.contains(['/', '\\', '\0'])
 }
 
-/// Writes through a file beside `path`, syncs it and renames it over `path`, so that a crash leaves either the old file
-/// or the new one, whole. Makes the folder if it is missing.
+/// Writes through a file beside `path`, syncs it and renames it over `path`, so that a crash leaves either the
+/// old file or the new one, complete. Creates the folder if it is missing.
 ///
 /// # Errors
-/// When the folder or the file cannot be written; then the old file is left.
+/// When the folder or the file cannot be written; the old file then stays.
 pub fn write_beside(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -138,16 +138,17 @@ pub fn write_beside(
     unfinished.finish(path).map_err(fail)
 }
 
-/// A file beside another that it will replace. Dropped before that, it is removed.
+/// A file beside another that it will replace. Dropping it before that removes it.
 #[derive(Debug)]
 pub struct Unfinished(NamedTempFile);
 
 impl Unfinished {
-    /// Makes an empty file beside `path` under a name of its own, and the folder if it is missing. As long as this lives, the
-    /// file is [not left over](remove_left_over).
+    /// Creates an empty file beside `path` under a unique name, and the folder if it is missing. As long as this
+    /// lives, the file is [not left over](remove_left_over).
     ///
     /// # Errors
-    /// When the folder cannot be written, and when `path` is, or leads to, anything but a file: a device would be replaced.
+    /// When the folder cannot be written, and when `path` is not a file or leads to something else: a device
+    /// would be replaced.
     pub fn beside(path: &Path) -> io::Result<Self> {
         let name = path.file_name().ok_or(ErrorKind::InvalidFilename)?;
         if let Ok(data) = std::fs::metadata(path)
@@ -168,7 +169,7 @@ impl Unfinished {
         (builder.prefix(&start).suffix(UNFINISHED)).rand_bytes(RANDOM);
         #[cfg(unix)]
         {
-            // As any new file, not as a secret one.
+            // With a new file's usual permissions, not those of a temporary one.
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
@@ -184,12 +185,12 @@ impl Unfinished {
         self.0.path()
     }
 
-    /// Syncs the file and gives it its name.
+    /// Syncs the file and renames it to `path`.
     ///
     /// # Errors
-    /// When either fails; then it is removed.
+    /// When either fails; the file is then removed.
     pub fn finish(self, path: &Path) -> io::Result<()> {
-        // Another program may have written it under its name. Windows syncs only what is open for writing.
+        // Another program may have written to it by name. Windows syncs only files that are open for writing.
         (OpenOptions::new().write(true).open(self.path()))?.sync_all()?;
         self.0.persist(path).map_err(|e| e.error)?;
         // The new name is on the disk once the folder is. Not all file systems can do that.
@@ -207,13 +208,13 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The first of a name's characters, 100 bytes at most.
+/// The first characters of a name, 100 bytes at most.
 fn shortened(name: &str) -> String {
     let fits = |(at, c): &(usize, char)| at + c.len_utf8() <= 100;
     (name.char_indices().take_while(fits).map(|(_, c)| c)).collect()
 }
 
-/// Removes what processes that were killed left unfinished in a folder.
+/// Removes unfinished files of killed processes from a folder.
 pub fn remove_left_over(folder: &Path) {
     let now = SystemTime::now();
     for path in unfinished(folder) {
@@ -229,14 +230,14 @@ pub fn remove_left_over(folder: &Path) {
             Ok(()) | Err(TryLockError::Error(_)) => age >= OLD,
         };
         if is_left {
-            // Otherwise it only costs space.
+            // A failure only costs disk space.
             let _ = std::fs::remove_file(&path);
         }
     }
 }
 
-/// Files of a folder that are being written, or were left so: `.NAME.RANDOM.afterlight`, as [`Unfinished::beside`] names
-/// them. A person's `.notes.afterlight` is none.
+/// Files in a folder that are being written or are left over: `.NAME.RANDOM.afterlight`, as named by
+/// [`Unfinished::beside`]. A user's `.notes.afterlight` does not match.
 fn unfinished(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_ours = |name: &OsStr| {
@@ -278,8 +279,8 @@ mod tests {
         test_support::shown!(
             Accidents,
             "A file cannot be written to its end",
-            danger: "the old one is gone, the new one is half",
-            done: "it is written beside, and renamed once it is whole",
+            danger: "the old one is gone, the new one is incomplete",
+            done: "it is written beside the old one, and renamed once it is complete",
         );
     }
 
@@ -327,15 +328,15 @@ mod tests {
         remove_left_over(folder.path());
         assert!(!dead.exists() && living.path().exists());
         assert!(others.iter().all(|path| path.exists()));
-        // One that is as young as this may belong to a process that has not locked it yet.
+        // The owner of such a young file may not have locked it yet.
         std::fs::write(&dead, "").unwrap();
         remove_left_over(folder.path());
         assert!(dead.exists());
         test_support::shown!(
             Accidents,
             "A program was killed while it wrote",
-            danger: "its unfinished files stay for ever, or files of a living program are removed",
-            done: "names are random and locked; what no living program locks is removed when a project is locked",
+            danger: "its unfinished files stay for ever, or files of a running program are removed",
+            done: "files have random names and are locked; unlocked ones are removed when a project is locked",
         );
     }
 
@@ -363,7 +364,7 @@ mod tests {
         assert!(!at("gone").exists());
         assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
         open_own(&at("new"), &options).unwrap();
-        // A device is not replaced by what is written, nor is a link to one.
+        // Writing never replaces a device, nor a link to one.
         let device = Path::new("/dev/full");
         for path in [device, &at("zeros"), folder.path()] {
             let before = std::fs::symlink_metadata(path).unwrap().file_type();
@@ -374,7 +375,7 @@ mod tests {
         test_support::shown!(
             Strangers,
             "A picture is a device, a pipe or a folder",
-            danger: "`/dev/zero` fills the memory, a pipe is waited for for ever",
+            danger: "`/dev/zero` fills the memory, a pipe never answers",
             done: "only files are opened",
         );
         test_support::shown!(
@@ -392,8 +393,8 @@ mod tests {
         std::fs::write(&path, "four").unwrap();
         assert_eq!(read_text(&path, 4).unwrap(), "four");
         let said = read_text(&path, 3).unwrap_err().to_string();
-        assert!(said.contains("4 bytes") && said.contains("at most 3"), "{said}");
-        // 64 GB that take no room on the disk.
+        assert!(said.contains("4 bytes") && said.contains("limit is 3"), "{said}");
+        // A sparse file of 64 GB.
         File::create(&path).unwrap().set_len(1 << 36).unwrap();
         assert!(read_text(&path, MOST_TEXT).is_err());
         test_support::shown!(Strangers, "A text file of 64 GB", danger: "all memory is taken",

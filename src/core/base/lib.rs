@@ -1,5 +1,5 @@
-//! Needs of every other crate: errors as sentences, files written whole, progress, turns at the device, the machine and
-//! the process's memory.
+//! Foundations of every other crate: errors as sentences, files written completely or not at all, progress, turns
+//! at the device, the machine and the process's memory.
 
 pub mod error;
 pub mod files;

@@ -1,13 +1,13 @@
-//! The machine that figures belong to.
+//! The machine behind measured figures.
 
 use serde::{Deserialize, Serialize};
 
 /// A machine and the program on it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
-    /// The processor, as it calls itself.
+    /// Model name of the processor.
     pub processor: String,
-    /// Threads that it runs at once.
+    /// Number of hardware threads.
     pub threads: usize,
     pub system: String,
     /// Afterlight's version.
@@ -15,7 +15,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This one.
+    /// The current machine.
     pub fn this() -> Self {
         Self {
             processor: processor().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
@@ -25,7 +25,7 @@ impl Machine {
         }
     }
 
-    /// A line about it.
+    /// A line about the machine.
     pub fn words(&self) -> String {
         format!(
             "{}, {} threads, {}, Afterlight {}",
@@ -34,7 +34,7 @@ impl Machine {
     }
 }
 
-/// The processor's name, where the system says it.
+/// The processor's name, if the system provides it.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

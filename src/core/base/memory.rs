@@ -1,17 +1,16 @@
-//! Memory that the process uses, and the way it keeps it.
+//! Memory use of the process, and the allocator's settings.
 
-/// Keeps freed memory for the next allocation. By default glibc gives large blocks back to the system at
-/// once and gets them again page by page, with a page fault each: a tenth of a training step's time. Call it
-/// once, at the start of a program.
+/// Keeps freed memory for the next allocation. By default glibc returns large blocks to the system at once and
+/// gets them again page by page, with a page fault each: a tenth of a training step's time. Call it once, at the
+/// start of a program.
 pub fn keep_freed() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// The largest threshold that glibc accepts; blocks above it are mapped by themselves.
+        /// The largest threshold that glibc accepts; blocks above it are mapped separately.
         const MAPPED_FROM: i32 = 32 << 20;
-        /// Taken from the system at a time.
+        /// Size of each request to the system.
         const STEP: i32 = 64 << 20;
-        // SAFETY: mallopt takes any numbers, refuses those that it cannot use, and locks the allocator
-        // while it changes it.
+        // SAFETY: mallopt accepts any numbers, rejects invalid ones, and locks the allocator while it changes it.
         #[allow(unsafe_code)]
         unsafe {
             libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED_FROM);
@@ -21,17 +20,18 @@ pub fn keep_freed() {
     }
 }
 
-/// Bytes of memory that the process holds now; None if the system does not say.
+/// Memory that the process holds now, in bytes; None if the system does not report it.
 pub fn held() -> Option<u64> {
     read("/proc/self/status", "VmRSS:")
 }
 
-/// Bytes of memory that the process has held at most; None if the system does not say.
+/// Peak memory of the process in bytes; None if the system does not report it.
 pub fn peak() -> Option<u64> {
     read("/proc/self/status", "VmHWM:")
 }
 
-/// Bytes of memory that programs can still take without driving others out; None if the system does not say.
+/// Memory in bytes that programs can still take without pushing others out; None if the system does not report
+/// it.
 pub fn available() -> Option<u64> {
     read("/proc/meminfo", "MemAvailable:")
 }
@@ -54,7 +54,7 @@ mod tests {
         assert!((64 << 20..1 << 40).contains(&held), "{held}");
         drop(block);
         let (peak, available) = (super::peak().unwrap(), super::available().unwrap());
-        // The system counts in steps of some pages, so the peak may lie a little below what was held.
+        // The system counts in steps of some pages, so the peak may lie a little below the held memory.
         assert!((64 << 20..1 << 40).contains(&peak), "{peak}");
         assert!((1 << 20..1 << 50).contains(&available), "{available}");
     }

@@ -1,16 +1,17 @@
-//! Numbers as people type them.
+//! Numbers as users type them.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// Angles that can be typed, in degrees: many turns, and still exact to a hundredth of one.
+/// Range of typed angles in degrees: many turns, and still exact to a hundredth of a degree.
 pub const ANGLES: RangeInclusive<f32> = -100_000.0..=100_000.0;
 
-/// Reads the `N` numbers in `text`; `names` says what they are, such as `X,Y,RADIUS in pixels`.
+/// Parses the `N` numbers in `text`; `names` describes them, such as `X,Y,RADIUS in pixels`.
 ///
 /// # Errors
-/// When a number cannot be read or is not finite, or there are more or fewer; the sentence names `text` and `names`.
+/// When a number cannot be parsed or is not finite, or the count differs; the sentence contains `text` and
+/// `names`.
 pub fn numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[f64; N], String> {
     let refuse = || format!("{text:?} is not {names}");
     let numbers = text
@@ -22,7 +23,7 @@ pub fn numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[
     (numbers.iter().all(|number| number.is_finite())).then_some(numbers).ok_or_else(refuse)
 }
 
-/// Reader of numbers in a range, for clap. NaN is in no range.
+/// Parser of numbers in a range, for clap. NaN is in no range.
 pub fn within<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone
 where
     T: FromStr + PartialOrd + Display + Clone,

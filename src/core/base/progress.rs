@@ -1,4 +1,4 @@
-//! Channel between long work and its starter: progress out, a request to stop in.
+//! Channel between long work and its caller: progress out, stop requests in.
 
 mod training;
 
@@ -14,19 +14,19 @@ use std::time::Duration;
 pub enum Report {
     /// `done` of `total` units of `stage` are finished; `note` is a short live remark (a loss, a file).
     Step { stage: &'static str, done: u64, total: u64, note: String },
-    /// A network that predicts has been saved.
+    /// A usable network has been saved.
     Saved,
     /// State of a training run.
     Training(TrainingPoint),
-    /// The work waits until a person has solved the problem in the sentence and lets it continue.
+    /// The work waits until the user has solved the problem in the sentence and lets it continue.
     Blocked(String),
-    /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
+    /// A sentence worth logging: a warning, a fallback, a written file.
     Say(String),
-    /// The same with what to do about it on the command line, which only a terminal is told.
+    /// A sentence with its remedy on the command line, which is shown only in a terminal.
     Advise { sentence: String, how: String },
 }
 
-/// Asks running work to stop or to pause. Clones control the same work.
+/// Stops and pauses running work. Clones control the same work.
 #[derive(Clone, Debug, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
@@ -34,7 +34,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// Asks for a stop at the next safe point.
+    /// Requests a stop at the next safe point.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
@@ -44,7 +44,7 @@ impl Control {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Asks for a pause at the next safe point, or for its end.
+    /// Requests a pause at the next safe point, or its end.
     pub fn pause(&self, pause: bool) {
         self.pause.store(pause, Ordering::Relaxed);
     }
@@ -62,23 +62,23 @@ const PAUSE_INTERVAL: Duration = Duration::from_millis(20);
 pub struct Progress<'a> {
     sink: &'a (dyn Fn(Report) + Sync),
     pictures: Option<&'a (dyn Fn(TrainingPictures) + Sync)>,
-    /// A person is there to end a pause.
+    /// True if a user is there to end a pause.
     attended: bool,
     control: Control,
 }
 
 impl<'a> Progress<'a> {
-    /// Reports go to `sink`; work stops and pauses as `control` says.
+    /// Sends reports to `sink`; `control` stops and pauses the work.
     pub fn new(sink: &'a (dyn Fn(Report) + Sync), control: Control) -> Self {
         Self { sink, pictures: None, attended: false, control }
     }
 
-    /// The same, with training's pictures going to `pictures`, which may skip all but the newest.
+    /// The same, with training's pictures sent to `pictures`, which may skip all but the newest.
     pub fn with_pictures(self, pictures: &'a (dyn Fn(TrainingPictures) + Sync)) -> Self {
         Self { pictures: Some(pictures), ..self }
     }
 
-    /// The same, with a person there to end a pause.
+    /// The same, with a user there to end a pause.
     pub fn attended(self) -> Self {
         Self { attended: true, ..self }
     }
@@ -98,12 +98,12 @@ impl<'a> Progress<'a> {
         (self.sink)(Report::Say(sentence.into()));
     }
 
-    /// Reports a sentence for the log, and how to do on the command line what it asks for.
+    /// Reports a sentence for the log, and its remedy on the command line.
     pub fn advise(&self, sentence: impl Into<String>, how: impl Into<String>) {
         (self.sink)(Report::Advise { sentence: sentence.into(), how: how.into() });
     }
 
-    /// Reports a sentence about an error, and how to put that right on the command line if the error knows.
+    /// Reports a sentence about an error, with the error's command-line remedy if it has one.
     pub fn report(&self, sentence: impl Into<String>, error: &Error) {
         match error.how() {
             Some(how) => self.advise(sentence, how),
@@ -111,22 +111,22 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Reports that a network that predicts has been saved.
+    /// Reports that a usable network has been saved.
     pub fn saved(&self) {
         (self.sink)(Report::Saved);
     }
 
-    /// Reports how a training run stands.
+    /// Reports the state of a training run.
     pub fn training(&self, point: TrainingPoint) {
         (self.sink)(Report::Training(point));
     }
 
-    /// True if anybody wants to see pictures.
+    /// True if pictures are shown anywhere.
     pub fn wants_pictures(&self) -> bool {
         self.pictures.is_some()
     }
 
-    /// Shows training's pictures, if anybody wants them.
+    /// Shows training's pictures, if they are shown anywhere.
     pub fn show(&self, pictures: TrainingPictures) {
         if let Some(show) = self.pictures {
             show(pictures);
@@ -150,11 +150,11 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Does `act` and, where the operating system refuses a file, as on a full disk, and a person is there: pauses,
-    /// says what is wrong, and tries again when the person lets it continue.
+    /// Runs `act`. If the operating system refuses a file, as on a full disk, and a user is there: pauses,
+    /// reports the problem, and tries again when the user lets it continue.
     ///
     /// # Errors
-    /// When it fails for another reason, nobody is there, or a stop was asked for.
+    /// When it fails for another reason, no user is there, or a stop was requested.
     pub fn retry<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
         loop {
             let done = act();
@@ -170,8 +170,8 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// A safe point: waits for the end of a pause, and fails with [`Error::Cancelled`] once a stop was
-    /// asked for. `kept` says what survives.
+    /// A safe point: waits for the end of a pause, and fails with [`Error::Cancelled`] once a stop was requested.
+    /// `kept` names the output that survives.
     pub fn check(&self, kept: &str) -> Result<()> {
         // Threads of the pool also make pictures, so they do not wait here.
         if rayon::current_thread_index().is_none() {
@@ -196,7 +196,7 @@ mod tests {
         let control = Control::default();
         let said = Mutex::new(Vec::new());
         let sink = |report| {
-            assert!(control.paused(), "it waits before it says so");
+            assert!(control.paused(), "it pauses before it reports");
             said.lock().unwrap().push(report);
             control.pause(false);
         };

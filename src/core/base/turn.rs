@@ -1,9 +1,9 @@
-//! Turns at the device that computes, first come, first served: a network in training, which asks again as
-//! soon as a step is done, leaves room for a preview after each step.
+//! Turns at the computing device, first come, first served: a network in training, which asks again as soon as a
+//! step is done, leaves room for a preview after each step.
 
 use parking_lot::{FairMutex, const_fair_mutex};
 
-/// Locked by whoever computes on the one device of the process. A thread that has it must not ask again.
+/// Lock for computing on the one device of the process. A thread that holds it must not lock it again.
 pub static DEVICE: FairMutex<()> = const_fair_mutex(());
 
 #[cfg(test)]
@@ -33,8 +33,8 @@ mod tests {
             served.store(true, Ordering::SeqCst);
             steps.load(Ordering::SeqCst) - asked
         });
-        // One step while it asks and one while it waits; more only where the system lets this thread rest. A lock
-        // that is not fair goes to the greedy thread nearly every time.
+        // One step while it asks and one while it waits; more only if the system suspends this thread. An unfair
+        // lock goes to the greedy thread nearly every time.
         assert!(waited < MAX_STEPS / 4, "{waited} steps");
     }
 

@@ -1,4 +1,4 @@
-//! A person's choices in a configuration.
+//! Choices in an OpenColorIO configuration.
 
 use super::config::is_built_in;
 use super::{ColorConfig, Transform, VARIABLE};
@@ -17,20 +17,20 @@ pub struct ColorChoice {
     /// Show pictures on this display of the OpenColorIO configuration [default: its first].
     #[arg(id = "ocio_display", long = "ocio-display", value_name = "NAME")]
     pub display: Option<String>,
-    /// Show pictures by this view of the OpenColorIO configuration [default: the display's first].
+    /// Show pictures through this view of the OpenColorIO configuration [default: the display's first].
     #[arg(id = "ocio_view", long = "ocio-view", value_name = "NAME")]
     pub view: Option<String>,
-    /// Looks of the OpenColorIO configuration, in place of the view's own: NAME, or several with commas between, each with + or
-    /// - before it.
+    /// Looks of the OpenColorIO configuration, in place of the view's own: NAME, or several names separated by
+    /// commas, each with a leading + or -.
     #[arg(id = "ocio_look", long = "ocio-look", value_name = "LOOKS", allow_hyphen_values = true)]
     pub look: Option<String>,
-    /// Write this colour space of the OpenColorIO configuration, or that of a role such as scene_linear.
+    /// Write in this colour space of the OpenColorIO configuration, or that of a role such as scene_linear.
     #[arg(id = "ocio_space", long = "ocio-space", value_name = "SPACE")]
     pub space: Option<String>,
 }
 
 impl ColorChoice {
-    /// True if anything in a configuration is requested. A configuration alone changes no picture.
+    /// True if a display, view, look or space is requested. A configuration alone changes no picture.
     pub fn is_asked(&self) -> bool {
         self.is_view() || self.space.is_some()
     }
@@ -41,22 +41,23 @@ impl ColorChoice {
             && (self.display.is_some() || self.view.is_some() || self.look.is_some())
     }
 
-    /// The same with a project's configuration, if no other is chosen.
+    /// The same choices with the project's configuration, if no other is chosen.
     #[must_use]
     pub fn or_config(mut self, of_project: Option<PathBuf>) -> Self {
         self.config = self.config.or(of_project);
         self
     }
 
-    /// Path of the configuration: the one that is chosen, else that of the variable `OCIO`. None if there is none.
+    /// Path of the configuration: the chosen one, else that of the variable `OCIO`. None if there is neither.
     pub fn named(&self) -> Option<PathBuf> {
         self.config.clone().or_else(of_environment)
     }
 
-    /// The same with the configuration by its full path, if something of it is asked for: for another program, in another folder.
+    /// The same choices with an absolute configuration path if any part of it is used: for another program in
+    /// another folder.
     ///
     /// # Errors
-    /// When its file is not there.
+    /// When its file does not exist.
     pub fn pinned(mut self) -> Result<Self> {
         let named = self.named().filter(|_| self.is_asked());
         if let Some(named) = named {
@@ -69,7 +70,7 @@ impl ColorChoice {
         Ok(self)
     }
 
-    /// The configuration: the one that is chosen, else that of the variable `OCIO`.
+    /// Opens the configuration: the chosen one, else that of the variable `OCIO`.
     ///
     /// # Errors
     /// When there is none, or it cannot be read.
@@ -99,7 +100,7 @@ impl ColorChoice {
         if let (Some(space), true) = (&self.space, self.display.is_some() || self.view.is_some()) {
             return Err(Error::invalid(
                 format!("a picture cannot be both in the colour space {space} and shown by a view"),
-                ("Leave one of both out", "--ocio-space, or --ocio-display and --ocio-view"),
+                ("Leave one of the two out", "--ocio-space, or --ocio-display and --ocio-view"),
             ));
         }
         let config = self.open()?;
@@ -111,7 +112,7 @@ impl ColorChoice {
     }
 }
 
-/// The configuration that the variable `OCIO` names.
+/// The configuration in the variable `OCIO`.
 pub(super) fn of_environment() -> Option<PathBuf> {
     let named = std::env::var_os(VARIABLE).filter(|named| !named.is_empty())?;
     Some(Path::new(&named).to_path_buf())

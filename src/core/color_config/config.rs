@@ -12,10 +12,10 @@ use ocio::{
 use std::path::{Path, PathBuf};
 
 pub(super) const REMEDY: &str = "Check the configuration with `ociocheck`, or choose another one";
-/// The longest configuration that is read, in bytes.
+/// Maximum size of a configuration in bytes.
 const MOST_BYTES: u64 = 8 << 20;
 
-/// A configuration that was read.
+/// An open configuration.
 #[derive(Debug)]
 pub struct ColorConfig {
     path: PathBuf,
@@ -23,20 +23,20 @@ pub struct ColorConfig {
     working: Working,
 }
 
-/// True if OpenColorIO itself holds the configuration.
+/// True if the configuration is built into OpenColorIO.
 pub(super) fn is_built_in(config: &Path) -> bool {
     config.to_str().is_some_and(|name| name.starts_with("ocio://"))
 }
 
 impl ColorConfig {
-    /// Reads a configuration: a file, or a built-in one such as `ocio://default`, which is that of ACES 2.0.
+    /// Reads a configuration: a file, or a built-in one. `ocio://default` is the one for ACES 2.0.
     ///
     /// # Errors
-    /// When it cannot be read, names files that are no tables, or does not say where linear Rec. 709 is in it.
+    /// When it cannot be read, names files that are not tables, or has no known way from linear Rec. 709.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.to_string_lossy();
         let fail = |e: ocio::Error| Error::codec("read", path, e, REMEDY);
-        // Tables may have been changed since another configuration was opened: they are read again.
+        // Tables may have changed since another configuration was opened, so they are read again.
         ocio::clear_all_caches();
         let config = if is_built_in(path) {
             caught(path, || Config::create_from_builtin_config(&name))?.map_err(fail)?
@@ -47,7 +47,7 @@ impl ColorConfig {
         };
         let mut config = config;
         if !is_built_in(path) {
-            // Tables are found from the folder of the configuration.
+            // Tables are searched from the folder of the configuration.
             let whole =
                 std::path::absolute(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
             let folder = whole.parent().unwrap_or(Path::new("/")).to_string_lossy();
@@ -56,7 +56,7 @@ impl ColorConfig {
         check_files(path, &config)?;
         let working = caught(path, || Working::of(&config))?.map_err(|e| {
             let problem = format!(
-                "{} does not say where linear Rec. 709 is in it: {}",
+                "linear Rec. 709 was not found in {}: {}",
                 path.display(),
                 e.message().replace('\n', " ")
             );
@@ -78,11 +78,11 @@ impl ColorConfig {
         ConfigNames::of(&self.path, &self.config, self.working.name())
     }
 
-    /// Transform of our light to a display: `display` or its first, by `view` or the display's first, with `looks` in place of
-    /// the view's own.
+    /// Transform of our light to a display: `display` or its first, through `view` or the display's first, with
+    /// `looks` in place of the view's own.
     ///
     /// # Errors
-    /// When the configuration has no such thing, or a table of it cannot be read.
+    /// When the configuration lacks one of these, or one of its tables cannot be read.
     pub fn to_view(
         &self,
         display: Option<&str>,
@@ -117,7 +117,7 @@ impl ColorConfig {
         let steps = self.look(looks)?.into_iter().chain([shown.into()]);
         let target = Target::View { display: display.name.clone(), view: view.to_owned() };
         let of_display = self.config.display_view_color_space_name(&display.name, view);
-        // A view of a display's own space is called by the display's name.
+        // A view in a display's own space uses the display's name.
         let of_display = if of_display.eq_ignore_ascii_case("<USE_DISPLAY_NAME>") {
             &display.name
         } else {
@@ -126,10 +126,10 @@ impl ColorConfig {
         self.transform(steps.collect(), target, of_display)
     }
 
-    /// Our light in a colour space, which may be named by a role, after `looks`.
+    /// Transform of our light to a colour space or role, after `looks`.
     ///
     /// # Errors
-    /// When the configuration has no such space or look, or a table of it cannot be read.
+    /// When the configuration has no such space or look, or one of its tables cannot be read.
     pub fn to_space(&self, space: &str, looks: Option<&str>) -> Result<Transform> {
         let found = self.config.get_color_space(space).ok_or_else(|| {
             let names = self.names();
@@ -172,7 +172,7 @@ impl ColorConfig {
         Ok(Some(LookTransform::new(working, working, looks).into()))
     }
 
-    /// Checks that there are looks of these names.
+    /// Checks that looks of these names exist.
     fn check_looks(&self, looks: &str) -> Result<()> {
         let names =
             looks.split([',', ':', '|']).map(|name| name.trim().trim_start_matches(['+', '-']));
@@ -207,12 +207,12 @@ impl ColorConfig {
         };
         Error::missing(
             format!("{} has no {what} {name:?}: {known}", self.path.display()),
-            ("Choose one that it has", "afterlight ocio lists all"),
+            ("Check the name", "afterlight ocio lists all"),
         )
     }
 }
 
-/// A configuration's text.
+/// Reads a configuration's text.
 fn read(path: &Path) -> Result<String> {
     let fail = |e| Error::io("read", path, e, REMEDY);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ocioz")) {

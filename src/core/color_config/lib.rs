@@ -1,4 +1,5 @@
-//! A person's OpenColorIO configuration: which displays, views, looks and colour spaces it has, and what they make of our light.
+//! The user's OpenColorIO configuration: its displays, views, looks and colour spaces, and transforms of our
+//! light to them.
 //!
 //! The program works in linear Rec. 709. Without a configuration none of this is used.
 
@@ -16,5 +17,5 @@ pub use config::ColorConfig;
 pub use names::{ConfigNames, DisplayNames, Role, SpaceName};
 pub use transform::{Target, Transform};
 
-/// The variable that names a configuration for all programs of a studio.
+/// Environment variable for the configuration shared by all programs of a studio.
 pub const VARIABLE: &str = "OCIO";

@@ -1,10 +1,10 @@
-//! Names that a configuration offers.
+//! Names in a configuration.
 
 use ocio::{Config, ReferenceSpaceType};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Everything that can be chosen of a configuration, in its order.
+/// All choices in a configuration, in its order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ConfigNames {
     pub config: PathBuf,
@@ -14,7 +14,7 @@ pub struct ConfigNames {
     pub looks: Vec<String>,
     pub roles: Vec<Role>,
     pub spaces: Vec<SpaceName>,
-    /// Its name of the space that the program works in, or of the one by which it gets there.
+    /// Its name for the program's working space, or for the space through which that is reached.
     pub working: String,
 }
 
@@ -22,7 +22,7 @@ pub struct ConfigNames {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DisplayNames {
     pub name: String,
-    /// The first is the one to begin with.
+    /// The first is the default.
     pub views: Vec<String>,
 }
 
@@ -37,11 +37,11 @@ pub struct Role {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SpaceName {
     pub name: String,
-    /// The menu that it belongs into; "" if none.
+    /// Menu of the space; "" if none.
     pub family: String,
-    /// The configuration calls it linear light of a scene.
+    /// True if the configuration marks it as scene-linear.
     pub is_scene_linear: bool,
-    /// Its numbers are no colours.
+    /// True if its values are data, not colours.
     pub is_data: bool,
 }
 
@@ -86,7 +86,7 @@ impl ConfigNames {
         }
     }
 
-    /// All in words.
+    /// All names, one sentence per line.
     pub fn sentences(&self) -> String {
         let mut lines = vec![format!("OpenColorIO configuration {}", self.config.display())];
         for display in &self.displays {
@@ -99,12 +99,12 @@ impl ConfigNames {
         lines.push(format!("roles: {}", roles.collect::<Vec<_>>().join(", ")));
         let spaces = self.spaces.iter().map(|space| &*space.name);
         lines.push(format!("colour spaces: {}", spaces.collect::<Vec<_>>().join(", ")));
-        lines.push(format!("Afterlight's light is {} there", self.working));
+        lines.push(format!("Afterlight's working space is {} there", self.working));
         lines.join("\n")
     }
 }
 
-/// Brings what is called so to the front.
+/// Moves this name to the front.
 fn first(names: &mut [String], name: &str) {
     if let Some(at) = names.iter().position(|known| known == name) {
         names[..=at].rotate_right(1);

@@ -6,14 +6,14 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// OpenColorIO's own configurations: for ACES 2.0 and for ACES 1.3.
+/// OpenColorIO's own configurations for ACES 2.0 and ACES 1.3.
 const BUILT_IN: [&str; 3] = [
     "ocio://cg-config-v4.0.0_aces-v2.0_ocio-v2.5",
     "ocio://studio-config-v4.0.0_aces-v2.0_ocio-v2.5",
     "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1",
 ];
 
-/// A studio's configuration with tables of its own beside it, a look, and a display of two views.
+/// A studio's configuration with its own tables beside it, a look, and a display with two views.
 fn own(folder: &Path, spaces: &str) -> PathBuf {
     let luts = folder.join("luts");
     std::fs::create_dir_all(&luts).unwrap();
@@ -89,7 +89,7 @@ const REC_709: &str = "  - !<ColorSpace>
     encoding: scene-linear
     to_scene_reference: !<MatrixTransform> {matrix: [0.439632982, 0.382988698, 0.177378320, 0, 0.0897764430, 0.813439429, 0.0967841280, 0, 0.0175411704, 0.111546553, 0.870912276, 0, 0, 0, 0, 1]}";
 
-/// Colours of a person's chart: corners, greys, colours between, light below black and far above white.
+/// Colours of a test chart: corners, greys, colours between, light below black and far above white.
 fn chart() -> Vec<[f32; 3]> {
     let steps = [-0.05, 0.0, 0.001, 0.02, 0.18, 0.5, 1.0, 4.0, 60.0];
     let pairs = steps.iter().flat_map(|&r| steps.iter().map(move |&g| (r, g)));
@@ -122,7 +122,7 @@ fn theirs(python: &Path, pixels: &[[f32; 3]], arguments: &[&str]) -> Vec<[f32; 3
     bytes.chunks_exact(12).map(pixel).collect()
 }
 
-/// The largest difference, of values above 1 as a share.
+/// The largest difference; relative for values above 1.
 fn apart(found: &[[f32; 3]], wanted: &[[f32; 3]]) -> f32 {
     assert_eq!(found.len(), wanted.len());
     let pairs = found.iter().flatten().zip(wanted.iter().flatten());
@@ -154,7 +154,7 @@ fn compare(python: &Path, path: &Path, pixels: &[[f32; 3]], looks: Option<&str>)
         add(space.name.clone(), config.to_space(&space.name, looks).unwrap());
     }
     let source = match names.working.as_str() {
-        // There by way of what configurations have in common.
+        // Reached through the interchange space.
         "light" if !std::fs::read_to_string(path).unwrap().contains("lin_rec709_scene") => "",
         name => name,
     };
@@ -191,7 +191,7 @@ fn views_and_spaces_are_those_of_opencolorio_on_a_chart_and_on_a_frame() {
     }
 }
 
-/// Distance of a view's table from the view, in codes of 8 bits: on average, at the 99th percentile and at most.
+/// Error of a view's table in 8-bit codes: mean, 99th percentile and maximum.
 fn table_error(view: &Transform, light: &[[f32; 3]]) -> [f32; 3] {
     let table = view.table(None);
     let mut exact = light.to_vec();
@@ -213,7 +213,7 @@ fn table_error(view: &Transform, light: &[[f32; 3]]) -> [f32; 3] {
 fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corners_within_three() {
     let folder = tempfile::tempdir().unwrap();
     let own = own(folder.path(), REC_709);
-    // As a person drags the exposure.
+    // As when the exposure is dragged.
     let frames: Vec<[f32; 3]> = ([0.1f32, 1.0, 6.0].iter())
         .flat_map(|gain| frame().pixels.into_iter().map(move |p| p.map(|v| gain * v)))
         .map(|pixel| pixel.map(|v| v.clamp(0.0, DisplayTable::MOST)))
@@ -226,7 +226,8 @@ fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corne
                 let view = config.to_view(Some(&display.name), Some(name), None).unwrap();
                 let [of_frame, of_chart] = [&frames, &pure].map(|light| table_error(&view, light));
                 println!("{} {name}: frame {of_frame:.2?}, chart {of_chart:.2?}", display.name);
-                // ACES 1.0 clips before its displays' powers, and tables have corners: within a cell near black more is lost.
+                // ACES 1.0 clips before its displays' powers, and tables have corners: the error is larger within
+                // a cell near black.
                 let (mean, most) = match path == Path::new(BUILT_IN[0]) {
                     true => (0.25, 1.0),
                     false => (0.4, 3.0),
@@ -293,7 +294,7 @@ fn a_role_brings_our_light_to_its_space() {
     let kept = config.to_space("scene_linear", None).unwrap();
     assert_eq!(kept.known_space(), Some(ColorSpace::Rec709));
     assert_eq!(config.to_space("log", None).unwrap().known_space(), None);
-    // What the numbers are is known, whatever they are called.
+    // The encoding is known, whatever its name.
     let views = [Some("Film"), Some("Print")].map(|view| config.to_view(None, view, None).unwrap());
     assert!(views[0].identity() != views[1].identity());
     std::fs::write(
@@ -358,7 +359,7 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
         (0..2000).map(|i| format!("{}a:\n", " ".repeat(i))).collect(),
         "a: &a [x]\n".repeat(100),
         "&".repeat(4 << 20),
-        // Each list is nine of the one before.
+        // Each list contains the one before nine times.
         (0..20)
             .map(|i| format!("k{i}: &a{i} [{}]\n", format!("*a{}, ", i.max(1) - 1).repeat(9)))
             .collect(),
@@ -389,7 +390,7 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
         let said = said.unwrap_err().to_string();
         assert!(said.contains(wanted), "{said}");
     }
-    // Tables: missing, no table, of a terabyte, a device, elsewhere.
+    // Tables: missing, not a table, a terabyte, a device, elsewhere.
     let film = at("luts/film.cube");
     let view = || ColorConfig::open(&plain).and_then(|config| config.to_view(None, None, None));
     view().unwrap();
@@ -414,6 +415,6 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
     view().unwrap_err();
     test_support::shown!(Strangers, "An OpenColorIO configuration that is broken, nested without end, or names devices as tables",
         danger: "a crash, or memory for a table that never ends",
-        done: "its depth, its tables' kinds and lengths are looked at first; what is wrong is said",
+        done: "its depth and the kinds and lengths of its tables are checked first; the error names the fault",
         bound: "8 MiB, 64 levels, tables of 256 MiB", measured: "refused");
 }

@@ -1,4 +1,4 @@
-//! Transforms of our light by a configuration.
+//! Transforms of our light through a configuration.
 
 use imaging::color::unit;
 use imaging::color_space::{ColorSpace, transformed};
@@ -6,9 +6,9 @@ use imaging::{DisplayTable, Encoded, Image, Raster};
 use ocio::{CpuProcessor, OptimizationFlags, Processor};
 use rayon::prelude::*;
 
-/// Pixels that a thread takes at a time.
+/// Pixels per chunk of a thread.
 const CHUNK: usize = 4096;
-/// Largest distance between matrices of the same space that were written with so many digits as people write.
+/// Largest difference between matrices of the same space, due to rounding in written files.
 const SAME: f32 = 2e-4;
 
 /// Target of a transform of light.
@@ -25,9 +25,9 @@ pub struct Transform {
     processor: CpuProcessor,
     identity: String,
     pub target: Target,
-    /// The ASWF's name of what it makes, where the configuration knows it.
+    /// ASWF interop ID of the output, if the configuration knows it.
     pub interop_id: Option<String>,
-    /// The configuration's name of the colour space that it makes.
+    /// Name of the output colour space in the configuration.
     pub space: String,
 }
 
@@ -40,7 +40,7 @@ impl Transform {
     ) -> Self {
         Self {
             identity: processor.cache_id(),
-            // Without the approximations that are meant for playing.
+            // Without the approximations for real-time playback.
             processor: processor.optimized_cpu_processor(OptimizationFlags::LOSSLESS),
             target,
             interop_id,
@@ -48,7 +48,7 @@ impl Transform {
         }
     }
 
-    /// The same for the same numbers, tables included.
+    /// Identifier of the transform: equal for equal results, including tables.
     pub fn identity(&self) -> &str {
         &self.identity
     }
@@ -60,7 +60,7 @@ impl Transform {
         });
     }
 
-    /// A picture's codes, cut to `[0, 1]`; NaN counts as 0.
+    /// A picture's codes, clipped to `[0, 1]`; NaN gives 0.
     pub fn encoded(&self, light: &Image) -> Encoded {
         let mut codes = light.clone();
         self.apply(&mut codes.pixels);
@@ -71,8 +71,8 @@ impl Transform {
         })
     }
 
-    /// A view as a table to look through, under the names that the configuration has for it. What lies between the table's
-    /// entries is interpolated.
+    /// A view as a display table, under its names in the configuration. Values between the table's entries are
+    /// interpolated.
     pub fn table(&self, look: Option<&str>) -> DisplayTable {
         let name = match (&self.target, look) {
             (Target::View { view, .. }, None) => view.clone(),
@@ -82,7 +82,7 @@ impl Transform {
         DisplayTable::of(name, |pixels| self.apply(pixels))
     }
 
-    /// The space of ours that it goes to, if it is one.
+    /// Our name of the output space, if it is one of ours.
     pub fn known_space(&self) -> Option<ColorSpace> {
         if !matches!(self.target, Target::Space { is_linear: true, .. }) {
             return None;

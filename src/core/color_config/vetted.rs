@@ -1,4 +1,4 @@
-//! Checks before OpenColorIO sees a configuration: it comes from a stranger.
+//! Checks before OpenColorIO reads a configuration, which comes from a stranger.
 
 use super::config::REMEDY;
 use base::error::{Error, Result};
@@ -7,39 +7,39 @@ use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// The longest table that is read, in bytes: a cube of 129 with 60 bytes a line, twice.
+/// Maximum size of a table in bytes: a cube of 129 with 60 bytes per line, twice.
 const MOST_TABLE: u64 = 256 << 20;
-/// Depth to which lists may lie within each other. Real ones are less than 10 deep.
+/// Maximum nesting of lists. Real configurations have fewer than 10 levels.
 const DEEPEST: usize = 64;
-/// Aliases of YAML: a few repeat a text without end.
+/// Maximum number of YAML aliases: a few can repeat a text without end.
 const MOST_ALIASES: usize = 64;
-/// Bytes of an anchor's name that are compared.
+/// Number of bytes of an anchor's name that are compared.
 const LONGEST_NAME: usize = 64;
 
-/// Does something that OpenColorIO does, which is ported from a library that throws: what it did not expect becomes a sentence.
+/// Runs a call into OpenColorIO, a port of a library that throws exceptions, and turns a panic into an error.
 ///
 /// # Errors
 /// When it panics.
 pub(super) fn caught<T>(path: &Path, act: impl FnOnce() -> T) -> Result<T> {
     catch_unwind(AssertUnwindSafe(act)).map_err(|_| {
         Error::invalid(
-            format!("{} has something in it that cannot be understood", path.display()),
+            format!("{} contains text that OpenColorIO cannot parse", path.display()),
             REMEDY,
         )
     })
 }
 
-/// Refuses texts that would take the reader too deep, or repeat themselves without end.
+/// Rejects texts that are nested too deeply for the reader, or repeat themselves without end.
 ///
 /// # Errors
-/// Then.
+/// When the text does either.
 pub(super) fn check_text<'a>(path: &Path, text: &'a str) -> Result<()> {
     let wrong = |problem: &str| {
-        Error::invalid(format!("{} is no configuration: {problem}", path.display()), REMEDY)
+        Error::invalid(format!("{} is not a configuration: {problem}", path.display()), REMEDY)
     };
     let mut open = 0usize;
     let (mut anchors, mut aliases) = (HashSet::new(), 0);
-    // The beginning tells names apart; a line may be one name of megabytes.
+    // Names differ in their first bytes; a line may be one name of megabytes.
     let word = |text: &'a str| {
         let text = &text.as_bytes()[..text.len().min(LONGEST_NAME)];
         let mut words = text.split(|byte| b" \t,]}".contains(byte));
@@ -47,9 +47,9 @@ pub(super) fn check_text<'a>(path: &Path, text: &'a str) -> Result<()> {
     };
     for line in text.lines() {
         let indent = line.len() - line.trim_start_matches([' ', '-', '?']).len();
-        // Lists open with one letter a level.
+        // Lists open with at least one character per level.
         if indent > 4 * DEEPEST {
-            return Err(wrong("its lists lie too deep within each other"));
+            return Err(wrong("its lists are nested too deeply"));
         }
         for (at, c) in line.char_indices() {
             match c {
@@ -58,26 +58,26 @@ pub(super) fn check_text<'a>(path: &Path, text: &'a str) -> Result<()> {
                 '&' if !word(&line[at + 1..]).is_empty() => {
                     anchors.insert(word(&line[at + 1..]));
                 }
-                // Others are no aliases, but stand in a sentence.
+                // Other asterisks are not aliases, but part of a sentence.
                 '*' if anchors.contains(word(&line[at + 1..])) => aliases += 1,
                 _ => (),
             }
             if open > DEEPEST {
-                return Err(wrong("its lists lie too deep within each other"));
+                return Err(wrong("its lists are nested too deeply"));
             }
         }
     }
     if aliases > MOST_ALIASES {
-        return Err(wrong("it repeats itself too often (*)"));
+        return Err(wrong("it has too many aliases (*)"));
     }
     Ok(())
 }
 
-/// Refuses a configuration with tables that are far too long. Those that are missing, or are devices, pipes or folders, which
-/// OpenColorIO does not open, are named when they are needed.
+/// Rejects a configuration with oversized tables. OpenColorIO does not open missing tables, devices, pipes or
+/// folders; they give an error when they are needed.
 ///
 /// # Errors
-/// Then: which.
+/// When a table is too large; the error names it.
 pub(super) fn check_files(path: &Path, config: &Config) -> Result<()> {
     let mut steps: Vec<&Transform> = Vec::new();
     for space in config.all_color_spaces().iter() {
@@ -124,7 +124,7 @@ fn check_file(path: &Path, config: &Config, named: &str) -> Result<()> {
     }
     Err(Error::invalid(
         format!(
-            "the table {table} of {} has {} bytes, and a table has at most {MOST_TABLE}",
+            "the table {table} of {} has {} bytes, but the limit is {MOST_TABLE}",
             path.display(),
             data.len()
         ),

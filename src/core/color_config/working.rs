@@ -1,9 +1,9 @@
-//! Place of the program's own light in a configuration.
+//! The program's working space in a configuration.
 
 use ocio::{Config, Processor, Transform, TransformDirection};
 
-/// Names of linear Rec. 709: by the ASWF's Color Interop Forum, by OpenColorIO's own configurations for ACES in their
-/// versions, and by those that people still have from before (ACES 1.0 to 1.2, Blender).
+/// Names of linear Rec. 709: that of the ASWF's Color Interop Forum, those of OpenColorIO's own ACES
+/// configurations in their versions, and older ones still in use (ACES 1.0 to 1.2, Blender).
 const NAMES: [&str; 8] = [
     "lin_rec709_scene",
     "lin_rec709_srgb",
@@ -14,22 +14,22 @@ const NAMES: [&str; 8] = [
     "Linear Rec.709",
     "lin_srgb",
 ];
-/// Its name in the configuration that is built in.
+/// Its name in the built-in configuration.
 const BUILT_IN: &str = "Linear Rec.709 (sRGB)";
-/// The role of the space that light is worked on in.
+/// Role of the scene-linear working space.
 const SCENE_LINEAR: &str = "scene_linear";
 
-/// Way of our light into a configuration.
+/// Route of our light into a configuration.
 #[derive(Debug)]
 pub(super) enum Working {
-    /// It has the space under this name.
+    /// The configuration has the space under this name.
     Named(String),
-    /// By way of the interchange space, into the space of this name.
+    /// Through the interchange space, into the space of this name.
     Converted(String, Box<Processor>),
 }
 
 impl Working {
-    /// Looks for the space by its names, then for a way by what configurations have in common.
+    /// Finds the space by its names, or else a route through the interchange roles.
     ///
     /// # Errors
     /// When there is neither.
@@ -65,7 +65,7 @@ impl Working {
     /// Processor from linear Rec. 709 through a transform that begins at [`Self::name`].
     ///
     /// # Errors
-    /// When the configuration lacks something for it.
+    /// When the configuration lacks a part of it.
     pub fn processor(&self, config: &Config, transform: &Transform) -> ocio::Result<Processor> {
         let after = config.get_processor_for_transform(transform, TransformDirection::Forward)?;
         Ok(match self {

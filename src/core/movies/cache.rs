@@ -1,10 +1,10 @@
-//! Decoded frames of all movies, the least recently used of which go when they take too many bytes.
+//! Decoded frames of all movies within a memory budget. The least recently used go first.
 
 use super::Pixels;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Bytes that decoded frames may take in a process.
+/// Maximum size of the decoded frames of a process, in bytes.
 const MOST_BYTES: usize = 256 << 20;
 
 /// A movie's number in this process, and a frame.
@@ -28,7 +28,7 @@ fn bytes(pixels: &Pixels) -> usize {
     2 * pixels.codes.len()
 }
 
-/// The frame, if it is there.
+/// The frame, if it is cached.
 pub(crate) fn get(key: Key) -> Option<Arc<Pixels>> {
     with(|cache| {
         cache.clock += 1;
@@ -38,7 +38,7 @@ pub(crate) fn get(key: Key) -> Option<Arc<Pixels>> {
     })
 }
 
-/// Keeps a frame; others go if there are too many.
+/// Stores a frame; others go if the budget is exceeded.
 pub(crate) fn put(key: Key, pixels: Arc<Pixels>) {
     with(|cache| {
         cache.clock += 1;
@@ -55,7 +55,7 @@ pub(crate) fn put(key: Key, pixels: Arc<Pixels>) {
     });
 }
 
-/// Forgets the frames of a movie.
+/// Drops the frames of a movie.
 pub(crate) fn forget(movie: u64) {
     with(|cache| {
         cache.frames.retain(|(of, _), _| *of != movie);
@@ -76,7 +76,7 @@ mod tests {
         let of = u64::MAX;
         for number in 0..8 {
             put((of, number), frame.clone());
-            assert!(get((of, 0)).is_some(), "one that is used stays");
+            assert!(get((of, 0)).is_some(), "a frame in use stays");
         }
         assert!(with(|cache| cache.bytes) <= MOST_BYTES);
         assert!(get((of, 7)).is_some() && get((of, 1)).is_none());

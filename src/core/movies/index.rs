@@ -1,9 +1,9 @@
-//! When each frame of a movie is shown.
+//! Presentation time of each frame of a movie.
 //!
-//! A header that counts its frames and gives all of them the same time is believed, and each decoded frame is compared with
-//! it. Otherwise ffprobe lists the movie's packets in the background, in the order in which they are stored; the index
-//! holds their times in the order in which they are shown. It is a file, eight bytes a frame, so that a movie of twenty
-//! hours takes no more memory than a short one, and is kept as long as the movie's size and time of change stay.
+//! A header with a frame count and a constant frame duration is trusted, and each decoded frame is checked
+//! against it. Otherwise ffprobe lists the movie's packets in the background, in storage order; the index holds
+//! their times in presentation order. It is a file of eight bytes per frame, so that a movie of twenty hours
+//! takes no more memory than a short one. It is kept until the movie's size or modification time changes.
 
 use super::info::Info;
 use super::process::{self, Process, TICK, Tools};
@@ -20,16 +20,16 @@ use std::time::SystemTime;
 
 /// The file's first bytes: its kind and version.
 const MAGIC: &[u8; 8] = b"ALMOVIE1";
-/// Magic, stamp of three numbers, number of frames.
+/// Size of the header in bytes: magic, stamp of three numbers, number of frames.
 const HEADER: u64 = 40;
-/// Frames that may be stored before one that is shown earlier: codecs allow 16.
+/// Maximum number of frames stored before one with an earlier time: codecs allow 16.
 const REORDERED: usize = 64;
-/// Indices that are kept in the folder.
+/// Maximum number of indices in the folder.
 const MOST_KEPT: usize = 200;
-/// Frames that are handed on at once.
+/// Frames per piece of the list.
 const PIECE: usize = 512;
 
-/// Stamp that tells a movie from another under its name.
+/// Stamp that distinguishes a movie from another with the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stamp {
     pub bytes: u64,
@@ -40,7 +40,7 @@ impl Stamp {
     /// The stamp of a file.
     ///
     /// # Errors
-    /// When it is missing, or is anything but a file.
+    /// When it is missing or not a file.
     pub fn of(path: &Path) -> Result<Self> {
         let file = base::files::open(path).and_then(|file| file.metadata());
         let data = file.map_err(|e| {
@@ -62,9 +62,9 @@ impl Stamp {
 /// The times of a movie's frames, in units of its time base.
 #[derive(Clone, Debug)]
 pub(crate) enum Index {
-    /// Frame n is shown at start + n · step, and is a whole picture.
+    /// Frame n is shown at start + n · step, and is a key frame.
     Even { start: i64, step: i64, count: u64 },
-    /// Found packet by packet.
+    /// Listed packet by packet.
     Listed(Arc<Listed>),
 }
 
@@ -78,17 +78,17 @@ pub(crate) struct Listed {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Frames that can be read.
+    /// Number of frames listed so far.
     count: u64,
-    /// End of the list: all frames are known, or the reason that there are no more.
+    /// End of the list: Ok when all frames are known, or the reason that there are no more.
     ended: Option<std::result::Result<(), String>>,
 }
 
 impl Index {
-    /// The movie's index: its header's, the kept one, or one that is being made.
+    /// The movie's index: its header's, the cached one, or one that is being made.
     ///
     /// # Errors
-    /// When ffprobe cannot be started, or no file can be made.
+    /// When ffprobe cannot be started, or the file cannot be created.
     pub fn of(path: &Path, info: &Info, stamp: Stamp, tools: &Tools) -> Result<Self> {
         if let Some((start, step, count)) = info.even {
             return Ok(Self::Even { start, step, count });
@@ -119,7 +119,7 @@ impl Index {
         }
     }
 
-    /// When frame `frame` is shown; `None` beyond the last. Waits until it is known.
+    /// Time of frame `frame`; `None` beyond the last. Waits until it is known.
     ///
     /// # Errors
     /// When the movie cannot be listed.
@@ -135,8 +135,8 @@ impl Index {
         }
     }
 
-    /// The last frame, at most `frame`, from which all later ones can be decoded, and when it is shown; `None` if decoding
-    /// starts with the file.
+    /// The last key frame up to `frame`, from which all later ones can be decoded, and its time; `None` if
+    /// decoding starts with the file.
     ///
     /// # Errors
     /// When the index cannot be read.
@@ -157,10 +157,10 @@ impl Index {
     }
 }
 
-/// Path of the index of a movie's stream: a name for each path.
+/// Path of the index of a movie's stream: unique for each path.
 fn kept_at(folder: &Path, path: &Path, stream: usize) -> PathBuf {
     let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    // FNV-1a: equal on all machines and versions.
+    // FNV-1a: the same on all machines and versions.
     let hash = full.as_os_str().as_encoded_bytes().iter();
     let hash = hash.fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
@@ -173,7 +173,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Listed {
-    /// The kept index, if it is whole and the movie has not changed since.
+    /// The cached index, if it is complete and the movie has not changed since.
     fn open(kept: &Path, movie: &Path, stamp: Stamp) -> Option<Self> {
         let mut file = base::files::open_own(kept, OpenOptions::new().read(true)).ok()?;
         let mut head = [0; HEADER as usize];
@@ -220,7 +220,7 @@ impl Listed {
             grown: Condvar::new(),
             name: path.to_path_buf(),
         });
-        // The thread ends when nobody wants the index any more.
+        // The thread ends when the index is no longer used.
         let weak = Arc::downgrade(&listed);
         let (path, stream, tools) = (path.to_path_buf(), info.stream, tools.clone());
         std::thread::spawn(move || {
@@ -233,7 +233,7 @@ impl Listed {
                         (piece.iter().flat_map(|packed| packed.to_le_bytes())).collect();
                     out.write_all(&bytes).map_err(say)?;
                     count += piece.len() as u64;
-                    let listed = weak.upgrade().ok_or("nobody wants it")?;
+                    let listed = weak.upgrade().ok_or("the index is no longer used")?;
                     locked(&listed.state).count = count;
                     listed.grown.notify_all();
                     Ok(())
@@ -261,7 +261,7 @@ impl Listed {
         Ok(listed)
     }
 
-    /// Waits until `count` frames are known, or all; how many are.
+    /// Waits until `count` frames are known, or all; returns the number of known frames.
     fn wait(&self, count: u64) -> Result<u64> {
         let mut state = locked(&self.state);
         loop {
@@ -286,7 +286,7 @@ impl Listed {
         }
     }
 
-    /// When a known frame is shown, and whether it is a key frame.
+    /// Time of a known frame, and true if it is a key frame.
     fn read(&self, frame: u64) -> Result<(i64, bool)> {
         let mut bytes = [0; 8];
         let mut file = locked(&self.file);
@@ -301,16 +301,16 @@ impl Listed {
 /// Source of the times.
 #[derive(Clone, Copy, PartialEq)]
 enum Times {
-    /// The packets' stamps: nothing is decoded.
+    /// Packet time stamps: nothing is decoded.
     Packets,
-    /// Decoded frames, where packets have no stamps (MPEG program streams, AVI). Such a movie is always decoded from its
-    /// start, since decoders guess the times after a jump.
+    /// Decoded frames, for packets without time stamps (MPEG program streams, AVI). Such a movie is always
+    /// decoded from its start, since decoders guess the times after a seek.
     Frames,
 }
 
 const NO_TIMES: &str = "its pictures have no time stamps";
 
-/// Hands on the times of a movie's frames, in the order in which they are shown.
+/// Sends the times of a movie's frames, in presentation order.
 fn list(
     path: &Path,
     stream: usize,
@@ -358,19 +358,20 @@ fn list(
     }
 }
 
-/// Puts packets into the order in which they are shown.
+/// Sorts packets into presentation order.
 #[derive(Default)]
 struct Sorted {
     heap: BinaryHeap<Reverse<i64>>,
     last: Option<i64>,
     ready: Vec<i64>,
-    /// The last time that was taken, and how long after the one before.
+    /// The last time, and the step before it.
     newest: i64,
     step: i64,
 }
 
 impl Sorted {
-    /// Takes a line of ffprobe's, `pts,dts,flags` or a frame's time. Gives a piece of the index when one is full.
+    /// Takes a line from ffprobe: `pts,dts,flags` or a frame's time. Returns a piece of the index when one is
+    /// full.
     fn take(&mut self, line: &str, times: Times) -> std::result::Result<Option<Vec<i64>>, String> {
         let mut parts = line.split(',');
         let first = parts.next().unwrap_or_default();
@@ -413,7 +414,7 @@ impl Sorted {
         Ok(())
     }
 
-    /// Times that are left at the end.
+    /// The remaining times at the end.
     fn rest(&mut self) -> std::result::Result<Vec<i64>, String> {
         while !self.heap.is_empty() {
             self.pop()?;
@@ -422,7 +423,7 @@ impl Sorted {
     }
 }
 
-/// Keeps the newest indices of a folder, and removes what was left unfinished.
+/// Keeps the newest indices of a folder, and removes unfinished files.
 fn remove_old(folder: &Path) {
     base::files::remove_left_over(folder);
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();

@@ -13,31 +13,31 @@ use std::path::Path;
 pub struct Info {
     /// Columns and rows as shown: rotated, with square pixels.
     pub size: (usize, usize),
-    /// Frames per second, on average.
+    /// Average frame rate in frames per second.
     pub frame_rate: f64,
-    /// Frames have an alpha.
+    /// True if frames have an alpha channel.
     pub has_alpha: bool,
-    /// The movie has sound.
+    /// True if the movie has sound.
     pub has_sound: bool,
-    /// The time code of the first frame, such as `01:00:00:00`; with `;` before the frames if it drops numbers.
+    /// Time code of the first frame, such as `01:00:00:00`; with `;` before the frame number for drop-frame.
     pub time_code: Option<String>,
-    /// The reel's name, if the file says it.
+    /// Reel name, if the file has one.
     pub reel: Option<String>,
     /// The codec's name.
     pub codec: String,
-    /// Notes for a person on the frames and their decoding, in sentences.
+    /// Notes for the user on the frames and their decoding, in sentences.
     pub notes: Vec<String>,
     pub(crate) stream: usize,
-    /// Seconds of one unit of time stamps: numerator and denominator.
+    /// Seconds per unit of the time stamps: numerator and denominator.
     pub(crate) time_base: (i64, i64),
-    /// The codec's frames are whole pictures.
+    /// True if every frame is a key frame.
     pub(crate) is_intra: bool,
-    /// First time stamp, step and number of frames, if the header promises even steps.
+    /// First time stamp, step and number of frames, if the header promises a constant step.
     pub(crate) even: Option<(i64, i64, u64)>,
     pub(crate) matrix: &'static str,
     pub(crate) is_full_range: bool,
     pub(crate) is_rgb: bool,
-    /// Decoded frames are 16-bit RGB already: nothing is converted.
+    /// True if decoded frames are 16-bit RGB already, so nothing is converted.
     pub(crate) is_plain: bool,
 }
 
@@ -89,19 +89,19 @@ struct SideData {
     rotation: Option<f64>,
 }
 
-/// Codecs whose frames are whole pictures, so that each can be decoded alone.
+/// Codecs with key frames only, so that each frame can be decoded alone.
 const INTRA: [&str; 20] = [
     "prores", "dnxhd", "mjpeg", "jpeg2000", "ffvhuff", "huffyuv", "utvideo", "rawvideo", "v210",
     "v308", "v408", "v410", "r210", "r10k", "cfhd", "png", "tiff", "dpx", "exr", "qtrle",
 ];
-/// Rows from which a movie without a matrix counts as HD.
+/// Number of rows from which an untagged movie counts as HD.
 const HD_ROWS: usize = 720;
 
 impl Info {
     /// Reads a movie's header.
     ///
     /// # Errors
-    /// When the file is not a movie that ffmpeg reads, has no pictures, or claims impossible ones.
+    /// When the file is not a movie that ffmpeg reads, has no pictures, or claims an impossible size.
     pub(crate) fn read(path: &Path, tools: &Tools) -> Result<Self> {
         const REMEDY: &str = "Check that the file is whole, or convert it: ffmpeg -i FILE -c:v prores_ks -profile:v 4 NEW.mov";
         let words = ["-v", "error", "-of", "json", "-show_streams", "-show_format"];
@@ -110,7 +110,7 @@ impl Info {
         let said = process::run(&tools.ffprobe, arguments, tools.patience)?;
         let refuse = |cause: &str| Error::codec("read", path, cause, REMEDY);
         let bytes = said.map_err(|words| {
-            refuse(if words.is_empty() { "ffprobe refused it" } else { &words })
+            refuse(if words.is_empty() { "ffprobe cannot read it" } else { &words })
         })?;
         let listing: Listing =
             serde_json::from_slice(&bytes).map_err(|e| refuse(&e.to_string()))?;
@@ -140,7 +140,7 @@ impl Info {
         let square = (width as f64 * aspect).round().max(1.0);
         if !(0.01..=100.0).contains(&aspect) || square * height as f64 > MAX_PIXELS as f64 {
             return Err(format!(
-                "it claims frames of {width} × {height} pixels of aspect {aspect}, and at most {MAX_PIXELS} pixels are read"
+                "it claims frames of {width} × {height} pixels of aspect {aspect}; the limit is {MAX_PIXELS} pixels"
             ));
         }
         let turns = video.side_data_list.iter().find_map(|side| side.rotation);
@@ -181,20 +181,20 @@ impl Info {
             is_plain: ["rgb48le", "rgba64le"].contains(&&*format),
         };
         if !(0.001..=100_000.0).contains(&info.frame_rate) {
-            return Err(format!("it claims {} frames a second", info.frame_rate));
+            return Err(format!("it claims {} frames per second", info.frame_rate));
         }
         info.note(video, &format, (width, height), matrix_note);
         Ok(info)
     }
 
-    /// Says how its frames are read.
+    /// Adds notes on the decoding of its frames.
     fn note(&mut self, video: &Stream, format: &str, coded: (usize, usize), matrix_note: String) {
         let notes = &mut self.notes;
         if self.is_rgb {
             notes.push(format!("Pictures are stored as RGB or grey ({format})"));
         } else {
             let range = match (&video.color_range, self.is_full_range) {
-                (None, false) => "limited range (the file does not say)",
+                (None, false) => "limited range (not tagged)",
                 (_, true) => "full range",
                 (_, false) => "limited range",
             };
@@ -208,25 +208,25 @@ impl Info {
                 .map_or(format!("no {what} are tagged"), |tag| format!("{what} are tagged {tag}"))
         };
         notes.push(format!(
-            "Its {}, and its {}; calibration fits the response, whatever the tags say",
+            "Its {}, and its {}; calibration fits the response and ignores these tags",
             said("primaries", &video.color_primaries),
             said("transfer curves", &video.color_transfer)
         ));
         if let Some((wide, high)) = Some(self.size).filter(|&size| size != coded) {
             notes.push(format!(
-                "Frames of {} × {} pixels are turned or widened to {wide} × {high} square pixels, as the file asks",
+                "Frames of {} × {} pixels are rotated or widened to {wide} × {high} square pixels, as tagged in the file",
                 coded.0, coded.1
             ));
         }
         if let Some(order @ ("tt" | "bb" | "tb" | "bt")) = video.field_order.as_deref() {
             notes.push(format!(
-                "It is interlaced ({order}): both fields are kept in one picture. Deinterlace it before import"
+                "It is interlaced ({order}): both fields stay in one picture. Deinterlace it before import"
             ));
         }
     }
 }
 
-/// Start, step and number of frames, if a header that counts its frames gives all of them the same time.
+/// Start, step and number of frames, if the header counts its frames and promises a constant step.
 fn even(video: &Stream, rate: (i64, i64), base: (i64, i64)) -> Option<(i64, i64, u64)> {
     let count: u64 = video.nb_frames.as_deref()?.parse().ok()?;
     let ticks = i128::from(rate.1) * i128::from(base.1);
@@ -245,7 +245,7 @@ fn tag(listing: &Listing, video: &Stream, name: &str) -> Option<String> {
     all.find_map(|tags| tags.get(name)).cloned()
 }
 
-/// Two positive numbers.
+/// Parses two positive numbers.
 fn ratio(said: &str, between: char) -> Option<(i64, i64)> {
     let (a, b) = said.split_once(between)?;
     let both: (i64, i64) = (a.parse().ok()?, b.parse().ok()?);
@@ -253,7 +253,7 @@ fn ratio(said: &str, between: char) -> Option<(i64, i64)> {
     (is_sane(both.0) && is_sane(both.1)).then_some(both)
 }
 
-/// The name of the matrix for ffmpeg's `scale`, and in words.
+/// Name of the matrix for ffmpeg's `scale`, and in words.
 fn matrix(tagged: Option<&str>, rows: usize) -> (&'static str, String) {
     match tagged {
         Some("bt709") => ("bt709", "the matrix of Rec. 709".to_owned()),

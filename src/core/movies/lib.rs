@@ -1,8 +1,8 @@
 //! Movies and sequences of pictures, read frame by frame through the system's ffmpeg.
 //!
-//! ffmpeg runs as a process: nothing is linked, and what a damaged file does to a decoder stays there. Frame 12 is the
-//! thirteenth frame that is shown, however it is reached: an index says when each frame is shown, and each decoded
-//! frame is known by that time.
+//! ffmpeg runs as a separate process: nothing is linked, and a damaged file can only crash the decoder. Frame 12
+//! is the thirteenth frame in presentation order, however it is reached: an index holds the time of each frame,
+//! and each decoded frame is identified by its time.
 
 mod cache;
 mod index;
@@ -28,7 +28,7 @@ use imaging::{Encoded, Mask, Raster};
 pub struct Pixels {
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Each pixel has an alpha after red, green and blue.
+    /// True if each pixel has an alpha after red, green and blue.
     pub has_alpha: bool,
     /// The codes, from 0 to 65535.
     pub codes: Vec<u16>,
@@ -47,7 +47,7 @@ impl Pixels {
         Encoded(Raster { width, height, pixels })
     }
 
-    /// Alpha as linear coverage in `[0, 1]`; `None` if it has none.
+    /// Alpha as linear coverage in `[0, 1]`; `None` if there is none.
     pub fn alpha(&self) -> Option<Mask> {
         let (width, height) = self.size;
         let pixels = self.codes.chunks_exact(4).map(|p| unit(p[3]));

@@ -1,4 +1,4 @@
-//! A movie, any frame of it.
+//! A movie with random access to its frames.
 
 use super::index::{Index, Stamp};
 use super::info::Info;
@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Decoders of one movie that are kept, at different places.
+/// Maximum number of open decoders per movie, at different positions.
 const READERS: usize = 3;
-/// Frames that are decoded to reach one further on, rather than to seek it.
+/// Largest distance that is decoded through instead of seeking, in frames.
 const FORWARD: u64 = 24;
 
-/// A movie, any frame of which can be read, by any number of threads.
+/// A movie with random access to its frames, from any number of threads.
 #[derive(Debug)]
 pub struct Movie {
     path: PathBuf,
@@ -35,10 +35,10 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Movie {
-    /// Opens a movie: reads its header, and starts to list its frames if the header does not say when each is shown.
+    /// Opens a movie: reads its header, and starts to list its frames if the header has no times for them.
     ///
     /// # Errors
-    /// When it is no movie that ffmpeg reads, or ffmpeg is missing.
+    /// When ffmpeg cannot read the file, or ffmpeg is missing.
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         refuse_raw(path)?;
@@ -70,15 +70,15 @@ impl Movie {
             0 => Err(Error::codec(
                 "read",
                 &self.path,
-                "it holds no frames",
+                "it has no frames",
                 "Check that the file is whole",
             )),
             count => Ok(count),
         }
     }
 
-    /// Largest distance of the times of frames `first` to `last` from those of `frame_rate` frames per second, in frames: below 1
-    /// for a steady rate. Up to two thousand of them are looked at.
+    /// Largest deviation of frames `first` to `last` from a constant rate of `frame_rate` frames per second, in
+    /// frames: below 1 for a steady rate. Checks up to two thousand of them.
     ///
     /// # Errors
     /// When they cannot be listed.
@@ -98,7 +98,7 @@ impl Movie {
         Ok(drift)
     }
 
-    /// True if the file is as it was when it was opened.
+    /// True if the file has not changed since it was opened.
     pub(crate) fn is_current(&self) -> bool {
         Stamp::of(&self.path).is_ok_and(|now| now == self.stamp)
     }
@@ -107,10 +107,10 @@ impl Movie {
         locked(&self.index).clone()
     }
 
-    /// Frame `frame`, counted from 0 in the order in which frames are shown.
+    /// Frame `frame`, counted from 0 in presentation order.
     ///
     /// # Errors
-    /// When there is no such frame, it cannot be decoded, or the file has changed since it was opened.
+    /// When the frame does not exist or cannot be decoded, or the file has changed since it was opened.
     pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
         if !self.is_current() {
             return Err(replaced(&self.path));
@@ -122,7 +122,7 @@ impl Movie {
         match found {
             Found::Frame(pixels) => Ok(pixels),
             Found::Missing { words, .. } => Err(self.failed(frame, &words)),
-            // The header's even steps were a lie.
+            // The header's constant step was wrong.
             Found::Elsewhere => {
                 *locked(&self.index) =
                     Index::listed(&self.path, &self.info, self.stamp, &self.tools)?;
@@ -132,14 +132,14 @@ impl Movie {
                     Found::Frame(pixels) => Ok(pixels),
                     Found::Missing { words, .. } => Err(self.failed(frame, &words)),
                     Found::Elsewhere => {
-                        Err(self.failed(frame, "it is not where the file's index says"))
+                        Err(self.failed(frame, "not at its place in the file's index"))
                     }
                 }
             }
         }
     }
 
-    /// Drops what was decoded, and all decoders.
+    /// Drops all decoded frames and all decoders.
     #[cfg(test)]
     pub(crate) fn forget(&self) {
         cache::forget(self.number);
@@ -147,7 +147,7 @@ impl Movie {
     }
 
     fn failed(&self, frame: u64, words: &str) -> Error {
-        let words = if words.is_empty() { "the decoder gave nothing" } else { words };
+        let words = if words.is_empty() { "no output from the decoder" } else { words };
         Error::codec(
             "decode",
             &self.path,
@@ -174,13 +174,13 @@ impl Movie {
             None => self.start(&index, frame, time, true)?,
         };
         let mut found = self.advance(&mut reader, &index, frame, time)?;
-        // A seek may have come too late: it starts further back.
+        // A seek may have come too late: the next one starts further back.
         if let (Found::Missing { .. }, true) = (&found, index.key_before(frame)?.is_some()) {
             let earlier = frame.saturating_sub(FORWARD);
             let from = index.time(earlier)?.unwrap_or(time);
             reader = self.start(&index, earlier, from, true)?;
             found = self.advance(&mut reader, &index, frame, time)?;
-            // From the file's start nothing is missed, but that may take hours, and whole pictures need no others.
+            // Decoding from the file's start misses nothing, but may take hours; key-frame codecs do not need it.
             if matches!(found, Found::Missing { is_sure: false, .. } if !self.info.is_intra) {
                 reader = self.start(&index, frame, time, false)?;
                 found = self.advance(&mut reader, &index, frame, time)?;
@@ -195,7 +195,7 @@ impl Movie {
         Ok(found)
     }
 
-    /// A decoder that is about to reach the frame.
+    /// Takes a decoder that is close to the frame.
     fn take_reader(&self, frame: u64) -> Option<Reader> {
         let mut readers = locked(&self.readers);
         let ahead = |reader: &Reader| frame.checked_sub(reader.next).filter(|&way| way <= FORWARD);
@@ -209,13 +209,13 @@ impl Movie {
         Reader::start(&self.path, &self.info, key, (frame, time), &self.tools)
     }
 
-    /// Decodes on until the frame that is shown at `time`.
+    /// Decodes up to the frame with this `time`.
     fn advance(&self, reader: &mut Reader, index: &Index, frame: u64, time: i64) -> Result<Found> {
         let mut is_sure = false;
         let missing = |words: &str, is_sure| Found::Missing { words: words.to_owned(), is_sure };
         while let Some(decoded) = reader.frame()? {
             is_sure |= decoded.time < time;
-            // Frames that the decoder left out are passed.
+            // Skips frames that the decoder left out.
             while reader.next <= frame
                 && index.time(reader.next)?.is_some_and(|next| next < decoded.time)
             {
@@ -260,16 +260,16 @@ impl Drop for Movie {
 
 enum Found {
     Frame(Arc<Pixels>),
-    /// The decoder's words; and whether it is sure, since a frame before it was decoded.
+    /// Message of the decoder; and true if the frame is certainly missing, since one before it was decoded.
     Missing {
         words: String,
         is_sure: bool,
     },
-    /// Frames are not where the header says.
+    /// Frames are not at the times in the header.
     Elsewhere,
 }
 
-/// The file is not the one that was opened.
+/// Error for a file that has changed since it was opened.
 pub(crate) fn replaced(path: &Path) -> Error {
     Error::invalid(
         format!("{} was replaced or changed while it was open", path.display()),
@@ -277,7 +277,7 @@ pub(crate) fn replaced(path: &Path) -> Error {
     )
 }
 
-/// The program that reads a camera's raw files, by their name's ending; `None` if it is none of those.
+/// The program that reads a camera's raw files, chosen by their extension; `None` for other files.
 pub(crate) fn raw_program(path: &Path) -> Option<&'static str> {
     let extension = path.extension().unwrap_or_default();
     Some(match &*extension.to_string_lossy().to_lowercase() {
@@ -297,19 +297,19 @@ const ARRI: &str = "the ARRI Reference Tool";
 /// Error for a camera's raw movie, which cannot be read, with the remedy.
 pub(crate) fn raw(path: &Path, program: &str) -> Error {
     Error::invalid(
-        format!("{} is a camera's raw movie, which only its maker's programs read", path.display()),
+        format!("{} is a camera raw movie, readable only by the maker's programs", path.display()),
         format!(
             "Transcode it with {program} to ProRes 4444 or to a sequence of 16-bit TIFF or DPX, then import that"
         ),
     )
 }
 
-/// Refuses files that only their makers' programs read, by their names or first bytes.
+/// Rejects raw files, which only their makers' programs read, by extension or first bytes.
 fn refuse_raw(path: &Path) -> Result<()> {
     let mut head = [0; 8];
     let file = base::files::open(path)
         .map_err(|e| Error::io("open", path, e, "Check that the movie is there and can be read"))?;
-    // Shorter files are no raw ones.
+    // Shorter files are not raw files.
     let _ = { file }.read_exact(&mut head);
     let program = match (&head[..4], &head[4..]) {
         (_, b"RED1" | b"RED2") => Some(RED),
@@ -319,11 +319,11 @@ fn refuse_raw(path: &Path) -> Result<()> {
     program.map_or(Ok(()), |program| Err(raw(path, program)))
 }
 
-/// The program that reads a movie whose pictures ffmpeg does not know, by their tag, if it is a camera's raw one.
+/// The program that reads a camera's raw movie, by a codec tag unknown to ffmpeg; `None` for other tags.
 pub(crate) fn raw_tag(tag: &str) -> Option<&'static str> {
     match tag {
         "aprn" | "aprh" => Some("Final Cut Pro or Compressor"),
-        // Blackmagic RAW has one for each compression, such as brxq.
+        // Blackmagic RAW has one tag per compression, such as brxq.
         _ => tag.starts_with("br").then_some(BLACKMAGIC),
     }
 }

@@ -1,4 +1,5 @@
-//! ffmpeg and ffprobe as processes: started so that a name is only ever a name, and killed when they must end.
+//! ffmpeg and ffprobe as processes: file names are never parsed as options, and processes are killed when they
+//! must end.
 
 use base::error::{Error, Result};
 use std::ffi::{OsStr, OsString};
@@ -10,21 +11,21 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Between two looks at whether a process is still alive.
+/// Interval between checks that a process is still alive.
 pub(crate) const TICK: Duration = Duration::from_millis(50);
-/// Letters of complaints that are kept.
+/// Number of characters of error output to keep.
 const TAIL: usize = 600;
-/// Bytes that ffprobe may say about a file's streams.
+/// Maximum size of ffprobe's output about a file's streams, in bytes.
 const MOST_SAID: u64 = 4 << 20;
 
-/// The programs, and where indices are kept.
+/// The programs, and the folder of the indices.
 #[derive(Clone, Debug)]
 pub struct Tools {
     /// The program that decodes.
     pub ffmpeg: OsString,
-    /// The program that lists what a file holds.
+    /// The program that lists a file's contents.
     pub ffprobe: OsString,
-    /// The folder of the indices; `None` keeps none.
+    /// The folder of the indices; `None` caches none.
     pub cache: Option<PathBuf>,
     /// Longest time in which a process may neither read nor write.
     pub patience: Duration,
@@ -41,8 +42,8 @@ impl Default for Tools {
     }
 }
 
-/// The file's name as ffmpeg takes it: a colon, a dash, a quote or a line break in it means nothing, and nothing but files
-/// is opened, whatever a playlist or a reference inside the file says.
+/// The file's name as an ffmpeg argument. A colon, dash, quote or line break in it has no special meaning, and
+/// only local files are opened, whatever a playlist or a reference inside the file names.
 pub(crate) fn input(file: &Path) -> Vec<OsString> {
     let mut name = OsString::from("file:");
     name.push(file);
@@ -50,7 +51,7 @@ pub(crate) fn input(file: &Path) -> Vec<OsString> {
     words.iter().map(OsString::from).chain([name]).collect()
 }
 
-/// A running process. Dropped, it is killed with all that it started.
+/// A running process. Dropping it kills it and all its children.
 #[derive(Debug)]
 pub(crate) struct Process {
     child: Child,
@@ -60,7 +61,7 @@ pub(crate) struct Process {
 }
 
 impl Process {
-    /// Starts `program`; what it writes to its output and its error stream can be read.
+    /// Starts `program` with its output and its error stream piped.
     ///
     /// # Errors
     /// When it cannot be started.
@@ -69,7 +70,8 @@ impl Process {
         command.args(arguments);
         #[cfg(unix)]
         {
-            // A group of its own can be killed with all that it starts, and Ctrl-C in a terminal reaches us alone.
+            // A separate process group can be killed with all its children, and Ctrl-C in a terminal reaches only
+            // us.
             use std::os::unix::process::CommandExt;
             command.process_group(0);
         }
@@ -84,7 +86,7 @@ impl Process {
         self.child.stdout.take()
     }
 
-    /// Hands each line of its error stream to `line`, on a thread of its own, and sends the last words at its end.
+    /// Sends each line of its error stream to `line`, on a separate thread, and sends the last words at its end.
     pub fn listen(&mut self, mut line: impl FnMut(&str) + Send + 'static) -> Receiver<String> {
         let (say, words) = channel();
         let (stream, signs) = (self.child.stderr.take(), self.signs.clone());
@@ -106,10 +108,11 @@ impl Process {
         words
     }
 
-    /// Next value that arrives, unless the process gives no sign of life for `patience`; `None` once nothing can arrive.
+    /// Next value from `arrives`; `None` once nothing can arrive. The process may be silent for at most
+    /// `patience`.
     ///
     /// # Errors
-    /// When it is silent: the process is killed.
+    /// When it is silent for longer: the process is killed.
     pub fn wait<T>(&mut self, arrives: &Receiver<T>, patience: Duration) -> Result<Option<T>> {
         let (mut signs, mut since) = (self.signs.load(Ordering::Relaxed), Instant::now());
         loop {
@@ -135,7 +138,7 @@ impl Process {
         }
     }
 
-    /// True if it ended well. Waits for its end.
+    /// True if it ended successfully. Waits for its end.
     pub fn ended_well(&mut self) -> bool {
         self.child.wait().is_ok_and(|status| status.success())
     }
@@ -147,7 +150,7 @@ impl Process {
         #[cfg(unix)]
         if let Ok(group) = i32::try_from(self.child.id()) {
             use nix::sys::signal::{Signal, killpg};
-            // One that ended meanwhile is not waited for yet, so that its number is still its own.
+            // A process that ended meanwhile has not been reaped yet, so its number is still its own.
             let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
         }
         let _ = self.child.kill();
@@ -161,7 +164,7 @@ impl Drop for Process {
     }
 }
 
-/// The lines of a stream, of at most 64 KiB each; bytes that are no UTF-8 are replaced.
+/// The lines of a stream, of at most 64 KiB each; bytes that are not UTF-8 are replaced.
 fn lines(stream: impl Read) -> impl Iterator<Item = String> {
     let mut stream = BufReader::new(stream);
     std::iter::from_fn(move || {
@@ -173,7 +176,7 @@ fn lines(stream: impl Read) -> impl Iterator<Item = String> {
     })
 }
 
-/// All that a process says, at most 4 MiB.
+/// Returns a process's whole output, at most 4 MiB.
 ///
 /// # Errors
 /// When it cannot be started, is silent for too long, or fails: its last words.
@@ -210,12 +213,12 @@ fn refused(program: &OsStr, e: std::io::Error) -> Error {
         return Error::io("start", program, e, "Check that it can be run");
     }
     Error::missing(
-        format!("movies are read with {}, which was not found", program.to_string_lossy()),
+        format!("movies need {}, which was not found", program.to_string_lossy()),
         "Install ffmpeg (it brings ffprobe), for example with your package manager or from ffmpeg.org",
     )
 }
 
-/// True if ffmpeg knows `-fps_mode`, which is new in 5.1, instead of `-vsync`.
+/// True if ffmpeg has `-fps_mode`, new in 5.1, in place of `-vsync`.
 pub(crate) fn knows_fps_mode(tools: &Tools) -> Result<bool> {
     let said = run(&tools.ffmpeg, vec!["-version".into()], tools.patience)?.unwrap_or_default();
     let said = String::from_utf8_lossy(&said);

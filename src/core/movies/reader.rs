@@ -1,4 +1,4 @@
-//! A decoder that runs ahead on threads of its own.
+//! A decoder that runs ahead on its own threads.
 
 use super::Pixels;
 use super::info::Info;
@@ -12,33 +12,33 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel, sync_channel};
 use std::time::Duration;
 
-/// Bytes that are decoded ahead.
+/// Maximum number of bytes decoded ahead.
 const AHEAD: usize = 64 << 20;
-/// Bytes that are read at once.
+/// Bytes per read.
 const PIECE: usize = 1 << 18;
 
-/// A decoded frame, with the time at which it is shown.
+/// A decoded frame with its presentation time.
 pub(crate) struct Decoded {
     pub time: i64,
-    /// The decoder said that it is damaged.
+    /// True if the decoder reported damage.
     pub is_damaged: bool,
     pub pixels: Pixels,
 }
 
-/// Decodes a movie from some time on.
+/// Decodes a movie from a given time on.
 #[derive(Debug)]
 pub(crate) struct Reader {
     process: Process,
     frames: Receiver<Decoded>,
     words: Receiver<String>,
     patience: Duration,
-    /// The frame after the last one that was given.
+    /// The frame after the last returned one.
     pub next: u64,
 }
 
 impl Reader {
-    /// Starts to decode the frames that are shown at `from` or later. `key`: when a frame is shown before them from which
-    /// they can be decoded; `None` for the file's start.
+    /// Starts to decode the frames at `from` or later. `key`: time of the key frame from which they can be
+    /// decoded; `None` for the file's start.
     ///
     /// # Errors
     /// When ffmpeg cannot be started.
@@ -54,7 +54,7 @@ impl Reader {
         arguments.extend(["-progress", "pipe:2", "-copyts", "-noaccurate_seek"].map(Into::into));
         let (seconds, per) = info.time_base;
         if let Some(key) = key {
-            // Times are rounded to microseconds: one more, and it is not before the key frame.
+            // Times are rounded to microseconds: one more keeps the seek from landing before the key frame.
             let at = i128::from(key) * i128::from(seconds) * 1_000_000 / i128::from(per) + 1;
             arguments.extend(["-seek_timestamp", "1", "-ss"].map(Into::into));
             arguments.push(format!("{at}us").into());
@@ -105,14 +105,14 @@ impl Reader {
                     }
                     signs.fetch_add(1, Ordering::Relaxed);
                 }
-                // ffmpeg says when a frame is shown before it writes it.
+                // ffmpeg prints a frame's time before it writes the frame.
                 let Ok((time, is_damaged)) = times.recv() else {
                     return;
                 };
                 let codes = codes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]]));
                 let codes = codes.enumerate().map(|(i, code)| match channels {
                     4 if i % 4 == 3 => code,
-                    // Beyond 65535 it stays there.
+                    // Values beyond 65535 saturate.
                     _ => (f32::from(code) * gain).round() as u16,
                 });
                 let pixels = Pixels { size: (width, height), has_alpha, codes: codes.collect() };
@@ -139,8 +139,8 @@ impl Reader {
     }
 }
 
-/// Factor for ffmpeg's codes so that white is 65535. Its converter (up to 7.0 at least) gives 255/256 of each code,
-/// so that nothing would ever count as clipped. Measured once.
+/// Factor for ffmpeg's codes so that white is 65535. Its converter (up to 7.0 at least) returns 255/256 of each
+/// code, so that nothing would ever count as clipped. Measured once.
 ///
 /// # Errors
 /// When ffmpeg cannot be started.
@@ -176,11 +176,11 @@ fn gain(tools: &Tools) -> Result<f32> {
 /// Flags of the conversion of codes.
 const CONVERT: &str = "flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
 
-/// Reads when frames are shown from what ffmpeg's `showinfo` says.
+/// Parser for the frame times in the output of ffmpeg's `showinfo`.
 struct Seen {
-    /// Seconds of one unit of the movie's time stamps.
+    /// Seconds per unit of the movie's time stamps.
     base: (i64, i64),
-    /// The same of the filter's.
+    /// Seconds per unit of the filter's time stamps.
     of_filter: (i64, i64),
     is_damaged: bool,
 }
@@ -190,7 +190,7 @@ impl Seen {
         Self { base, of_filter: base, is_damaged: false }
     }
 
-    /// A frame's time, and whether it is damaged, if the line is about a frame.
+    /// A frame's time, and true if it is damaged, if the line is about a frame.
     fn line(&mut self, line: &str) -> Option<(i64, bool)> {
         if line.contains("corrupt decoded frame") || line.contains("error while decoding") {
             self.is_damaged = true;

@@ -9,10 +9,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Extensions of a picture's name.
+/// File extensions of pictures.
 const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "dpx"];
 
-/// A sequence of pictures. Holds names or numbers, no pixels.
+/// A sequence of pictures. Holds names or numbers, not pixels.
 #[derive(Debug)]
 pub struct Sequence {
     folder: PathBuf,
@@ -24,7 +24,7 @@ pub struct Sequence {
 
 #[derive(Debug)]
 enum Names {
-    /// Names with a number between two texts, of at least so many digits; all numbers, sorted.
+    /// Names with a number between two texts, with a minimum number of digits; all numbers, sorted.
     Numbered { pattern: Pattern, numbers: Vec<u64> },
     /// All pictures of a folder, sorted; frames are counted from 0.
     All(Vec<Box<str>>),
@@ -64,7 +64,7 @@ impl Pattern {
         format!("{}{number:0digits$}{}", self.before, self.after)
     }
 
-    /// The number of a name that follows the pattern.
+    /// The number in a name that matches the pattern.
     fn number(&self, name: &str) -> Option<u64> {
         let digits = name.strip_prefix(&*self.before)?.strip_suffix(&*self.after)?;
         let number = digits.parse().ok()?;
@@ -72,13 +72,13 @@ impl Pattern {
     }
 }
 
-/// True if a name ends as a picture's.
+/// True if a name has a picture's extension.
 fn is_picture(name: &str) -> bool {
     let extension = Path::new(name).extension().unwrap_or_default();
     !name.starts_with('.') && EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-/// True if an address means a sequence: a pattern, a folder, or one of its files.
+/// True if an address is a sequence: a pattern, a folder, or one of its files.
 pub(crate) fn is_sequence(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.is_dir() || is_picture(&name)
@@ -99,10 +99,10 @@ impl Sequence {
         (digits <= 18).then(|| (path.with_file_name(pattern), number))
     }
 
-    /// Opens a sequence: lists its files and looks at the first one.
+    /// Opens a sequence: lists its files and reads the header of the first one.
     ///
     /// # Errors
-    /// When there are none, or the first cannot be read.
+    /// When there are no files, or the first cannot be read.
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
         let (folder, names) = list(path)?;
         let mut sequence = Self {
@@ -132,7 +132,7 @@ impl Sequence {
         self.size
     }
 
-    /// True if the first picture has an alpha.
+    /// True if the first picture has an alpha channel.
     pub fn has_alpha(&self) -> bool {
         self.has_alpha
     }
@@ -156,7 +156,7 @@ impl Sequence {
         }
     }
 
-    /// The first number that is missing between the first frame and the last.
+    /// The first missing number between the first frame and the last.
     pub fn gap(&self) -> Option<u64> {
         match &self.names {
             Names::Numbered { numbers, .. } => {
@@ -176,11 +176,11 @@ impl Sequence {
         Some(self.folder.join(name))
     }
 
-    /// Frame `frame`: the number in the file's name, or in a folder the place among all pictures. EXR holds light: it is
-    /// encoded as sRGB and cut at 1.
+    /// Frame `frame`: the number in the file's name, or in a folder the place among all pictures. EXR holds
+    /// linear light: it is encoded as sRGB and clipped at 1.
     ///
     /// # Errors
-    /// When there is no such file, or it cannot be read.
+    /// When the file does not exist, or it cannot be read.
     pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
         let file = self.file(frame).ok_or_else(|| {
             let problem = format!(
@@ -208,14 +208,14 @@ impl Sequence {
     }
 }
 
-/// True if an EXR says that it is compressed by a method of OpenEXR 2, or cannot be asked.
+/// True if an EXR file declares a compression of OpenEXR 2, or its header cannot be read.
 fn is_known(path: &Path) -> bool {
     const NAME: &[u8] = b"compression\0compression\0";
     let mut head = Vec::new();
     let Ok(file) = base::files::open(path) else {
         return true;
     };
-    // Headers are short, but for those with pictures in them.
+    // Headers are short, except those with embedded pictures.
     let _ = file.take(1 << 16).read_to_end(&mut head);
     let at = head.windows(NAME.len()).position(|part| part == NAME);
     // The value follows its size; 9 is DWAB.
@@ -266,7 +266,7 @@ fn list(path: &Path) -> Result<(PathBuf, Names)> {
     Ok((folder, Names::Numbered { pattern, numbers }))
 }
 
-/// A name whose last number counts as a number: `a9` comes before `a10`.
+/// Sort key of a name whose last number counts as a number: `a9` comes before `a10`.
 fn natural(name: &str) -> (&str, u64) {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());

@@ -1,4 +1,4 @@
-//! Opening of an address: a movie or a sequence, opened once for the process.
+//! Movies and sequences by address, each opened once per process.
 
 use super::process::Tools;
 use super::sequence::is_sequence;
@@ -14,24 +14,24 @@ pub enum Source {
     Sequence(Box<Sequence>),
 }
 
-/// Sources that stay open, the least recently used first.
+/// Open sources, the least recently used first.
 static OPEN: Mutex<Vec<(PathBuf, Arc<Source>)>> = Mutex::new(Vec::new());
-/// Sources that stay open at most: a movie may keep three decoders.
+/// Maximum number of open sources: a movie may keep three decoders.
 const MOST_OPEN: usize = 6;
-/// Endings of movies' names.
+/// File extensions of movies.
 const EXTENSIONS: [&str; 16] = [
     "mov", "mp4", "m4v", "mxf", "mkv", "webm", "avi", "mts", "m2ts", "ts", "mpg", "mpeg", "ogv",
     "wmv", "3gp", "nut",
 ];
 
-/// True if a name ends as a movie's, raw ones that cannot be read included.
+/// True if a name has a movie's extension, including raw formats that cannot be read.
 pub fn is_movie(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default();
     let is = |known: &&str| extension.eq_ignore_ascii_case(known);
     EXTENSIONS.iter().any(&is) || ["r3d", "braw", "ari", "arx", "crm"].iter().any(is)
 }
 
-/// Opens a movie or a sequence, or takes it if it is open.
+/// Opens a movie or a sequence, or returns the open one.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -60,7 +60,7 @@ pub fn open(path: &Path) -> Result<Arc<Source>> {
 }
 
 impl Source {
-    /// Opens a movie or a sequence for itself.
+    /// Opens a movie or a sequence without sharing it.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -86,7 +86,7 @@ impl Source {
         }
     }
 
-    /// Frames per second, if it says.
+    /// Frames per second, if known.
     pub fn frame_rate(&self) -> Option<f64> {
         match self {
             Self::Movie(movie) => Some(movie.info().frame_rate),
@@ -94,7 +94,7 @@ impl Source {
         }
     }
 
-    /// True if frames have an alpha.
+    /// True if frames have an alpha channel.
     pub fn has_alpha(&self) -> bool {
         match self {
             Self::Movie(movie) => movie.info().has_alpha,
@@ -102,7 +102,7 @@ impl Source {
         }
     }
 
-    /// The first frame's number: 0, but for numbered pictures.
+    /// The first frame's number: 0, except for numbered pictures.
     pub fn first(&self) -> u64 {
         match self {
             Self::Movie(_) => 0,
@@ -121,7 +121,7 @@ impl Source {
         }
     }
 
-    /// Notes for a person on how it is read, in sentences.
+    /// Notes for the user on the decoding, in sentences.
     pub fn notes(&self) -> Vec<String> {
         match self {
             Self::Movie(movie) => movie.info().notes.clone(),
@@ -132,7 +132,7 @@ impl Source {
                     sequence.gap().map(|gap| format!("Picture {gap} of the sequence is missing"));
                 let exr =
                     (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
-                let exr = exr.then(|| "EXR pictures hold light: they are encoded as sRGB, and what is brighter than 1 is cut".to_owned());
+                let exr = exr.then(|| "EXR pictures hold linear light: they are encoded as sRGB, and values above 1 are clipped".to_owned());
                 gap.into_iter().chain(exr).collect()
             }
         }

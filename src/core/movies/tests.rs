@@ -18,7 +18,7 @@ fn tools(folder: &Path) -> Tools {
     Tools { cache: Some(folder.join("cache")), ..Tools::default() }
 }
 
-/// Makes a movie of frames that show the numbers from 0 on. `coding` is what ffmpeg is told.
+/// Makes a movie of frames that show the numbers from 0 on. `coding` holds ffmpeg's options.
 fn make(path: &Path, frames: usize, rate: &str, coding: &str) {
     let size = format!("{}x{}", SIZE.0, SIZE.1);
     let mut command = Command::new("ffmpeg");
@@ -41,7 +41,7 @@ fn ffmpeg(words: &[&str]) {
     assert!(Command::new("ffmpeg").args(words).status().unwrap().success());
 }
 
-/// The number that a frame shows.
+/// The number shown in a frame.
 fn number(pixels: &Pixels) -> usize {
     let picture = pixels.encoded().0;
     let (width, height) = picture.size();
@@ -59,7 +59,7 @@ fn orders(count: u64) -> Vec<u64> {
     (0..count).chain((0..count).rev()).chain(jumps).collect()
 }
 
-/// Every frame of a movie shows its number, in any order, without what was decoded before.
+/// Checks that every frame of a movie shows its number, in any order, with and without earlier decoded frames.
 fn check(path: &Path, expected: &[usize]) {
     let folder = path.parent().unwrap();
     let movie = Movie::open(path, &tools(folder)).unwrap();
@@ -122,8 +122,8 @@ fn frame_n_is_frame_n_in_every_codec_and_order() {
     shown!(
         Strangers,
         "A movie with B frames, open groups of pictures or slow rates is read backwards and by jumps",
-        danger: "another frame than the one that was asked for",
-        done: "each decoded frame is known by the time at which it is shown; an index says which frame that is",
+        danger: "a different frame from the requested one",
+        done: "each decoded frame is identified by its presentation time, through an index of all frames",
         bound: "every frame, in three orders",
         measured: format!("{} kinds of movies", cases.len()),
     );
@@ -162,7 +162,7 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
         "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p -output_ts_offset 3600",
     );
     check(&at("late.ts"), &all);
-    // Cut without coding again: the edit list hides what is before the cut.
+    // Cut without re-encoding: the edit list hides the frames before the cut.
     make(&at("whole.mp4"), 60, "25", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p");
     ffmpeg(&["-ss", "0.68", "-i", &text(&at("whole.mp4")), "-c", "copy", &text(&at("cut.mp4"))]);
     let movie = Movie::open(&at("cut.mp4"), &tools(folder.path())).unwrap();
@@ -172,7 +172,7 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
     shown!(
         Strangers,
         "A movie with uneven times, times that start late, or an edit list",
-        danger: "frames are counted by seconds, so that others are shown",
+        danger: "frames are counted by seconds, so the wrong ones are shown",
         done: "the index lists the frames that are shown, one by one",
     );
 }
@@ -225,7 +225,7 @@ fn colours_come_as_tagged() {
         worst = worst.max(off);
         assert!(off < 0.012, "{name}: {pixel:?}, {:?}", movie.info());
         let alpha = read.alpha().map(|alpha| alpha.at(5, 5));
-        // Ten bits are moved up to sixteen.
+        // Ten bits are expanded to sixteen.
         assert_eq!(alpha.map(|alpha| alpha > 0.999), (name == "alpha.mov").then_some(true));
     }
     let white = folder.path().join("white.mkv");
@@ -246,7 +246,7 @@ fn colours_come_as_tagged() {
         Pictures,
         "A movie's codes are of full or limited range, of Rec. 601, 709 or 2020",
         danger: "colours and contrast are wrong",
-        done: "the file's tags say how it is decoded, and a sentence at import says what was read",
+        done: "the file's tags set the decoding, and a sentence at import names the tags",
         bound: "0.012 of the brightest code",
         measured: format!("{worst:.4}"),
     );
@@ -273,7 +273,7 @@ fn turned_and_stretched_movies_have_the_size_that_players_show() {
         Pictures,
         "A camera was held upright, or its pixels are not square",
         danger: "the subject lies on its side or is stretched",
-        done: "frames are turned and widened as the file asks, and a sentence says so",
+        done: "frames are rotated and widened as tagged in the file, with a sentence",
     );
 }
 

@@ -1,4 +1,4 @@
-//! A movie, encoded by the system's ffmpeg as a child process that reads raw frames.
+//! Movie writer: the system's ffmpeg as a child process that reads raw frames.
 
 use super::codec::{Codec, Container};
 use super::colors::Encoding;
@@ -20,27 +20,27 @@ use std::time::Duration;
 #[derive(Clone, Debug)]
 pub struct Movie {
     pub codec: Codec,
-    /// In frames per second; 23.976 and its like stand for 24000/1001.
+    /// In frames per second; 23.976 and similar values mean 24000/1001.
     pub frame_rate: f64,
-    /// Of the first frame. None for a movie without.
+    /// Time code of the first frame. None for a movie without time code.
     pub time_code: Option<TimeCode>,
-    /// Of the interview's movie.
+    /// Reel name of the interview's movie.
     pub reel: Option<String>,
     pub encoding: Encoding,
-    /// Of a codec that keeps alpha.
+    /// Alpha mode of a codec that keeps alpha.
     pub alpha: MovieAlpha,
-    /// A file with the sound of exactly these frames.
+    /// File with the sound of exactly these frames.
     pub sound: Option<PathBuf>,
 }
 
-/// Writes a movie frame by frame. The file appears under its name when [`ClipWriter::finish`] has returned;
-/// a writer that is dropped before leaves nothing.
+/// Writes a movie frame by frame. The file gets its name when [`ClipWriter::finish`] returns;
+/// a writer that is dropped earlier leaves no file.
 #[derive(Debug)]
 pub struct ClipWriter {
     path: PathBuf,
-    // In this order: ffmpeg has ended when its file is removed.
+    // Drop order: ffmpeg must have ended when its file is removed.
     encoder: Encoder,
-    /// File that ffmpeg writes; `None` once it has its name.
+    /// File that ffmpeg writes; `None` once it is renamed.
     unfinished: Option<Unfinished>,
     size: (usize, usize),
     codec: Codec,
@@ -53,7 +53,7 @@ impl ClipWriter {
     /// row, except in FFV1.
     ///
     /// # Errors
-    /// When ffmpeg is not installed, the size or rate is impossible, or the folder cannot be made.
+    /// When ffmpeg is not installed, the size or rate is invalid, or the folder cannot be created.
     pub fn create(path: &Path, size: (usize, usize), movie: &Movie) -> Result<Self> {
         Self::create_with(("ffmpeg", PATIENCE), path, size, movie)
     }
@@ -71,7 +71,7 @@ impl ClipWriter {
             )
         };
         if width == 0 || height == 0 {
-            return Err(impossible(format!("a picture of {width} × {height} pixels is empty")));
+            return Err(impossible(format!("the picture is empty: {width} × {height} pixels")));
         }
         let frame_rate = movie.frame_rate;
         if !(0.01..=1000.0).contains(&frame_rate) {
@@ -105,8 +105,8 @@ impl ClipWriter {
     /// Adds a frame.
     ///
     /// # Errors
-    /// When the picture has another size or no display codes, ffmpeg has stopped or does not answer, or a stop was asked
-    /// for.
+    /// When the picture has a different size or no display codes, ffmpeg has stopped or does not answer, or the user
+    /// stops.
     pub fn push(&mut self, picture: &Picture, progress: &Progress) -> Result<()> {
         if picture.alpha.size() != self.size {
             let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
@@ -124,14 +124,14 @@ impl ClipWriter {
         self.feed(bytes, progress)
     }
 
-    /// Adds a frame that is as [`frame_bytes`] makes it.
+    /// Adds a frame in the layout of [`frame_bytes`].
     ///
     /// # Errors
-    /// When ffmpeg has stopped or does not answer, or a stop was asked for.
+    /// When ffmpeg has stopped or does not answer, or the user stops.
     pub(super) fn feed(&mut self, bytes: Vec<u8>, progress: &Progress) -> Result<()> {
         match self.encoder.feed(bytes, progress) {
             Ok(()) => Ok(()),
-            // A closed pipe says nothing: the reason is among ffmpeg's own words.
+            // A closed pipe carries no reason; ffmpeg's own messages do.
             Err(Unanswered::Io(_)) => Err(match self.encoder.end(progress) {
                 Ok(status) => self.failure(&format!("ffmpeg ended with {status}")),
                 Err(why) => self.unanswered(&why),
@@ -140,10 +140,10 @@ impl ClipWriter {
         }
     }
 
-    /// Ends the movie and gives it its name.
+    /// Ends the movie and renames it to its final name.
     ///
     /// # Errors
-    /// When ffmpeg fails or does not end, or a stop was asked for; then there is no file.
+    /// When ffmpeg fails or does not end, or the user stops. No file remains then.
     pub fn finish(mut self, progress: &Progress) -> Result<()> {
         match self.encoder.end(progress) {
             Ok(status) if status.success() => (),
@@ -161,20 +161,20 @@ impl ClipWriter {
         })
     }
 
-    /// The error of an ffmpeg that did not answer, which is killed.
+    /// Error for an ffmpeg that did not answer, which is killed.
     fn unanswered(&mut self, why: &Unanswered) -> Error {
         self.encoder.kill();
         match why {
             Unanswered::Stopped => Error::Cancelled { kept: "no movie was written".to_owned() },
             Unanswered::Hung(patience) => self.failure(&format!(
-                "ffmpeg neither took a frame nor wrote anything for {} s and was ended",
+                "ffmpeg neither took a frame nor wrote anything for {} s and was killed",
                 patience.as_secs()
             )),
             Unanswered::Io(e) => self.failure(&format!("ffmpeg cannot be waited for: {e}")),
         }
     }
 
-    /// The error of an ffmpeg that has ended, as it explains it itself, if it does.
+    /// Error for an ffmpeg that has ended, with its own message if there is one.
     fn failure(&self, ending: &str) -> Error {
         let said = self.encoder.complaints();
         let cause = match &*said {
@@ -185,10 +185,10 @@ impl ClipWriter {
     }
 }
 
-/// A picture as ffmpeg takes it for the movie at `path`: its codes row by row, padded to the sizes that the codec has.
+/// A picture in ffmpeg's layout for the movie at `path`: codes row by row, padded to a size that the codec accepts.
 ///
 /// # Errors
-/// When the picture has no display codes, or no light where alpha needs it.
+/// When the picture has no display codes, or no light for its alpha.
 pub(super) fn frame_bytes(
     path: &Path,
     (codec, alpha): (Codec, MovieAlpha),
@@ -218,7 +218,7 @@ pub(super) fn frame_bytes(
     })
 }
 
-/// Remedy for a complaint of ffmpeg.
+/// Remedy for an error message of ffmpeg.
 fn remedy(said: &str) -> &'static str {
     let says = |words: &[&str]| words.iter().any(|word| said.contains(word));
     if says(&["No space left", "Disk quota exceeded", "File too large"]) {
@@ -232,12 +232,12 @@ fn remedy(said: &str) -> &'static str {
     }
 }
 
-/// ffmpeg's arguments, up to the name of what it writes. The frames come through its input.
+/// ffmpeg's arguments, up to the name of the output. Frames come through stdin.
 fn arguments(size: (usize, usize), container: Container, movie: &Movie) -> Vec<OsString> {
     let codec = movie.codec;
     let (width, height) = codec.padded(size);
     let (frames, seconds) = rational_rate(movie.frame_rate);
-    // Without `-xerror` a movie that the disk had no room for would end as if nothing had happened.
+    // Without `-xerror` ffmpeg reports success after a full disk.
     let mut line = words(&format!(
         "-hide_banner -loglevel error -xerror -nostats -y -protocol_whitelist file,pipe -f rawvideo -pixel_format {} \
          -video_size {width}x{height} -framerate {frames}/{seconds} -i pipe:0",
@@ -256,7 +256,7 @@ fn arguments(size: (usize, usize), container: Container, movie: &Movie) -> Vec<O
         None => line.push("-an".into()),
     }
     line.extend(["-vf".into(), codec.filter(movie.encoding.space).into()]);
-    // A second of less than one frame has no time code.
+    // Below one frame per second there is no time code.
     if let Some(time) = movie.time_code.filter(|_| movie.frame_rate >= 1.0) {
         line.extend(["-timecode".into(), time.to_string().into()]);
         if container == Container::Mp4 {

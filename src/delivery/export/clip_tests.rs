@@ -9,7 +9,7 @@ use test_support::{ffmpeg, wait_for};
 /// Long enough for a test that waits for something else.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// The movie that its name alone asks for, whose first frame has this number.
+/// Movie in its container's default codec, starting at this frame.
 fn movie(path: &Path, frame_rate: f64, first: usize) -> Movie {
     let codec = Codec::of(None, path).unwrap();
     Movie {
@@ -54,7 +54,7 @@ fn a_movie_has_the_frames_and_colours_that_were_pushed() {
         writer.finish(&silent()).unwrap();
         let bytes = decoded(&path);
         assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
-        // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
+        // Limited range and halved chroma cost a few codes; a wrong matrix costs twenty.
         for pixel in bytes.chunks(4) {
             assert!((0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4), "{pixel:?} is not {code:?}");
         }
@@ -160,7 +160,7 @@ fn a_movie_says_its_colours_its_rate_and_its_time() {
             ("color_range", "tv"),
             ("r_frame_rate", "24000/1001"),
         ] {
-            // ffprobe 6 names the ten bits that were written, ffprobe 5 the twelve that ProRes has room for.
+            // ffprobe 6 reports the ten bits that were written, ffprobe 5 the twelve that ProRes allows.
             let found = stream[key].as_str().unwrap_or("none");
             let same = found == wanted || (wanted == "yuva444p12le" && found == "yuva444p10le");
             assert!(same, "{name}: {key} is {found}, not {wanted}");
@@ -212,13 +212,13 @@ fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
 fn what_ffmpeg_says_reaches_the_person() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
-    // A program that knows none of ffmpeg's options says so, and fails.
+    // A program without ffmpeg's options prints a message and fails.
     let begun = || {
         ClipWriter::create_with(("ls", PATIENCE), &path, (16, 16), &movie(&path, 24.0, 0)).unwrap()
     };
     let at_the_end = begun().finish(&silent()).unwrap_err();
     let (mut writer, shown) = (begun(), picture(16, 16, [0.5; 3], true));
-    // More than fits into a pipe that nobody reads.
+    // More than fits into a pipe without a reader.
     let in_the_middle = (0..1000).find_map(|_| writer.push(&shown, &silent()).err()).unwrap();
     drop(writer);
     for error in [at_the_end, in_the_middle] {
@@ -229,7 +229,7 @@ fn what_ffmpeg_says_reaches_the_person() {
     assert_eq!(tail(&[b'x'; 10_000][..]).len(), TAIL);
 }
 
-/// A program of a shell script that stands for ffmpeg.
+/// Shell script that replaces ffmpeg.
 #[cfg(unix)]
 fn script(folder: &Path, text: &str) -> String {
     let (source, program) = (folder.join("source"), folder.join("ffmpeg"));
@@ -240,7 +240,7 @@ fn script(folder: &Path, text: &str) -> String {
     program.display().to_string()
 }
 
-/// Makes a movie with `program` until that fails.
+/// Writes a movie with `program` until an error.
 #[cfg(unix)]
 fn fail(program: &str, patience: Duration, path: &Path, progress: &Progress) -> Error {
     let mut writer =
@@ -254,7 +254,7 @@ fn fail(program: &str, patience: Duration, path: &Path, progress: &Progress) -> 
 #[cfg(target_os = "linux")]
 #[test]
 fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
-    // Whatever it does not do any more: it never reads, stops reading, closes its input, or does not end.
+    // Each way to hang: it never reads, stops reading, closes its input, or does not end.
     let hangs = ["", "head -c 70000 >/dev/null", "exec <&-", "cat >/dev/null"];
     for before in hangs {
         for stop in [false, true] {
@@ -304,8 +304,8 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
         Surroundings,
         "ffmpeg that hangs: it never reads, stops reading, closes its input, or does not end",
         danger: "an export that never ends; Ctrl-C and the closing window wait for it",
-        done: "when it gives no sign of life for two minutes, and at once on a stop, it is killed with all that it started",
-        bound: "no file and no process is left",
+        done: "after two minutes without a sign of life, or at once on a stop, it is killed with its children",
+        bound: "no file and no process remain",
         measured: "none"
     );
 }
@@ -333,7 +333,7 @@ fn what_cannot_be_written_is_not_blamed_on_the_encoder() {
     test_support::shown!(
         Surroundings,
         "A movie in a folder that cannot be written",
-        danger: "the sentence blames ffmpeg's encoders",
-        done: "the sentence names the folder; encoders are named only if ffmpeg speaks of them"
+        danger: "the message blames ffmpeg's encoders",
+        done: "the message names the folder; it names encoders only if ffmpeg does"
     );
 }

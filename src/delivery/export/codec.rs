@@ -5,7 +5,7 @@ use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Codecs that ffmpeg encodes movies with.
+/// Movie codecs of ffmpeg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 pub enum Codec {
     /// H.264, 8 bits, for review [.mp4, .mov, .mkv].
@@ -16,7 +16,7 @@ pub enum Codec {
     #[value(name = "h265")]
     #[serde(rename = "h265")]
     H265,
-    /// ProRes 4444 with alpha, straight unless asked otherwise [.mov].
+    /// ProRes 4444 with alpha, straight by default [.mov].
     #[value(name = "prores-4444")]
     #[serde(rename = "prores-4444")]
     ProRes4444,
@@ -36,13 +36,13 @@ pub enum Codec {
     #[value(name = "dnxhr-444")]
     #[serde(rename = "dnxhr-444")]
     Dnxhr444,
-    /// FFV1, RGB of 16 bits with alpha, straight unless asked otherwise, without loss [.mkv].
+    /// FFV1, 16-bit RGB with alpha, straight by default, lossless [.mkv].
     #[value(name = "ffv1")]
     #[serde(rename = "ffv1")]
     Ffv1,
 }
 
-/// A movie's kind of file.
+/// Container of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Container {
     Mp4,
@@ -51,7 +51,7 @@ pub enum Container {
     Mxf,
 }
 
-/// H.273's names, as ffmpeg writes them.
+/// Names from H.273, in ffmpeg's spelling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tags {
     pub primaries: &'static str,
@@ -61,7 +61,7 @@ pub struct Tags {
 }
 
 impl Container {
-    /// The kind that a name's extension says.
+    /// Container of a file extension.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_ascii_lowercase();
         Some(match extension.to_str()? {
@@ -93,7 +93,7 @@ impl Container {
         }
     }
 
-    /// Codec that is written unless another is asked for.
+    /// Default codec.
     pub fn codec(self) -> Codec {
         match self {
             Self::Mp4 => Codec::H264,
@@ -105,10 +105,10 @@ impl Container {
 }
 
 impl Codec {
-    /// The codec that a movie `path` gets: the one that is asked for, or its container's.
+    /// Codec of the movie `path`: the requested codec, or the container's default.
     ///
     /// # Errors
-    /// When the container cannot hold it.
+    /// When the container cannot hold the codec.
     pub fn of(asked: Option<Self>, path: &Path) -> Result<Self> {
         let container = Container::of(path).unwrap_or(Container::Mp4);
         let codec = asked.unwrap_or(container.codec());
@@ -136,7 +136,7 @@ impl Codec {
         }
     }
 
-    /// Containers that hold it; the first is the studio's.
+    /// Containers that hold this codec; the studio uses the first.
     pub fn endings(self) -> &'static [Container] {
         use Container::{Mkv, Mov, Mp4, Mxf};
         match self {
@@ -147,27 +147,27 @@ impl Codec {
         }
     }
 
-    /// Ending that the studio appends to a name.
+    /// Extension that the studio appends to a name.
     pub fn ending(self) -> &'static str {
         self.endings()[0].ending()
     }
 
-    /// True if it keeps alpha.
+    /// True if the codec keeps alpha.
     pub fn has_alpha(self) -> bool {
         matches!(self, Self::ProRes4444 | Self::Ffv1)
     }
 
-    /// True if it has more than 8 bits.
+    /// True if the codec has more than 8 bits.
     pub fn is_deep(self) -> bool {
         !matches!(self, Self::H264 | Self::DnxhrHq)
     }
 
-    /// True if its pixels are RGB, which has any size and no matrix.
+    /// True if its pixels are RGB, which allows any size and needs no matrix.
     pub fn is_rgb(self) -> bool {
         self == Self::Ffv1
     }
 
-    /// The size that is written: codecs that halve colour, and editors, want even ones.
+    /// Size that is written: chroma subsampling and editors need even sizes.
     pub fn padded(self, (width, height): (usize, usize)) -> (usize, usize) {
         if self.is_rgb() {
             (width, height)
@@ -176,7 +176,7 @@ impl Codec {
         }
     }
 
-    /// Reason that it cannot encode a picture of `width × height` pixels at `rate` frames per second; None if it can.
+    /// Reason why the codec cannot encode `width × height` pixels at `rate` frames per second; None if it can.
     pub fn obstacle(
         self,
         (width, height): (usize, usize),
@@ -199,25 +199,25 @@ impl Codec {
         if is_dnxhr && (width < 256 || height < 120) {
             let name = self.name();
             return Some(format!(
-                "{name} has pictures of 256 × 120 pixels and more, and these have {width} × {height}"
+                "{name} needs at least 256 × 120 pixels; the picture has {width} × {height}"
             ));
         }
         if matches!(self, Self::H264 | Self::H265) && (width < 16 || height < 16) {
             let name = self.name();
             return Some(format!(
-                "{name} has pictures of 16 × 16 pixels and more, and these have {width} × {height}"
+                "{name} needs at least 16 × 16 pixels; the picture has {width} × {height}"
             ));
         }
         if container == Container::Mxf && !MXF.contains(&(frames, seconds)) {
             return Some(format!(
-                "an MXF has a frame rate of film or television, and not {:.3}",
+                "an MXF needs a frame rate of film or television, not {:.3}",
                 f64::from(frames) / f64::from(seconds)
             ));
         }
         None
     }
 
-    /// ffmpeg's name of the raw frames that it is fed.
+    /// ffmpeg's name of the raw input format.
     pub fn input(self) -> &'static str {
         match (self.has_alpha(), self.is_deep()) {
             (true, _) => "rgba64le",
@@ -246,9 +246,9 @@ impl Codec {
 
     /// Colour tags of the movie.
     ///
-    /// sRGB codes that nothing else is said of are tagged Rec. 709 throughout: players then show a display's codes as
-    /// they are, on most systems. ProRes and DNxHR have no tag for the curve of sRGB and none of its own for Rec. 2020's,
-    /// which equals Rec. 709's; QuickTime knows neither in a `colr`.
+    /// sRGB codes without further information are tagged Rec. 709 throughout: most players then show the display codes
+    /// unchanged. ProRes and DNxHR have no tag for the sRGB curve and none of their own for the Rec. 2020 curve, which
+    /// equals that of Rec. 709; QuickTime's `colr` knows neither.
     pub fn tags(self, space: Option<OutputSpace>) -> Tags {
         let is_plain = !matches!(self, Self::H264 | Self::H265 | Self::Ffv1);
         let (primaries, transfer, matrix) = match space {
@@ -266,9 +266,9 @@ impl Codec {
         Tags { primaries, transfer, matrix, range }
     }
 
-    /// ffmpeg's filter that turns RGB into the codec's colours and says what they are.
+    /// ffmpeg filter that converts RGB to the codec's colours and tags them.
     ///
-    /// It would use the matrix of standard definition unless told, and leaves ProRes without tags unless the frames
+    /// By default ffmpeg uses the matrix of standard definition, and it leaves ProRes without tags unless the frames
     /// carry them.
     pub fn filter(self, space: Option<OutputSpace>) -> String {
         let Tags { primaries, transfer, matrix, range } = self.tags(space);

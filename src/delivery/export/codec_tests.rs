@@ -40,7 +40,7 @@ fn probed(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// A movie's first frame as RGB of 16 bits.
+/// First frame of a movie as 16-bit RGB.
 fn decoded(path: &Path, matrix: &str) -> Vec<u16> {
     let output = Command::new("ffmpeg")
         .args(["-v", "error", "-i"])
@@ -107,7 +107,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                 }
                 let wanted = movie.encoding.codes()(code);
                 let matrix = if tags.matrix == "bt2020nc" { "bt2020" } else { "bt709" };
-                // Rounding to 8 or 10 bits, and what the encoder leaves out.
+                // Rounding to 8 or 10 bits, plus the encoder's loss.
                 let within = if codec.is_rgb() { 1e-4 } else { 0.012 };
                 for pixel in decoded(&path, matrix).chunks(3) {
                     for c in 0..3 {
@@ -126,7 +126,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                 let at = bytes.windows(4).position(|w| w == b"colr").unwrap();
                 let number =
                     |i: usize| u16::from_be_bytes([bytes[at + 8 + 2 * i], bytes[at + 9 + 2 * i]]);
-                // Rec. 2020 was the last, or Rec. 709 alone.
+                // Rec. 2020 came last, or only Rec. 709.
                 let wanted = if container == codec.endings()[0] { 9 } else { 1 };
                 assert_eq!([number(0), number(2)], [wanted; 2], "{codec:?} in {container:?}");
             }

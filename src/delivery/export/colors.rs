@@ -1,4 +1,4 @@
-//! The colour space of what is written. The program works in linear Rec. 709.
+//! Colour space of exported files. The program works in linear Rec. 709.
 
 use base::error::{Error, Result};
 use color_config::{ColorChoice, Target, Transform};
@@ -9,19 +9,19 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Colour spaces that pictures can be written in. An EXR is linear in its primaries.
+/// Colour spaces of exported pictures. An EXR is linear in the primaries of its space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum OutputSpace {
-    /// sRGB, as computers show it.
+    /// sRGB, for computer displays.
     Srgb,
-    /// Rec. 709 for a reference monitor (BT.1886, a power of 2.4).
+    /// Rec. 709 for a reference monitor (BT.1886, gamma 2.4).
     Rec709,
-    /// Display P3: the primaries of P3, D65, the curve of sRGB.
+    /// Display P3: P3 primaries, D65, sRGB curve.
     P3,
-    /// Rec. 2020 for a reference monitor (BT.1886, a power of 2.4).
+    /// Rec. 2020 for a reference monitor (BT.1886, gamma 2.4).
     Rec2020,
-    /// ACEScg, linear: in EXR alone.
+    /// ACEScg, linear: only in EXR.
     Acescg,
 }
 
@@ -39,7 +39,7 @@ impl OutputSpace {
         }
     }
 
-    /// Its primaries and white.
+    /// Primaries and white.
     pub fn primaries(self) -> ColorSpace {
         match self {
             Self::Srgb | Self::Rec709 => ColorSpace::Rec709,
@@ -49,7 +49,7 @@ impl OutputSpace {
         }
     }
 
-    /// H.273's numbers of primaries and transfer, for a PNG's `cICP`.
+    /// H.273 numbers of primaries and transfer, for a PNG's `cICP`.
     pub fn code_points(self) -> [u8; 2] {
         match self {
             Self::Srgb => [1, 13],
@@ -61,7 +61,7 @@ impl OutputSpace {
     }
 }
 
-/// The name that the ASWF's Color Interop Forum gives to linear light of these primaries.
+/// Name of linear light with these primaries, from the ASWF's Color Interop Forum.
 pub fn interop_id(space: ColorSpace) -> &'static str {
     match space {
         ColorSpace::Rec709 => "lin_rec709_scene",
@@ -71,27 +71,27 @@ pub fn interop_id(space: ColorSpace) -> &'static str {
     }
 }
 
-/// Conversion of a picture's sRGB codes to the codes of a file, by a look-up table and to another space; or of its light, by an
+/// Conversion to the codes of a file: of a picture's sRGB codes by a look-up table and a colour space, or of its light by an
 /// OpenColorIO configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Encoding {
-    /// None for sRGB codes that are tagged as they always were.
+    /// None for plain sRGB codes.
     pub space: Option<OutputSpace>,
     table: Option<Arc<Cube>>,
     config: Option<Arc<Transform>>,
 }
 
 impl Encoding {
-    /// For files in `space`, by the table in the file `table`.
+    /// For files in `space`, with the look-up table of the file `table`.
     ///
     /// # Errors
-    /// When the table cannot be read.
+    /// When the look-up table cannot be read.
     pub fn open(space: Option<OutputSpace>, table: Option<&Path>) -> Result<Self> {
         let table = table.map(Cube::read).transpose()?.map(Arc::new);
         Ok(Self { space, table, config: None })
     }
 
-    /// The same, or what a configuration makes of light in place of it.
+    /// Like [`Self::read`], or the result of a configuration instead.
     #[must_use]
     pub fn with_config(self, config: Option<Transform>) -> Self {
         match config {
@@ -102,34 +102,34 @@ impl Encoding {
         }
     }
 
-    /// OpenColorIO transform of the light, if one is asked for.
+    /// OpenColorIO transform of the light; None without a configuration.
     pub fn config(&self) -> Option<&Transform> {
         self.config.as_deref()
     }
 
-    /// Identity of the configuration's transform of light, for comparing; "" without one. The same for the same numbers.
+    /// Identity of the configuration's transform, for comparisons; "" without one. Equal numbers give equal identities.
     pub fn identity(&self) -> &str {
         self.config().map_or("", |config| config.identity())
     }
 
-    /// True if codes stay as they are.
+    /// True if codes stay unchanged.
     pub fn is_plain(&self) -> bool {
         self.config.is_none()
             && self.table.is_none()
             && matches!(self.space, None | Some(OutputSpace::Srgb))
     }
 
-    /// True if a file's codes are of a space that has no tags.
+    /// True if the codes belong to a space without tags.
     pub fn is_untagged(&self) -> bool {
         self.config.is_some() && self.space.is_none()
     }
 
-    /// True if linear files keep the program's own light.
+    /// True if linear files keep the working space.
     pub fn keeps_light(&self) -> bool {
         self.config.is_none() && self.primaries() == ColorSpace::Rec709
     }
 
-    /// Codes of a file, in `[0, 1]`, for sRGB codes in `[0, 1]`.
+    /// Codes of a file, in `[0, 1]`, from sRGB codes in `[0, 1]`.
     pub fn codes(&self) -> impl Fn([f32; 3]) -> [f32; 3] + '_ {
         let space = self.space.unwrap_or(OutputSpace::Srgb);
         let matrix = ColorSpace::Rec709.matrix_to(space.primaries());
@@ -140,18 +140,18 @@ impl Encoding {
                 OutputSpace::Rec709 => code.map(|v| bt1886_from_linear(linear_from_srgb(v))),
                 OutputSpace::P3 => light(&matrix, code).map(srgb_from_linear),
                 OutputSpace::Rec2020 => light(&matrix, code).map(bt1886_from_linear),
-                // Refused before: there are no codes of linear light.
+                // Refused earlier: linear light has no codes.
                 OutputSpace::Acescg => light(&matrix, code),
             }
         }
     }
 
-    /// The primaries of linear files, unless a configuration decides them.
+    /// Primaries of linear files, unless a configuration decides.
     pub fn primaries(&self) -> ColorSpace {
         self.space.map_or(ColorSpace::Rec709, OutputSpace::primaries)
     }
 
-    /// Colour tags of linear files: chromaticities, where they are known, and the space's name.
+    /// Colour tags of linear files: the chromaticities, if known, and the name of the space.
     pub fn linear_tags(&self) -> (Option<ColorSpace>, Option<String>) {
         match &self.config {
             None => (Some(self.primaries()), Some(interop_id(self.primaries()).to_owned())),
@@ -163,10 +163,10 @@ impl Encoding {
         }
     }
 
-    /// Refuses what a file for a display, or one in linear light, cannot have.
+    /// Refuses settings that a file for a display, or one in linear light, cannot have.
     ///
     /// # Errors
-    /// Then: which setting, and what to do.
+    /// When a setting does not fit; the message names it and the remedy.
     pub fn check(
         space: Option<OutputSpace>,
         table: Option<&Path>,
@@ -175,14 +175,14 @@ impl Encoding {
     ) -> Result<()> {
         if space == Some(OutputSpace::Acescg) && !is_linear {
             return Err(Error::invalid(
-                format!("{to} cannot be in ACEScg, which is linear light"),
+                format!("{to} cannot hold ACEScg, which is linear light"),
                 "Write an EXR, such as out.%04d.exr, or choose another colour space",
             ));
         }
         match table {
             Some(table) if is_linear => Err(Error::invalid(
                 format!(
-                    "the look-up table {} cannot be baked into {to}: it reads the codes of a display, and an EXR holds \
+                    "the look-up table {} cannot be baked into {to}: it reads display codes, and an EXR holds \
                      linear light",
                     table.display()
                 ),
@@ -193,10 +193,10 @@ impl Encoding {
     }
 }
 
-/// Refuses what of a configuration a file cannot have.
+/// Refuses settings of a configuration that a file cannot have.
 ///
 /// # Errors
-/// Then: which setting, and what to do.
+/// When a setting does not fit; the message names it and the remedy.
 pub(super) fn check_config(
     choice: &ColorChoice,
     (space, table): (Option<OutputSpace>, Option<&Path>),
@@ -208,7 +208,7 @@ pub(super) fn check_config(
     }
     if space.is_some() || table.is_some() {
         return Err(Error::invalid(
-            "an OpenColorIO configuration decides the colours of a file alone",
+            "an OpenColorIO configuration replaces the colour space and the LUT",
             (
                 "Leave out the colour space and the LUT, or the configuration",
                 "--space and --lut, or --ocio-display, --ocio-view, --ocio-look and --ocio-space",
@@ -217,7 +217,7 @@ pub(super) fn check_config(
     }
     if is_linear && choice.is_view() {
         return Err(Error::invalid(
-            format!("{to} holds linear light, and a view makes codes of a display"),
+            format!("{to} holds linear light, but a view makes display codes"),
             (
                 "Write PNG, TIFF or a movie, or name a linear colour space",
                 "--ocio-space scene_linear",
@@ -227,22 +227,22 @@ pub(super) fn check_config(
     Ok(())
 }
 
-/// Refuses a colour space of a configuration that is not linear in a file that is.
+/// Refuses a non-linear colour space of a configuration in a file of linear light.
 ///
 /// # Errors
-/// Then.
+/// When the colour space is not linear.
 pub(super) fn check_linear(config: Option<&Transform>, to: &str, is_linear: bool) -> Result<()> {
     match config.map(|config| &config.target) {
         Some(Target::Space { name, is_linear: false }) if is_linear => Err(Error::invalid(
-            format!("{to} holds linear light, and {name} is not linear, or a look is on it"),
+            format!("{to} holds linear light, but {name} is not linear or has a look"),
             "Choose a linear colour space, such as scene_linear, without a look",
         )),
         _ => Ok(()),
     }
 }
 
-/// Our display that matches a configuration's, for the tags of files: by the ASWF's names, and by those that configurations
-/// for ACES have given them.
+/// Our display that matches a configuration's display, for the tags of files: by the ASWF's names and the names in ACES
+/// configurations.
 fn display_of(config: &Transform) -> Option<OutputSpace> {
     let name = config.interop_id.as_deref().unwrap_or(&config.space);
     Some(match name {
@@ -281,7 +281,7 @@ mod tests {
                 assert!(found.iter().all(|v| (v - white).abs() < 1e-6), "{space:?}: {found:?}");
             }
         }
-        // Display P3 of pure sRGB red, as CSS Color 4 gives it.
+        // Display P3 of pure sRGB red, from CSS Color 4.
         let red = of(OutputSpace::P3, [1.0, 0.0, 0.0]);
         for (found, wanted) in red.into_iter().zip([0.917_49, 0.200_29, 0.138_56]) {
             assert!((found - wanted).abs() < 1e-4, "{red:?}");

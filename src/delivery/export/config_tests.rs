@@ -1,4 +1,4 @@
-//! Files whose colours an OpenColorIO configuration decides.
+//! Files in the colours of an OpenColorIO configuration.
 
 use super::colors::{Encoding, check_config, check_linear};
 use super::layers::{LightLayer, LightLayers};
@@ -81,7 +81,7 @@ fn a_png_holds_the_codes_of_a_view_and_says_what_they_are() {
         for pixel in file.pixels().filter(|pixel| pixel.0[3] > 0) {
             for (code, wanted) in pixel.0.iter().zip(wanted[0]) {
                 let off = f32::from(*code) - wanted.clamp(0.0, 1.0) * 65535.0;
-                // Light that was multiplied by alpha and divided again.
+                // Light multiplied by alpha and divided again.
                 assert!(off.abs() <= 2.0, "{pixel:?} {wanted}");
             }
         }
@@ -92,7 +92,7 @@ fn a_png_holds_the_codes_of_a_view_and_says_what_they_are() {
         (reader.info().srgb.is_some(), reader.info().gama_chunk.is_some())
     };
     assert!(chunks(&path).0);
-    // Codes of a display that no tag is of have none.
+    // Display codes without a matching tag have none.
     let space = self::encoding(&choice(None, Some("ACEScct")));
     let about = About { encoding: &space, ..about };
     write_still(&path, &picture(4, 2, [0.18; 3], true), &about).unwrap();

@@ -1,4 +1,4 @@
-//! Destination of pictures, as a person writes it: `out.%04d.png`, `look.exr`, `clip.mp4`.
+//! Destination of an export, as the user types it: `out.%04d.png`, `look.exr`, `clip.mp4`.
 
 use super::codec::Container;
 use base::error::{Error, Result};
@@ -14,21 +14,21 @@ pub enum Destination {
     Clip(PathBuf),
 }
 
-/// Files of stills: one path, or a pattern with the frame's number in it.
+/// Files of stills: one path, or a pattern with the frame number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stills {
     before: String,
-    /// Least number of digits, where the path has a number.
+    /// Least number of digits, if the path has a number.
     digits: Option<usize>,
     after: String,
 }
 
 impl Destination {
-    /// Understands a path by its extension. A number is written like in printf: `%d`, or `%04d` for at
-    /// least four digits with zeros in front; `%%` is a percent sign.
+    /// Reads a path by its extension. A number is written as in printf: `%d`, or `%04d` for at least
+    /// four digits with leading zeros; `%%` is a percent sign.
     ///
     /// # Errors
-    /// When the extension is another one, or the pattern is not understood.
+    /// When the extension is unknown, or the pattern is invalid.
     pub fn parse(text: &str) -> Result<Self> {
         if Container::of(Path::new(text)).is_some() {
             return Ok(Self::Clip(PathBuf::from(text)));
@@ -50,7 +50,7 @@ impl Destination {
         }
     }
 
-    /// Output that the scene has to make for this destination.
+    /// Scene output that this destination needs.
     pub fn output(&self) -> Output {
         match self {
             Self::Stills(stills) if stills.is_linear() => Output::Linear,
@@ -58,7 +58,7 @@ impl Destination {
         }
     }
 
-    /// The files that frames `first` to `last` go to, in order.
+    /// Files of frames `first` to `last`, in order.
     pub fn files(&self, first: usize, last: usize) -> impl Iterator<Item = PathBuf> + '_ {
         let one = match self {
             Self::Clip(_) => true,
@@ -71,20 +71,20 @@ impl Destination {
         })
     }
 
-    /// Number of the files for frames `first` to `last` that are there already.
+    /// Number of existing files among frames `first` to `last`.
     pub fn taken(&self, first: usize, last: usize) -> usize {
         self.files(first, last).filter(|file| file.exists()).count()
     }
 
-    /// Refuses several frames if there is one file for all of them.
+    /// Refuses several frames for a single file.
     ///
     /// # Errors
-    /// Says how to write a pattern.
+    /// When the destination is one file; the remedy shows a pattern.
     pub fn check_frames(&self, frames: usize) -> Result<()> {
         match self {
             Self::Stills(stills) if stills.digits.is_none() && frames > 1 => Err(Error::invalid(
                 format!(
-                    "the destination {} is one file, but there are {frames} frames",
+                    "the destination {} is a single file, but the export has {frames} frames",
                     stills.path(0).display()
                 ),
                 "Put a number into the name, such as out.%04d.png, or write a movie, such as clip.mp4",
@@ -94,8 +94,8 @@ impl Destination {
     }
 }
 
-/// The same destination, or else the first of it with `_2`, `_3` … behind the name where no file of frames
-/// `first` to `last` is there yet.
+/// This destination, or the first with `_2`, `_3` … appended to the name under which no file of frames
+/// `first` to `last` exists yet.
 ///
 /// # Errors
 /// As [`Destination::parse`].
@@ -109,7 +109,7 @@ pub fn untaken(text: &str, first: usize, last: usize) -> Result<String> {
     Ok(name)
 }
 
-/// The names that [`untaken`] tries for `text`, in its order, from `name` on; none if that is not one of the first million.
+/// Names that [`untaken`] tries for `text`, in order, starting at `name`; empty if `name` is not among the first million.
 pub fn numbered_from(text: &str, name: &str) -> impl Iterator<Item = String> {
     let all = (1..=1_000_000).map(move |number| match number {
         1 => text.to_owned(),
@@ -118,11 +118,11 @@ pub fn numbered_from(text: &str, name: &str) -> impl Iterator<Item = String> {
     all.skip_while(move |tried| tried != name)
 }
 
-/// The destination `text` with a number behind its name, before the frame's number.
+/// Destination `text` with a number appended to its name, before the frame number.
 fn numbered(text: &str, number: usize) -> String {
     let start = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
     let (folder, name) = text.split_at(start);
-    // A percent sign itself is no end of the name.
+    // A literal percent sign does not end the name.
     let pattern = name.replace("%%", "  ").find('%');
     let end = pattern.or_else(|| name.rfind('.')).unwrap_or(name.len());
     let (stem, rest) = name.split_at(end);
@@ -139,25 +139,25 @@ fn numbered(text: &str, number: usize) -> String {
 }
 
 impl Stills {
-    /// The file of frame `frame`.
+    /// File of frame `frame`.
     pub fn path(&self, frame: usize) -> PathBuf {
         let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
         PathBuf::from(format!("{}{number}{}", self.before, self.after))
     }
 
-    /// Text before the frame's number, its least number of digits, and text after it. Without a number the whole path is the
-    /// first.
+    /// Text before the frame number, its least number of digits, and the text after it. Without a number the first text is the
+    /// whole path.
     pub fn parts(&self) -> (&str, Option<usize>, &str) {
         (&self.before, self.digits, &self.after)
     }
 
-    /// True if the files hold linear light.
+    /// True for files of linear light.
     pub fn is_linear(&self) -> bool {
         self.after.to_ascii_lowercase().ends_with(".exr")
             || self.before.to_ascii_lowercase().ends_with(".exr")
     }
 
-    /// True if the files are TIFFs.
+    /// True for TIFFs.
     pub fn is_tiff(&self) -> bool {
         let ending = Path::new(&self.after).extension();
         let ending = ending.or(Path::new(&self.before).extension());
@@ -189,7 +189,7 @@ impl Stills {
                 return Err(wrong("two numbers".to_owned()));
             }
             let width = if width.is_empty() { Ok(1) } else { width.parse() };
-            // Longer names than this no file system takes.
+            // No file system takes longer names.
             stills.digits = Some(
                 width.ok().filter(|w| *w <= 20).ok_or_else(|| wrong(format!("%{conversion}")))?,
             );
@@ -198,7 +198,7 @@ impl Stills {
         Ok(stills)
     }
 
-    /// The part of the path that is being read.
+    /// Part of the path under the parser.
     fn current(&mut self) -> &mut String {
         if self.digits.is_some() { &mut self.after } else { &mut self.before }
     }

@@ -1,4 +1,4 @@
-//! ffmpeg as a child process: it is fed, waited for as long as it gives a sign of life, and killed when it must end.
+//! ffmpeg as a child process: fed with frames, watched for signs of life, and killed when it hangs.
 
 use base::progress::Progress;
 use std::ffi::OsString;
@@ -10,29 +10,29 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, SystemTime};
 
-/// Longest time in which ffmpeg may neither take a byte nor write one. A slow disk or a large frame takes seconds.
+/// Longest time without ffmpeg taking or writing a byte. A slow disk or a large frame takes seconds.
 pub const PATIENCE: Duration = Duration::from_secs(120);
-/// Between two looks at whether it is still waited for.
+/// Time between two checks for a stop.
 const TICK: Duration = Duration::from_millis(10);
-/// Length of ffmpeg's complaints that is kept, in bytes.
+/// Length of ffmpeg's messages that is kept, in bytes.
 pub const TAIL: usize = 2000;
-/// Bytes that ffmpeg takes at a time; each piece counts as a sign of life.
+/// Bytes fed to ffmpeg at a time; each piece counts as a sign of life.
 const PIECE: usize = 1 << 16;
-/// A process that has ended has said all by then; one that it started may keep its stderr open.
+/// Wait for the last messages of an ended process; a process that it started may keep its stderr open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// The child process.
 #[derive(Debug)]
 pub struct Encoder {
     child: Child,
-    /// Frames for the thread that feeds it; None once there are no more.
+    /// Frames for the feeding thread; None once there are no more.
     frames: Option<Sender<Vec<u8>>>,
     /// Result of writing each frame.
     taken: Receiver<io::Result<()>>,
-    /// Bytes that it took.
+    /// Number of bytes taken.
     bytes: Arc<AtomicU64>,
     complaints: Receiver<String>,
-    /// The file that it writes.
+    /// Output file of ffmpeg.
     output: PathBuf,
     patience: Duration,
 }
@@ -40,19 +40,19 @@ pub struct Encoder {
 /// Reason to stop waiting for ffmpeg.
 #[derive(Debug)]
 pub enum Unanswered {
-    /// A stop was asked for.
+    /// The user stopped.
     Stopped,
-    /// It gave no sign of life for this long.
+    /// No sign of life for this long.
     Hung(Duration),
     /// The system refused.
     Io(io::Error),
 }
 
 impl Encoder {
-    /// Starts `program`, which reads frames from its input and writes `output`. It may be silent for `patience`.
+    /// Starts `program`, which reads frames from stdin and writes `output`. It may be silent for `patience`.
     ///
     /// # Errors
-    /// When it cannot be started.
+    /// When the program cannot be started.
     pub fn start(
         program: &str,
         arguments: Vec<OsString>,
@@ -64,7 +64,7 @@ impl Encoder {
         command.arg(file_url(&output));
         #[cfg(unix)]
         {
-            // A group of its own can be killed with all that it starts, and Ctrl-C in a terminal reaches us alone.
+            // A process group can be killed with all its children, and Ctrl-C in a terminal then reaches only us.
             use std::os::unix::process::CommandExt;
             command.process_group(0);
         }
@@ -72,8 +72,8 @@ impl Encoder {
         let mut child = command.spawn()?;
         let (stdin, stderr) = (child.stdin.take(), child.stderr.take());
         let (say, complaints) = channel();
-        // Read while frames are written: a full pipe of complaints would stop ffmpeg for good. Nobody joins these
-        // threads: what ffmpeg started may keep its pipes open.
+        // Read while frames are written: a full pipe of messages would block ffmpeg for good. These threads are never
+        // joined: a child of ffmpeg may keep its pipes open.
         std::thread::spawn(move || say.send(stderr.map(tail).unwrap_or_default()));
         let (frames, queue) = channel::<Vec<u8>>();
         let (tell, taken) = channel();
@@ -97,13 +97,13 @@ impl Encoder {
         Ok(Self { child, frames: Some(frames), taken, bytes, complaints, output, patience })
     }
 
-    /// Waits until it has taken a frame's bytes.
+    /// Waits until ffmpeg has taken the bytes of a frame.
     ///
     /// # Errors
-    /// When it does not; [`Unanswered::Io`] if it takes no more.
+    /// When ffmpeg does not take them; [`Unanswered::Io`] if it takes no more.
     pub fn feed(&mut self, frame: Vec<u8>, progress: &Progress) -> Result<(), Unanswered> {
         if let Some(frames) = &self.frames {
-            // If the thread is gone, there is no answer either.
+            // Without the thread there is no answer either.
             let _ = frames.send(frame);
         }
         self.wait(progress, |encoder| match encoder.taken.recv_timeout(TICK) {
@@ -113,10 +113,10 @@ impl Encoder {
         })
     }
 
-    /// Says that there are no more frames, and waits for its end.
+    /// Closes ffmpeg's input and waits for its end.
     ///
     /// # Errors
-    /// When it does not end.
+    /// When ffmpeg does not end.
     pub fn end(&mut self, progress: &Progress) -> Result<ExitStatus, Unanswered> {
         self.frames = None;
         self.wait(progress, |encoder| match encoder.child.try_wait() {
@@ -129,14 +129,14 @@ impl Encoder {
         })
     }
 
-    /// Its last words, once it has ended; "" if it said nothing.
+    /// Last messages of an ended ffmpeg; "" without any.
     pub fn complaints(&self) -> String {
         let said = self.complaints.recv_timeout(LAST_WORDS);
         let said = said.unwrap_or_default();
         said.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
-    /// Ends it and all that it started, unless it has ended.
+    /// Kills ffmpeg and its children, unless it has ended.
     pub fn kill(&mut self) {
         self.frames = None;
         if !matches!(self.child.try_wait(), Ok(None)) {
@@ -145,21 +145,21 @@ impl Encoder {
         #[cfg(unix)]
         if let Ok(group) = i32::try_from(self.child.id()) {
             use nix::sys::signal::{Signal, killpg};
-            // One that ended meanwhile is not waited for yet, so that its number is still its own.
+            // An ended process that is not waited for yet keeps its process id.
             let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
         }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 
-    /// Value of `get`, asked again and again, unless a stop is asked for or nothing happens.
+    /// Polls `get` until it has a value, the user stops, or the patience ends.
     fn wait<T>(
         &mut self,
         progress: &Progress,
         mut get: impl FnMut(&mut Self) -> Option<io::Result<T>>,
     ) -> Result<T, Unanswered> {
         let mut signs = self.signs();
-        // Counted and not timed: while we are stopped, it may be too.
+        // Counts polls instead of time: while we are suspended, ffmpeg may be too.
         let mut silence = Duration::ZERO;
         loop {
             if let Some(got) = get(self) {
@@ -178,7 +178,7 @@ impl Encoder {
         }
     }
 
-    /// Signs of life: the bytes that it took, and the length and time of the file that it writes.
+    /// Signs of life: the number of bytes taken, and the length and time of the output file.
     fn signs(&self) -> (u64, Option<(u64, SystemTime)>) {
         let file = std::fs::metadata(&self.output).ok();
         let file = file.and_then(|data| Some((data.len(), data.modified().ok()?)));
@@ -192,17 +192,17 @@ impl Drop for Encoder {
     }
 }
 
-/// A file's name for ffmpeg: without the scheme a colon in it would be read as one, and a dash as an option.
+/// File name for ffmpeg. Without the scheme ffmpeg reads a colon as a scheme and a dash as an option.
 pub fn file_url(path: &Path) -> OsString {
     let mut url = OsString::from("file:");
     url.push(path);
     url
 }
 
-/// The last words of a stream.
+/// Last messages of a stream.
 pub fn tail(mut stream: impl Read) -> String {
     let (mut kept, mut buffer) = (Vec::new(), [0u8; 1024]);
-    // A stream that breaks has said what it had to say.
+    // A broken stream has no more messages.
     while let Ok(n @ 1..) = stream.read(&mut buffer) {
         kept.extend_from_slice(&buffer[..n]);
         kept.drain(..kept.len().saturating_sub(TAIL));

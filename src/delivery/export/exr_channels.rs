@@ -1,4 +1,4 @@
-//! Channels of an EXR, and the rectangle of a picture that they hold.
+//! Channels of an EXR and their data window.
 
 use super::exr_settings::Samples;
 use exr::prelude::{AnyChannel, FlatSamples, f16};
@@ -24,7 +24,7 @@ impl Window {
         Self { x: 0, y: 0, width, height }
     }
 
-    /// The least rectangle with everything that is not 0; one pixel if nothing is.
+    /// Smallest rectangle with all non-zero pixels; one pixel if all are 0.
     pub fn of(light: &Image, alpha: &Mask) -> Self {
         let is_full = |i: usize| alpha.pixels[i] != 0.0 || light.pixels[i] != [0.0; 3];
         let (mut left, mut top) = alpha.size();
@@ -47,7 +47,7 @@ impl Window {
     }
 }
 
-/// A channel of a raster's values within a window. Half floats are clipped to ±65504.
+/// Channel of a raster's values within a window. Half floats are clipped to ±65504.
 pub fn channel<T: Copy>(
     name: &str,
     raster: &Raster<T>,

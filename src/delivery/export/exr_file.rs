@@ -1,4 +1,4 @@
-//! EXR files that are read whole: every part with all of its channels.
+//! Reader of complete EXR files: every part with all of its channels.
 
 use base::error::{Error, Result};
 use exr::meta::{Headers, MetaData};
@@ -7,9 +7,9 @@ use imaging::file::{MAX_PIXELS, check_openexr};
 use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
-/// Most bytes that a byte of a file can unpack to: deflate makes 1032 of one.
+/// Most bytes that one byte of a file unpacks to: deflate reaches 1032.
 const MOST_PER_BYTE: u64 = 2048;
-/// Bytes of a file beside its pixels: headers, tables of offsets, a preview.
+/// Bytes of a file other than pixels: headers, offset tables, a preview.
 const MOST_BESIDE: u64 = 64 << 20;
 
 /// A part of a file.
@@ -19,15 +19,15 @@ pub(super) type Part = Layer<AnyChannels<FlatSamples>>;
 pub(super) struct ExrFile {
     pub bytes: Vec<u8>,
     pub parts: Headers,
-    /// Bytes of its pixels once they are decoded.
+    /// Bytes of the decoded pixels.
     pub unpacked: u64,
 }
 
 impl ExrFile {
-    /// Reads a file, unless it claims more pixels than it can hold or is far longer than what it claims.
+    /// Reads a file, unless it claims more pixels than it can hold or is far longer than its header claims.
     ///
     /// # Errors
-    /// Then, and when it cannot be read; `remedy` says what to do.
+    /// When the file is refused or cannot be read; `remedy` is part of the message.
     pub fn open(path: &Path, remedy: &str) -> Result<Self> {
         let io = |action, e| Error::io(action, path, e, remedy);
         let wrong =
@@ -44,7 +44,7 @@ impl ExrFile {
             let pixels = part.layer_size.0 as u64 * part.layer_size.1 as u64;
             if pixels > MAX_PIXELS as u64 {
                 return Err(wrong(format!(
-                    "it claims to have {pixels} pixels, and at most {MAX_PIXELS} are read"
+                    "it claims {pixels} pixels, but the limit is {MAX_PIXELS}"
                 )));
             }
             let bytes = pixels.saturating_mul(part.channels.bytes_per_pixel as u64);
@@ -52,17 +52,17 @@ impl ExrFile {
         }
         if unpacked > length.saturating_mul(MOST_PER_BYTE) {
             return Err(wrong(format!(
-                "it claims to hold {unpacked} bytes of pixels in {length} bytes"
+                "it claims {unpacked} bytes of pixels in a file of {length} bytes"
             )));
         }
-        // Smaller versions of a picture come to as much again.
+        // Mipmaps take as much again.
         let most = unpacked.saturating_mul(2).saturating_add(MOST_BESIDE);
         if length > most {
             return Err(wrong(format!("it has {length} bytes for {unpacked} bytes of pixels")));
         }
         let mut bytes = Vec::new();
         file.rewind().map_err(|e| io("read", e))?;
-        // It may grow meanwhile.
+        // The file may grow meanwhile.
         file.take(most).read_to_end(&mut bytes).map_err(|e| io("read", e))?;
         Ok(Self { bytes, parts, unpacked })
     }
@@ -70,7 +70,7 @@ impl ExrFile {
     /// Decodes all parts.
     ///
     /// # Errors
-    /// When it is damaged or ends too soon.
+    /// When the file is damaged or truncated.
     pub fn decode(&self, path: &Path, remedy: &str) -> Result<FlatImage> {
         exr::prelude::read()
             .no_deep_data()

@@ -1,12 +1,12 @@
-//! Settings for the pixels of an EXR.
+//! Settings of exported EXR files.
 
 use exr::compression::Compression;
 use serde::{Deserialize, Serialize};
 
-/// A person's choices for EXR files.
+/// Settings of an EXR file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::Args)]
 pub struct ExrSettings {
-    /// Samples of an EXR.
+    /// Sample type of an EXR.
     #[arg(id = "exr_samples", long = "exr-samples", value_enum, default_value_t)]
     pub samples: Samples,
     /// Compression of an EXR.
@@ -15,18 +15,18 @@ pub struct ExrSettings {
     /// Alpha of an EXR.
     #[arg(id = "exr_alpha", long = "exr-alpha", value_enum, default_value_t)]
     pub alpha: ExrAlpha,
-    /// Write only the rectangle of an EXR that is not empty, as its data window.
+    /// Crop the data window of an EXR to its non-empty pixels.
     #[arg(id = "exr_crop", long = "exr-crop")]
     pub crop: bool,
     /// Storage of an EXR's light layers.
     #[arg(id = "layer_files", long = "layer-files", value_enum, default_value_t)]
     pub layers: LayerFiles,
-    /// Write a JSON file with the light layers' weights beside each EXR; there always is one if layers are files.
+    /// Write a JSON file with the light layers' weights beside each EXR; always written if layers are separate files.
     #[arg(id = "layer_weights", long = "layer-weights")]
     pub weights: bool,
 }
 
-/// Kinds of numbers.
+/// Sample types.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Samples {
@@ -42,16 +42,16 @@ pub enum Samples {
 #[serde(rename_all = "kebab-case")]
 pub enum ExrCompression {
     None,
-    /// Run lengths.
+    /// Run-length encoding.
     Rle,
-    /// ZIP of single lines, which compositing programs read fastest.
+    /// ZIP of single lines, fastest to read in compositing programs.
     Zips,
     /// ZIP of 16 lines.
     #[default]
     Zip,
     /// Wavelets, smallest for grain.
     Piz,
-    /// ZIP; floats are rounded to 24 bits.
+    /// Lossy ZIP: floats are rounded to 24 bits.
     Pxr24,
 }
 
@@ -59,10 +59,10 @@ pub enum ExrCompression {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExrAlpha {
-    /// Colour times alpha, as OpenEXR has it.
+    /// Colour times alpha, OpenEXR's convention.
     #[default]
     Premultiplied,
-    /// Colour divided by alpha; where alpha is 0 it is black.
+    /// Colour divided by alpha; black where alpha is 0.
     Straight,
 }
 
@@ -70,12 +70,12 @@ pub enum ExrAlpha {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerFiles {
-    /// As channels beside the picture's: light_00.R ….
+    /// Channels in the picture's part: light_00.R ….
     #[default]
     Channels,
-    /// As parts of the picture's file.
+    /// Parts of the picture's file.
     Parts,
-    /// As a file for each lamp beside the picture's: out.light_00.0001.exr.
+    /// One file per lamp beside the picture's: out.light_00.0001.exr.
     Files,
 }
 
@@ -95,7 +95,7 @@ impl ExrCompression {
         }
     }
 
-    /// The crate's compression.
+    /// Compression in the `exr` crate.
     pub(super) fn method(self) -> Compression {
         match self {
             Self::None => Compression::Uncompressed,
@@ -109,7 +109,7 @@ impl ExrCompression {
 }
 
 impl ExrAlpha {
-    /// Word in the header.
+    /// Name in the header.
     pub(super) fn word(self) -> &'static str {
         match self {
             Self::Premultiplied => "premultiplied",

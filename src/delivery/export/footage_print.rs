@@ -1,5 +1,5 @@
-//! Print of the footage's files, which tells them apart: their length and a checksum of their content. Not their name's folder
-//! and not their time of change: a copy on another machine is the same footage.
+//! Fingerprint of the footage's files: their length and a checksum of their content. Folder and time of change do not
+//! count: a copy on another machine is the same footage.
 
 use base::files::open;
 use movies::Source;
@@ -9,20 +9,20 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Files up to this many bytes are read whole; of longer ones, movies, so many bytes in even pieces: hours of footage are
-/// more than anyone reads before a job.
+/// Files up to this many bytes are read completely. Of longer files (movies) this many bytes are read in evenly spaced
+/// pieces: reading hours of footage before a job takes too long.
 const MOST_WHOLE: u64 = 256 << 20;
 const PIECES: u64 = 64;
 const PIECE: u64 = 64 << 10;
 
-/// Prints of files, each read once if frames share it.
+/// Fingerprints of files, each read once if frames share it.
 #[derive(Debug, Default)]
 pub(super) struct FootagePrints {
     movies: Mutex<HashMap<PathBuf, String>>,
 }
 
 impl FootagePrints {
-    /// Of a picture: its frame and the print of its file; "missing" if that cannot be read.
+    /// Fingerprint of a picture: its frame and the fingerprint of its file; "missing" if the file cannot be read.
     pub fn of(&self, picture: &Picture) -> String {
         match picture {
             Picture::File(file) => print_or_missing(file),
@@ -55,11 +55,11 @@ fn missing() -> String {
     "missing".to_owned()
 }
 
-/// Length and CRC-32 of a file of footage, in hexadecimal digits. Of more than 256 MiB, 64 pieces of 64 KiB are read, evenly
-/// from its first byte to its last.
+/// Length and CRC-32 of a footage file, in hexadecimal digits. Of a file above 256 MiB, 64 pieces of 64 KiB are read, evenly
+/// spaced from its first byte to its last.
 ///
 /// # Errors
-/// When it cannot be read.
+/// When the file cannot be read.
 pub fn footage_print(file: &Path) -> io::Result<String> {
     let mut file = open(file)?;
     let length = file.metadata()?.len();
@@ -112,7 +112,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("long.mov");
         let mut file = std::fs::File::create(&path).unwrap();
-        // Holes take no room.
+        // Holes take no disk space.
         let length = MOST_WHOLE + 12_345;
         file.set_len(length).unwrap();
         let mut seen = vec![footage_print(&path).unwrap()];

@@ -1,4 +1,4 @@
-//! Choices for the files to write.
+//! Formats of exported files.
 
 use super::codec::Codec;
 use super::colors::OutputSpace;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// Kinds of files.
+/// File formats.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Format {
     #[default]
@@ -21,18 +21,18 @@ pub enum Format {
     Movie(Codec),
 }
 
-/// Bits of a pixel in a file.
+/// Bits per pixel in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PixelBits {
-    /// Without the compression, which saves more or less.
+    /// Uncompressed; compression saves more or less of it.
     AtMost(f64),
-    /// Target of the codec.
+    /// Target bitrate of the codec.
     About(f64),
 }
 
 impl Format {
-    /// Bits of a pixel; None where the encoder decides that by what it sees. ProRes and DNxHR aim at bits a
-    /// second, here those of their makers for 1920 × 1080 at 29.97 frames a second, divided by its pixels (Apple, "ProRes White
+    /// Bits per pixel; None where the encoder adapts to the content. ProRes and DNxHR aim at a bitrate:
+    /// here the makers' rates for 1920 × 1080 at 29.97 frames a second, divided by its pixels (Apple, "ProRes White
     /// Paper", 2022; Avid, "DNxHR Codec Bandwidth Specifications").
     pub fn pixel_bits(self, has_alpha: bool) -> Option<PixelBits> {
         let channels = if has_alpha { 4.0 } else { 3.0 };
@@ -42,7 +42,7 @@ impl Format {
             Self::Png16 | Self::Tiff | Self::Movie(Codec::Ffv1) => {
                 PixelBits::AtMost(16.0 * channels)
             }
-            // Half floats; whole ones take twice that.
+            // Half floats; 32-bit floats take twice that.
             Self::Exr => PixelBits::AtMost(64.0),
             Self::Movie(Codec::ProRes422Hq) => of_rate(220.0),
             Self::Movie(Codec::ProRes4444) => of_rate(330.0),
@@ -52,7 +52,7 @@ impl Format {
         })
     }
 
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 12] = [
         Self::Png8,
         Self::Png16,
@@ -79,7 +79,7 @@ impl Format {
         }
     }
 
-    /// Purpose and properties, in a sentence.
+    /// Purpose and properties in one sentence.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Png8 => "Stills for a display: 8 bits, straight alpha",
@@ -105,12 +105,12 @@ impl Format {
                 "A movie for editing: 4:4:4, 10 bits, 256 × 120 pixels and more"
             }
             Self::Movie(Codec::Ffv1) => {
-                "A movie to keep: RGB of 16 bits with straight alpha, compressed without loss"
+                "A movie for the archive: 16-bit RGB with straight alpha, lossless"
             }
         }
     }
 
-    /// True if all frames go into one file.
+    /// True if one file holds all frames.
     pub fn is_movie(self) -> bool {
         self.codec().is_some()
     }
@@ -123,7 +123,7 @@ impl Format {
         }
     }
 
-    /// Ending of the name, as [`super::Destination::parse`] understands it.
+    /// Extension, as [`super::Destination::parse`] reads it.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Png8 | Self::Png16 => ".%04d.png",
@@ -141,7 +141,7 @@ impl Format {
     }
 }
 
-/// Bits of a PNG's channels; other files have their own.
+/// Bits per channel of a PNG; other formats fix theirs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Bits {
@@ -152,11 +152,11 @@ pub enum Bits {
     Sixteen,
 }
 
-/// Alpha of a movie's colour codes. The choice stands in the movie's metadata, as its comment.
+/// Alpha of a movie's colour codes, named in the movie's comment metadata.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum MovieAlpha {
-    /// Colour of its own, as it is where the picture is opaque.
+    /// Full colour, not multiplied by alpha.
     #[default]
     Straight,
     /// Codes times alpha: over black.
@@ -164,7 +164,7 @@ pub enum MovieAlpha {
 }
 
 impl MovieAlpha {
-    /// Words in the movie's metadata.
+    /// Text in the movie's metadata.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Straight => "straight alpha",
@@ -172,7 +172,7 @@ impl MovieAlpha {
         }
     }
 
-    /// A pixel with straight alpha as the movie has it.
+    /// Pixel of the movie from a pixel with straight alpha.
     pub(super) fn of_straight(self, [r, g, b, a]: [f32; 4]) -> [f32; 4] {
         match self {
             Self::Straight => [r, g, b, a],
@@ -186,47 +186,47 @@ impl MovieAlpha {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Existing {
-    /// They are replaced.
+    /// Existing files are replaced.
     #[default]
     Replace,
-    /// They are kept, and a number is appended to the name.
+    /// Existing files are kept; a number is appended to the new name.
     Keep,
 }
 
-/// Destination and format of the pictures.
+/// Destination and format of an export.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct Files {
-    /// Files to write: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf.
+    /// Files to write: stills as out.%04d.png, .tif or .exr, or a movie as clip.mp4, .mov, .mkv or .mxf.
     #[arg(long)]
     pub to: String,
-    /// Codec of a movie [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
+    /// Movie codec [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
     #[arg(long, value_enum)]
     pub codec: Option<Codec>,
-    /// Alpha of a movie that keeps one: ProRes 4444 and FFV1.
+    /// Alpha of a movie with alpha: ProRes 4444 and FFV1.
     #[arg(long = "movie-alpha", value_enum, default_value_t)]
     pub movie_alpha: MovieAlpha,
-    /// Colour space of what is written; an EXR is linear in its primaries [default: sRGB; linear Rec. 709 in an EXR].
+    /// Colour space of the files; an EXR is linear in its primaries [default: sRGB; linear Rec. 709 in an EXR].
     #[arg(long = "space", value_enum)]
     pub space: Option<OutputSpace>,
-    /// Bake a .cube look-up table, which reads and gives sRGB codes, into PNG, TIFF or a movie.
+    /// Bake a .cube look-up table (sRGB codes in and out) into PNG, TIFF or a movie.
     #[arg(long, value_name = "FILE")]
     pub lut: Option<PathBuf>,
     #[command(flatten)]
     pub ocio: ColorChoice,
-    /// Keep stills of a stopped export whose project, network, environment and look are the same, and write the others.
+    /// Resume a stopped export: keep finished stills with the same project, network, environment and look, and write the rest.
     #[arg(long)]
     pub resume: bool,
-    /// Write no sound, although the interview's movie has some.
+    /// Write no sound, even if the interview's movie has some.
     #[arg(long)]
     pub no_sound: bool,
     #[command(flatten)]
     pub exr: ExrSettings,
     #[arg(skip)]
     pub existing: Existing,
-    /// Part of the plate in the pictures, and their resolution.
+    /// Crop and resolution of the pictures.
     #[arg(long, value_enum, default_value_t)]
     pub at: PictureSize,
-    /// Pixels of the longer side, 16 to 8192, if the pictures are to be resized.
+    /// Longer side in pixels, 16 to 8192, if the pictures are to be resized.
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = within(Self::SIZES))]
     pub size: Option<usize>,
     /// Bits of a PNG's channels.
@@ -238,10 +238,10 @@ pub struct Files {
 }
 
 impl Files {
-    /// Sizes that can be asked for, in pixels.
+    /// Range of sizes, in pixels.
     pub const SIZES: RangeInclusive<usize> = 16..=8192;
 
-    /// Pictures of the plate's size, 8 bits where they are PNGs.
+    /// Pictures at the plate's size, 8 bits in PNGs.
     pub fn to(to: impl Into<String>) -> Self {
         Self { to: to.into(), ..Self::default() }
     }

@@ -1,24 +1,24 @@
-//! The programs that an exported shot goes on to.
+//! Programs that open an exported shot.
 
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Part of a report's sentence that names the files written for other programs; "" without any.
+/// Part of a report that names the files written for other programs; "" without any.
 pub fn handed_over(files: &[PathBuf]) -> String {
     let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     match &files[..] {
         [] => String::new(),
-        files => format!(". To hand over: {}", files.join(", ")),
+        files => format!(". For other programs: {}", files.join(", ")),
     }
 }
 
-/// A program, or kind of programs, that opens an exported shot.
+/// A program, or kind of program, that opens an exported shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum HandOver {
-    /// Nuke: a script with a gain for each lamp, key, fill and rim, and the rebuilt picture; needs --layers [.nk].
+    /// Nuke: a script with a gain per lamp, key, fill and rim, and the rebuilt picture; needs --layers [.nk].
     Nuke,
-    /// Blender: a script for compositor, world and lamps; needs --layers, and shows the environment [.blender.py].
+    /// Blender: a script for compositor, world and lamps; needs --layers, and includes the environment [.blender.py].
     Blender,
     /// Resolve and other editors: a timeline of OpenTimelineIO [.otio].
     Otio,
@@ -39,7 +39,7 @@ impl HandOver {
         }
     }
 
-    /// Ending after the export's name.
+    /// Extension after the export's name.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Nuke => ".nk",
@@ -49,7 +49,7 @@ impl HandOver {
         }
     }
 
-    /// True if it rebuilds the picture from light layers.
+    /// True if the program rebuilds the picture from light layers.
     pub fn needs_layers(self) -> bool {
         matches!(self, Self::Nuke | Self::Blender)
     }

@@ -1,4 +1,4 @@
-//! Properties of the interview that an export keeps besides its pictures: rate, time code, reel and sound.
+//! Properties of the interview that an export keeps: frame rate, time code, reel and sound.
 
 use super::time_code::TimeCode;
 use base::error::Result;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub struct Interview {
     /// In frames per second.
     pub frame_rate: f64,
-    /// The movie that it is; None for stills.
+    /// Movie of the interview; None for stills.
     pub source: Option<Source>,
 }
 
@@ -18,18 +18,18 @@ pub struct Interview {
 #[derive(Clone, Debug)]
 pub struct Source {
     pub file: PathBuf,
-    /// The movie's frame that is the interview's frame 0.
+    /// The movie's frame that is frame 0 of the interview.
     pub first_frame: usize,
-    /// Of the movie's first frame, as the file says it.
+    /// Time code of the movie's first frame, from the file.
     pub time_code: Option<String>,
     pub reel: Option<String>,
 }
 
 impl Interview {
-    /// The interview of a project: a movie, a sequence of pictures, or stills.
+    /// Interview of a project: a movie, a sequence of pictures, or stills.
     ///
     /// # Errors
-    /// When its movie cannot be read.
+    /// When the movie cannot be read.
     pub fn of(project: &Project) -> Result<Self> {
         let mut interview = Self::stills(project.settings.shoot.frame_rate);
         if let Picture::Movie { file, frame } = project.frame_picture(0)
@@ -51,7 +51,7 @@ impl Interview {
         Self { frame_rate, source: None }
     }
 
-    /// The time code of frame `frame`: the movie's, or else counted from the interview's first frame.
+    /// Time code of frame `frame`: the movie's, or counted from the interview's first frame.
     pub fn time_code(&self, frame: usize) -> TimeCode {
         let counted = TimeCode::of(frame, self.frame_rate);
         self.filmed_time_code(frame).unwrap_or(counted)
@@ -64,7 +64,7 @@ impl Interview {
         Some(start.plus(source.first_frame + frame))
     }
 
-    /// The reel's name, if the movie has one.
+    /// Reel name, if the movie has one.
     pub fn reel(&self) -> Option<&str> {
         self.source.as_ref()?.reel.as_deref()
     }

@@ -1,4 +1,4 @@
-//! The end of an export that was made in parts: every frame is checked, and a movie is joined of its frames.
+//! Last step of an export made in parts: checks every frame, and joins the frames of a movie.
 
 use super::codec::Codec;
 use super::destination::Destination;
@@ -24,15 +24,15 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flaw {
-    /// Its file is not there.
+    /// The file is missing.
     Missing,
-    /// Its file says that it was made of something else, or says nothing.
+    /// The file's provenance differs or is absent.
     MadeOfOther,
-    /// Its file is not whole.
+    /// The file is damaged or truncated.
     Broken,
 }
 
-/// A frame that has to be written again.
+/// Frame that has to be written again.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlawedFrame {
     pub frame: usize,
@@ -40,15 +40,15 @@ pub struct FlawedFrame {
     pub file: PathBuf,
 }
 
-/// Frames that are looked at between two safe points.
+/// Number of frames checked between two safe points.
 const AT_ONCE: usize = 256;
 
-/// Looks at every frame of an export that was [made in parts](super::relight::relight_part): each has to be there, to say that
-/// it is made of the project as it is, and to be whole to its last byte. `folder` holds the frames of a movie. Returns those
-/// that are not so, in order.
+/// Checks every frame of an export that was [made in parts](super::relight::relight_part): the file must exist, have the
+/// project's current provenance, and be complete to its last byte. `folder` holds the frames of a movie. Returns the flawed
+/// frames in order.
 ///
 /// # Errors
-/// When the project or its look cannot be read, or a stop was asked for.
+/// When the project or its look cannot be read, or the user stops.
 pub fn flawed_frames(
     project: &Project,
     settings: &RelightSettings,
@@ -82,14 +82,14 @@ fn flaw(file: &Path, wanted: &str, has_layers: bool) -> Option<Flaw> {
         return Some(Flaw::Missing);
     }
     match provenance_of(file) {
-        // A file that is cut within its header says nothing either.
+        // A file truncated within its header has no provenance either.
         None if check_whole(file).is_err() => Some(Flaw::Broken),
         Some(made_of) if made_of == wanted => (!is_whole(file, has_layers)).then_some(Flaw::Broken),
         _ => Some(Flaw::MadeOfOther),
     }
 }
 
-/// True if a frame can be read to its end, with its light layers if it has to have them: they may be files of their own.
+/// True if a frame can be read to its end, with its light layers if required; these may be separate files.
 pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
     check_whole(file).is_ok() && (!has_layers || rebuilt(file).is_ok())
 }
@@ -120,11 +120,11 @@ impl FrameFiles {
     }
 }
 
-/// Makes the movie of an export of the frames in `folder`, with sound, time code and reel, as one export would have; removes
-/// what killed workers left beside the frames. Of stills nothing is left to be made. Tells where the result is.
+/// Joins the frames in `folder` into the export's movie, with sound, time code and reel as in a single export. Removes
+/// leftovers of killed workers beside the frames. Stills need no joining. Returns where the result is.
 ///
 /// # Errors
-/// When a frame cannot be read, the movie cannot be written, or a stop was asked for: then there is no movie.
+/// When a frame cannot be read, the movie cannot be written, or the user stops. No movie remains then.
 pub fn join_movie(
     project: &Project,
     settings: &RelightSettings,

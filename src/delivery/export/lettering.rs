@@ -1,9 +1,9 @@
 //! Small letters for labels in pictures: capitals of 5 × 7 dots.
 
-/// Dots that one letter takes with the space after it.
+/// Width of a letter in dots, with the space after it.
 pub const ADVANCE: usize = 6;
 
-/// Dots from the top of a letter to its foot.
+/// Height of a letter in dots.
 pub const HEIGHT: usize = 7;
 
 /// Letters in the order of [`DOTS`].
@@ -62,10 +62,10 @@ const DOTS: [[u8; 5]; 49] = [
     [0x00, 0x06, 0x09, 0x09, 0x06],
 ];
 
-/// A box, for letters that are not here.
+/// A box, for characters without a letter here.
 const UNKNOWN: [u8; 5] = [0x7f, 0x41, 0x41, 0x41, 0x7f];
 
-/// The dots (column, row) that are set when `text` is written from the left. Small letters are
+/// The set dots (column, row) of `text`, written from the left. Lower-case letters are
 /// written as capitals.
 pub fn dots(text: &str) -> impl Iterator<Item = (usize, usize)> + '_ {
     text.chars().enumerate().flat_map(|(place, letter)| {

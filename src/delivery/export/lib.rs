@@ -60,8 +60,8 @@ pub use still::{About, write_still};
 pub use time_code::TimeCode;
 pub use writer::check_files;
 
-/// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised,
-/// whatever the number of digits that they were written with.
+/// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised
+/// in any number of digits.
 pub fn rational_rate(frames_per_second: f64) -> (i32, u32) {
     let whole = frames_per_second.round();
     if (whole - frames_per_second).abs() < 1e-6 {

@@ -11,32 +11,32 @@ use serde::Deserialize;
 use std::io::BufReader;
 use std::path::Path;
 
-const REMEDY: &str = "Export it again with its light layers";
-/// The longest JSON of weights that is read, in bytes.
+const REMEDY: &str = "Export it again with light layers";
+/// Longest JSON of weights that is read, in bytes.
 const MOST_WEIGHTS: u64 = 16 << 20;
 
-/// The light layers of one frame. Their pixels are not read.
+/// Light layers of one frame, without their pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerListing {
     /// In the order of the rig's lamps.
     pub lamps: Vec<ListedLayer>,
-    /// Rest of the picture, without the lamps; None if nothing.
+    /// Rest of the picture, beyond the lamps; None without a rest.
     pub rest: Option<RestLayer>,
     /// Storage of the layers.
     pub place: LayerFiles,
     pub alpha: ExrAlpha,
-    /// Columns and rows of the picture's frame, its display window.
+    /// Columns and rows of the display window.
     pub size: (usize, usize),
 }
 
-/// The layer of what no lamp does.
+/// Layer of the rest, beyond the lamps.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct RestLayer {
-    /// Its file, if it is not in the picture's.
+    /// File of the layer, if it is not in the picture's file.
     pub file: Option<String>,
 }
 
-/// The JSON file beside a picture, as far as it is read.
+/// JSON file beside a picture, as far as it is read.
 #[derive(Deserialize)]
 struct Beside {
     layers: Vec<ListedLayer>,
@@ -44,10 +44,10 @@ struct Beside {
 }
 
 impl LayerListing {
-    /// Of the EXR `path`. If its layers are files, the JSON file beside it names them.
+    /// Light layers of the EXR `path`. If the layers are separate files, the JSON file beside it names them.
     ///
     /// # Errors
-    /// When a file cannot be read, or it has no light layers.
+    /// When a file cannot be read, or the EXR has no light layers.
     pub fn of(path: &Path) -> Result<Self> {
         let file = open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let parts = MetaData::read_from_buffered(BufReader::new(file), false)
@@ -56,21 +56,21 @@ impl LayerListing {
         Self::of_parts(path, &parts)
     }
 
-    /// Of the EXR `path` with these headers.
+    /// Light layers of the EXR `path` with these headers.
     ///
     /// # Errors
-    /// When it has no light layers, or the JSON file beside it is needed and cannot be read.
+    /// When the EXR has no light layers, or a JSON file is needed and cannot be read.
     pub(super) fn of_parts(path: &Path, parts: &[Header]) -> Result<Self> {
         Self::if_any(path, parts)?.ok_or_else(|| {
-            let problem = "has no weights of light layers in the header";
+            let problem = "has no light-layer weights in its header";
             Error::missing(format!("{} {problem}", path.display()), REMEDY)
         })
     }
 
-    /// Of the EXR `path` with these headers. None if they do not say that there are any.
+    /// Light layers of the EXR `path` with these headers. None if the headers name none.
     ///
     /// # Errors
-    /// When they do, and the JSON file beside it is needed and cannot be read.
+    /// When the headers name layers, and a JSON file is needed and cannot be read.
     pub(super) fn if_any(path: &Path, parts: &[Header]) -> Result<Option<Self>> {
         let Some((first, written)) =
             (parts.first()).and_then(|first| Some((first, text(first, WEIGHTS)?)))
@@ -115,7 +115,7 @@ impl LayerListing {
         Ok(Some(listing))
     }
 
-    /// Names of the files beside the picture `path` that belong to it: that of the weights, if it is there, and those of the
+    /// Names of the files that accompany the picture `path`: the JSON file of the weights, if it exists, and the files of the
     /// layers.
     pub(super) fn files_beside(self, path: &Path) -> Vec<String> {
         let json = weights_file(path);
@@ -126,11 +126,11 @@ impl LayerListing {
     }
 }
 
-/// Text of a header under a name.
+/// Text of a header attribute.
 fn text(header: &Header, name: &str) -> Option<String> {
     let key = Text::from(name);
     let shared = header.shared_attributes.other.get(&key);
-    // Where the reader puts what it does not know.
+    // The reader stores unknown attributes here.
     match shared.or_else(|| header.own_attributes.other.get(&key))? {
         AttributeValue::Text(text) => Some(text.to_string()),
         _ => None,

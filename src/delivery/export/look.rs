@@ -22,7 +22,7 @@ pub(super) struct Look<'a> {
     pub environment: Arc<Environment>,
     /// Front direction of the environment.
     pub front: Front,
-    /// Output that scenes have to make.
+    /// Scene output to render.
     output: Output,
     /// Identity of a configuration's transform of light; "" without one.
     colors: String,
@@ -32,7 +32,7 @@ impl<'a> Look<'a> {
     /// Reads the environment.
     ///
     /// # Errors
-    /// When it, the look-up table or the configuration for colours cannot be read, or the destination is not understood.
+    /// When the environment, the look-up table or the colour configuration cannot be read, or the destination is invalid.
     pub fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
@@ -68,7 +68,7 @@ impl<'a> Look<'a> {
         (self.settings).scene(index, share, self.front, self.output)
     }
 
-    /// Provenance that files of this export state.
+    /// Provenance written into the files of this export.
     ///
     /// # Errors
     /// When calibration, network or look-up table cannot be read.
@@ -83,7 +83,7 @@ impl<'a> Look<'a> {
     }
 }
 
-/// The pictures that frame `frame` is made of: its plate and its matte.
+/// Source pictures of frame `frame`: its plate and its matte.
 pub(super) fn sources(project: &Project, frame: usize) -> [Picture; 2] {
     let matte = project.frame_matte(frame);
     [project.frame_picture(frame), matte.picture().clone()]

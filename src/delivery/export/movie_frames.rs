@@ -1,5 +1,5 @@
-//! Frames of a movie that are made apart from each other: each in a PNG of its own, in exactly the codes that ffmpeg is fed
-//! later. So the movie is the one that a single export writes, byte for byte.
+//! Movie frames that workers make separately: one PNG each, in exactly the codes that ffmpeg is fed later. The joined movie
+//! equals that of a single export byte for byte.
 
 use super::clip::frame_bytes;
 use super::codec::Codec;
@@ -13,10 +13,10 @@ use compositor::Picture;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Frames in one folder, so that no folder has millions of files.
+/// Most frames per folder, so that no folder holds millions of files.
 const IN_A_FOLDER: usize = 1000;
 
-/// The file of frame `frame` of a movie whose frames are made apart, in `folder`.
+/// File in `folder` of frame `frame` of a movie made in parts.
 pub fn movie_frame(folder: &Path, frame: usize) -> PathBuf {
     let thousand = format!("{:06}", frame / IN_A_FOLDER);
     folder.join(thousand).join(format!("{frame:09}.png"))
@@ -35,7 +35,7 @@ impl MovieFrames {
         Self { folder: folder.to_path_buf(), codec, alpha }
     }
 
-    /// The file of frame `frame`.
+    /// File of frame `frame`.
     pub fn path(&self, frame: usize) -> PathBuf {
         movie_frame(&self.folder, frame)
     }
@@ -52,10 +52,10 @@ impl MovieFrames {
         (color, depth)
     }
 
-    /// Writes frame `frame`, made of `made_of`.
+    /// Writes frame `frame` with the provenance `made_of`.
     ///
     /// # Errors
-    /// When the file cannot be written, or the picture is none for a display.
+    /// When the file cannot be written, or the picture has no display codes.
     pub fn write(
         &self,
         frame: usize,
@@ -74,7 +74,7 @@ impl MovieFrames {
             let mut info = png::Info::with_size(width as u32, height as u32);
             (info.color_type, info.bit_depth) = (color, depth);
             let mut encoder = png::Encoder::with_info(out, info).map_err(io::Error::other)?;
-            // They are read once; a disk takes longer than a little compression saves.
+            // Each file is read only once; the disk takes longer than light compression saves.
             encoder.set_compression(png::Compression::Fast);
             if let Some(made_of) = made_of {
                 let added = encoder.add_text_chunk(PROVENANCE.to_owned(), made_of.to_owned());
@@ -86,10 +86,10 @@ impl MovieFrames {
         })
     }
 
-    /// Frame `frame` as ffmpeg is fed it, of the movie's size `size`.
+    /// Frame `frame` in ffmpeg's layout, at the movie's size `size`.
     ///
     /// # Errors
-    /// When its file is not there, not whole, or of another kind or size.
+    /// When the file is missing, damaged, or has another format or size.
     pub fn read(&self, frame: usize, size: (usize, usize)) -> Result<Vec<u8>> {
         let path = self.path(frame);
         let (mut bytes, info) = read_png(&path)?;
@@ -101,7 +101,7 @@ impl MovieFrames {
                 "read",
                 &path,
                 format!(
-                    "it is no frame of {} × {} pixels of {}",
+                    "it is not a frame of {} × {} pixels for {}",
                     size.0,
                     size.1,
                     self.codec.name()
@@ -116,7 +116,7 @@ impl MovieFrames {
     }
 }
 
-/// A PNG's words begin with their high byte, ffmpeg's with their low one.
+/// PNG samples are big-endian, ffmpeg's little-endian.
 fn swap_bytes(bytes: &mut [u8]) {
     bytes.chunks_exact_mut(2).for_each(|word| word.swap(0, 1));
 }
@@ -130,7 +130,7 @@ mod tests {
     fn what_is_read_again_is_what_ffmpeg_would_have_been_fed() {
         let folder = tempfile::tempdir().unwrap();
         let plain = Encoding::default();
-        // Odd sizes are padded in some codecs.
+        // Some codecs pad odd sizes.
         let shown = picture(7, 5, [0.5, 0.03, 0.9], false);
         let straight = [Codec::H264, Codec::H265, Codec::ProRes4444, Codec::Ffv1];
         let straight = straight.map(|codec| (codec, MovieAlpha::Straight));

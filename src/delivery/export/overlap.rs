@@ -1,4 +1,4 @@
-//! Frames go through three stages side by side: while one is made, the next is read and the one before is written.
+//! Pipeline of three stages: while one frame is made, the next is read and the previous one is written.
 
 use base::error::Result;
 use serde::{Deserialize, Serialize};
@@ -6,10 +6,10 @@ use std::panic::resume_unwind;
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
-/// Frames that wait between two stages, at most: more would cost memory and gain nothing.
+/// Most frames that wait between two stages: more cost memory without a gain.
 const AHEAD: usize = 2;
 
-/// Total working times of the stages, without waiting for each other.
+/// Total working times of the stages, without waiting times.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageTimes {
     pub read: Duration,
@@ -17,7 +17,7 @@ pub struct StageTimes {
     pub write: Duration,
 }
 
-/// Mean milliseconds that a frame takes in each stage, and from one frame to the next.
+/// Mean milliseconds per frame in each stage, and from frame to frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stages {
     /// Decoding the plate and its matte.
@@ -26,12 +26,12 @@ pub struct Stages {
     pub make_ms: f64,
     /// Encoding and the disk.
     pub write_ms: f64,
-    /// All together, overlapped.
+    /// All stages together, overlapped.
     pub frame_ms: f64,
 }
 
 impl StageTimes {
-    /// Means of `frames` frames that took `whole` together.
+    /// Means over `frames` frames that took `whole` together.
     pub fn of_frames(self, frames: usize, whole: Duration) -> Stages {
         let mean = |time: Duration| time.as_secs_f64() * 1e3 / frames.max(1) as f64;
         Stages {
@@ -44,11 +44,11 @@ impl StageTimes {
 }
 
 impl Stages {
-    /// Frames a second of each stage alone and of all side by side.
+    /// Frames per second of each stage alone, and of all stages overlapped.
     pub fn sentence(&self) -> String {
         let rate = |ms: f64| 1e3 / ms.max(1e-3);
         format!(
-            "Frames a second: reading alone {:.1}, relighting alone {:.1}, writing alone {:.1}, all side by side {:.1}",
+            "Frames a second: reading alone {:.1}, relighting alone {:.1}, writing alone {:.1}, all overlapped {:.1}",
             rate(self.read_ms),
             rate(self.make_ms),
             rate(self.write_ms),
@@ -57,10 +57,10 @@ impl Stages {
     }
 }
 
-/// Reads, makes and writes each of `frames`, in order. `make` runs on this thread; None from it is not written.
+/// Reads, makes and writes each of `frames`, in order. `make` runs on this thread; its None is not written.
 ///
 /// # Errors
-/// The first that a stage fails with; frames that were made before are written still, unless writing itself fails.
+/// The first error of a stage. Frames already made are still written, unless writing itself fails.
 pub fn overlapped<F: Copy + Send + Sync, R: Send, M: Send>(
     frames: &[F],
     mut read: impl FnMut(F) -> Result<R> + Send,
@@ -76,7 +76,7 @@ pub fn overlapped<F: Copy + Send + Sync, R: Send, M: Send>(
                 let found = read(frame);
                 busy += started.elapsed();
                 let failed = found.is_err();
-                // Nobody takes any more once another stage has failed.
+                // The receiver is gone once another stage has failed.
                 if give.send((frame, found)).is_err() || failed {
                     break;
                 }
@@ -119,7 +119,7 @@ pub fn overlapped<F: Copy + Send + Sync, R: Send, M: Send>(
         let (write, written) = writing.join().unwrap_or_else(|panic| resume_unwind(panic));
         let read = reading.join().unwrap_or_else(|panic| resume_unwind(panic));
         let times = StageTimes { read, make: busy, write };
-        // What was being written comes before what was being made.
+        // The frame in the writer comes before the frame in the maker.
         (times, written.and(done))
     })
 }
@@ -161,7 +161,7 @@ mod tests {
         done.unwrap();
         let wanted: Vec<usize> = (0..50).filter(|frame| *frame != 7).collect();
         assert_eq!(written.into_inner().unwrap(), wanted);
-        // Two that wait on either side, one in each stage, and the one that was left out.
+        // Two frames wait on either side, one is in each stage, plus the frame that was left out.
         assert!(most.into_inner() <= 2 * AHEAD + 3 + 1);
     }
 

@@ -1,4 +1,4 @@
-//! Provenance of a still, in its header, so that a stopped export goes on where it was.
+//! Provenance of a still, in its header: lets a stopped export resume.
 
 use super::footage_print::FootagePrints;
 use super::format::Files;
@@ -19,19 +19,19 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use tiff::tags::Tag;
 
-/// Provenance that all frames of an export share. It says what things hold, not where they are or when they were written: the
-/// same export of a copy, on another machine too, says the same.
+/// Provenance shared by all frames of an export. It covers content, not paths or times: the same export of a copy, also on
+/// another machine, has the same provenance.
 #[derive(Debug)]
 pub struct Provenance {
     common: String,
-    /// Of what else decides how a file looks.
+    /// Hash of the other settings of a file's look.
     files: u64,
     footage: FootagePrints,
 }
 
 impl Provenance {
-    /// Of an export whose first frame is `first`: its light sets the level of all. `front` is which way is front in the environment,
-    /// as it was asked for or as the project knows it. `colors` is what a configuration makes of light.
+    /// Provenance of an export whose first frame is `first`: its light sets the level of all frames. `front` is the environment's
+    /// front, as requested or as the project remembers it. `colors` is the identity of a configuration's transform.
     ///
     /// # Errors
     /// When calibration, network or look-up table cannot be read.
@@ -45,12 +45,12 @@ impl Provenance {
         let settings = &project.settings;
         let read = |path: &Path| {
             std::fs::read(path).map_err(|e| {
-                Error::io("read", path, e, "Check that the project is there and whole")
+                Error::io("read", path, e, "Check that the project exists and is complete")
             })
         };
         let mut made_of = Hash::default();
         let shoot = Shoot {
-            // Where the pictures are does not decide what is in them, nor do environments that are not used.
+            // Paths of the pictures and unused environments do not change the frames.
             folder: PathBuf::new(),
             environments: Vec::new(),
             ..settings.shoot.clone()
@@ -61,7 +61,7 @@ impl Provenance {
         for picture in exemplar_sources(project) {
             made_of.text(&footage.of(&picture));
         }
-        // It has the checksums of the weights.
+        // It holds the checksums of the weights.
         let mut network = Hash::default();
         let table = project.checkpoint_path().join("checkpoint.toml");
         if table.exists() {
@@ -73,7 +73,7 @@ impl Provenance {
             lit_by.bytes(&value.to_le_bytes());
         }
         let mut written = Hash::default();
-        // What decides where files go does not decide what is in them.
+        // The destination does not change the pixels.
         let plain = Files {
             to: String::new(),
             existing: super::Existing::default(),
@@ -105,7 +105,7 @@ impl Provenance {
         Ok(Self { common, files: written.0, footage })
     }
 
-    /// Of one frame, which looks as `scene` says and is made of `pictures`: they are read.
+    /// Provenance of one frame with the look of `scene`, made from the files `pictures`, which are read.
     pub fn frame(&self, scene: &Scene, pictures: &[Picture]) -> String {
         let mut look = Hash(self.files);
         look.text(&format!("{scene:?}"));
@@ -117,7 +117,7 @@ impl Provenance {
     }
 }
 
-/// Of how an export is to look, whichever of its frames: what is animated counts as a whole.
+/// Provenance of the look of an export, independent of the frame: an animation counts as a whole.
 fn look(asked: &RelightSettings, front: Front) -> Hash {
     let mut look = Hash::default();
     look.text(&format!(
@@ -131,7 +131,7 @@ fn look(asked: &RelightSettings, front: Front) -> Hash {
     look
 }
 
-/// Provenance that a file states. None if it states none, or is not whole.
+/// Provenance in a file's header. None if it has none, or the file is damaged.
 pub fn provenance_of(path: &Path) -> Option<String> {
     let ending = path.extension()?.to_ascii_lowercase();
     let file = BufReader::new(open(path).ok()?);
@@ -141,7 +141,7 @@ pub fn provenance_of(path: &Path) -> Option<String> {
             let key = Text::from(PROVENANCE);
             let part = parts.first()?;
             let shared = part.shared_attributes.other.get(&key);
-            // Where the reader puts what it does not know.
+            // The reader stores unknown attributes here.
             match shared.or_else(|| part.own_attributes.other.get(&key))? {
                 AttributeValue::Text(text) => Some(text.to_string()),
                 _ => None,
@@ -181,7 +181,7 @@ impl Hash {
 
     fn text(&mut self, text: &str) {
         self.bytes(text.as_bytes());
-        // So that two texts are not one.
+        // Separates texts, so that different lists do not hash alike.
         self.bytes(&[0]);
     }
 }

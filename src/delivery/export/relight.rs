@@ -22,11 +22,11 @@ use project::Project;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Relights the project's interview and writes it.
+/// Relights the project's interview and writes the result.
 ///
 /// # Errors
-/// When something that has to be made first is missing, a file cannot be read or written, or a stop was asked for:
-/// stills that were finished are kept then, a movie is not.
+/// When a prerequisite is missing, a file cannot be read or written, or the user stops:
+/// finished stills are kept then, a movie is not.
 pub fn relight(
     project: &Project,
     settings: &RelightSettings,
@@ -35,20 +35,20 @@ pub fn relight(
     run(project, settings, None, progress)
 }
 
-/// A part of an export that is made by itself, as by one worker of many. What it writes is what the whole export would
-/// write there: light has the level of the export's first frame, which is predicted too.
+/// Part of an export that one worker makes. It writes the same frames as the whole export would: the level of the light
+/// comes from the export's first frame, which is predicted too.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// First and last frame that are written.
+    /// First and last frame to write.
     pub frames: (usize, usize),
-    /// The folder for the frames of a movie, which [`super::join_movie`] joins. Stills go where the export's go.
+    /// Folder for the frames of a movie, which [`super::join_movie`] joins. Stills go to the export's destination.
     pub folder: PathBuf,
 }
 
-/// Relights a part of what [`relight`] would. Frames that are there, whole and made of the same, are kept.
+/// Relights a part of an export by [`relight`]. Complete frames with the same provenance are kept.
 ///
 /// # Errors
-/// As [`relight`], and when the export has no such frames.
+/// As [`relight`], and when the export lacks such frames.
 pub fn relight_part(
     project: &Project,
     settings: &RelightSettings,
@@ -72,7 +72,7 @@ fn run(
     if first > last || first < whole.0 || last > whole.1 {
         return Err(Error::missing(
             format!("the export has frames {} to {}, not {first} to {last}", whole.0, whole.1),
-            "Ask for frames of the export",
+            "Choose frames within this range",
         ));
     }
     let count = last - first + 1;
@@ -124,7 +124,7 @@ fn run(
     })?;
     let ending = Instant::now();
     writer.finish(progress)?;
-    // An encoder that was fed has not written yet.
+    // An encoder may still hold frames that it has not written.
     times.write += ending.elapsed();
     progress.step("relighting", count as u64, count as u64, "");
     for pass in &mut clip.passes {

@@ -14,9 +14,9 @@ pub fn fitted((width, height): (usize, usize), longest: usize) -> (usize, usize)
     (along(width), along(height))
 }
 
-/// The picture with so many columns and rows. Scene-linear light and coverage are averaged (or interpolated) as
-/// they are, codes of a display as the light that it would show: so grain, dither and what is brighter than
-/// white average as they would look from afar.
+/// Picture resized to these columns and rows. Scene-linear light and coverage are averaged (or interpolated)
+/// directly, display codes as the light that they show: grain, dither and highlights above
+/// white average as seen from a distance.
 pub fn scaled(picture: &Picture, (width, height): (usize, usize)) -> Picture {
     let display = picture.display.as_ref().map(|codes| {
         let light = codes.0.map(|pixel| pixel.map(linear_from_srgb));
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn straight_colour_stays_where_coverage_is_resized() {
-        // Red of one brightness under a coverage that falls from left to right.
+        // Red at constant brightness under a coverage that falls from left to right.
         let shown = scaled(&picture(16, 16, [0.5, 0.0, 0.0], false), (6, 6));
         assert_eq!(shown.alpha.size(), (6, 6));
         for (light, alpha) in shown.linear.unwrap().pixels.iter().zip(&shown.alpha.pixels) {

@@ -9,13 +9,13 @@ const GAP: usize = 4;
 /// Display codes of the sheet and of its letters.
 const PAPER: [f32; 3] = [0.09; 3];
 const INK: [f32; 3] = [0.85; 3];
-/// A tile is this many pixels wide for each step of its letters' size.
+/// Pixels of a tile's width per step of the letters' size.
 const WIDTH_PER_LETTER_SIZE: usize = 160;
 
 /// One picture of a sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile<'a> {
-    /// Written under the picture, as far as there is room. May be empty.
+    /// Label under the picture, cut to the available room. May be empty.
     pub label: &'a str,
     pub picture: &'a Encoded,
 }
@@ -23,7 +23,7 @@ pub struct Tile<'a> {
 /// Lays tiles out in rows of `columns` (at least 1), each in a cell of the largest tile's size.
 ///
 /// # Errors
-/// When there is no tile, or none has a pixel.
+/// When there is no tile, or no tile has pixels.
 pub fn contact_sheet(tiles: &[Tile], columns: usize) -> Result<Encoded> {
     let width = tiles.iter().map(|t| t.picture.0.width).max().unwrap_or(0);
     let height = tiles.iter().map(|t| t.picture.0.height).max().unwrap_or(0);

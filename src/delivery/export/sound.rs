@@ -1,7 +1,7 @@
-//! The interview's sound under the frames that are exported.
+//! The interview's sound under the exported frames.
 //!
-//! It is taken out of the movie before pictures are made, so that sound that cannot be read is said at once, and cut to
-//! the sample: silence fills what the movie has no sound for.
+//! It is extracted before pictures are made, so that unreadable sound is reported at once, and cut to
+//! the sample: silence fills gaps.
 
 use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
 use super::interview::{Interview, Source};
@@ -14,14 +14,14 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
-/// Sound beside the movie that it is for; dropped, it is removed.
+/// Sound file beside its movie; removed on drop.
 #[derive(Debug)]
 pub struct Sound(Unfinished);
 
-/// A difference that nobody hears, in seconds: less than a frame.
+/// Inaudible difference in seconds: less than a frame.
 const UNHEARD_S: f64 = 0.02;
 const REMEDY: (&str, &str) =
-    ("Check that the interview's movie is there and whole, or export without sound", "--no-sound");
+    ("Check that the interview's movie is complete, or export without sound", "--no-sound");
 
 /// Streams and times of a movie, from ffprobe.
 #[derive(Deserialize)]
@@ -37,7 +37,7 @@ struct Stream {
     times: Times,
 }
 
-/// In seconds, as text; missing or "N/A" if not known.
+/// In seconds, as text; missing or "N/A" if unknown.
 #[derive(Deserialize)]
 struct Times {
     start_time: Option<String>,
@@ -45,11 +45,11 @@ struct Times {
 }
 
 impl Sound {
-    /// The sound of frames `first` to `last`, in a file beside the movie `path`. None if there is none. What is missing
-    /// is said.
+    /// Sound of frames `first` to `last`, in a file beside the movie `path`. None without sound. Gaps are
+    /// reported.
     ///
     /// # Errors
-    /// When the interview's movie cannot be read, the file cannot be written, or a stop was asked for.
+    /// When the interview's movie cannot be read, the file cannot be written, or the user stops.
     pub fn extract(
         interview: &Interview,
         (first, last): (usize, usize),
@@ -69,15 +69,15 @@ impl Sound {
         let at = |frame: usize| frame as f64 * f64::from(seconds) / f64::from(frames);
         let whole = probed.format.start();
         let pictures = probed.streams.iter().find(is("video"));
-        // ffmpeg counts from where the first of all streams begins.
+        // ffmpeg counts from the start of the earliest stream.
         let offset = pictures.map_or(0.0, |video| video.times.start() - whole);
         let start = (offset + at(source.first_frame + first)).max(0.0);
         let length = at(last - first + 1);
         let sounds = sound.times.start() - whole..sound.times.end(whole);
         if sounds.start > start + UNHEARD_S || sounds.end < start + length - UNHEARD_S {
             progress.say(format!(
-                "{}: its sound goes from {:.2} s to {:.2} s and the exported frames from {start:.2} s to {:.2} s; silence \
-                 is written where there is none",
+                "{}: the sound runs from {:.2} s to {:.2} s, the exported frames from {start:.2} s to {:.2} s; silence \
+                 fills the gaps",
                 source.file.display(),
                 sounds.start,
                 sounds.end,
@@ -99,7 +99,7 @@ impl Sound {
                 format!("ffmpeg ended with {status}. ffmpeg says: {}", ffmpeg.complaints())
             }
             Err(Unanswered::Hung(patience)) => {
-                format!("ffmpeg gave no sign for {} s", patience.as_secs())
+                format!("ffmpeg gave no sign of life for {} s", patience.as_secs())
             }
             Err(Unanswered::Io(e)) => format!("ffmpeg cannot be waited for: {e}"),
         };
@@ -132,7 +132,7 @@ impl Times {
         seconds(self.start_time.as_deref()).unwrap_or(0.0)
     }
 
-    /// Seconds from `from` to its end; infinite if it is not known.
+    /// Seconds from `from` to the stream's end; infinite if unknown.
     fn end(&self, from: f64) -> f64 {
         let duration = seconds(self.duration.as_deref());
         duration.map_or(f64::INFINITY, |duration| self.start() - from + duration)
@@ -143,7 +143,7 @@ fn seconds(text: Option<&str>) -> Option<f64> {
     text?.parse().ok().filter(|s: &f64| s.is_finite())
 }
 
-/// ffmpeg's arguments, up to the name of what it writes.
+/// ffmpeg's arguments, up to the name of the output.
 fn arguments(source: &Source, start: f64, length: f64) -> Vec<OsString> {
     let words =
         |line: &str| -> Vec<OsString> { line.split_whitespace().map(OsString::from).collect() };

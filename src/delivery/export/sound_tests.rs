@@ -10,7 +10,7 @@ use test_support::ffmpeg;
 
 const RATE: f64 = 30000.0 / 1001.0;
 
-/// A movie of 60 frames whose sound is silent up to frame 20, then loud, and ends `sound_s` seconds after its begin.
+/// A movie of 60 frames. Its sound is silent up to frame 20, then loud, and ends `sound_s` seconds after the start.
 fn interview(folder: &Path, sound_s: f64) -> Interview {
     let file = folder.join("-take 1'.mov");
     let volume = format!(
@@ -36,7 +36,7 @@ fn interview(folder: &Path, sound_s: f64) -> Interview {
     }
 }
 
-/// Samples of a file's sound stream `stream`, first channel.
+/// Samples of the first channel of a file's sound stream `stream`.
 fn samples(path: &Path, stream: usize) -> Vec<f32> {
     let output = Command::new("ffmpeg")
         .args(["-v", "error", "-i"])
@@ -49,7 +49,7 @@ fn samples(path: &Path, stream: usize) -> Vec<f32> {
     output.stdout.chunks_exact(4).map(value).collect()
 }
 
-/// Result of `act`, and the sentences said while it ran.
+/// Result of `act`, and the messages during its run.
 fn heard<T>(act: impl FnOnce(&Progress) -> T) -> (T, String) {
     let said = Mutex::new(String::new());
     let sink = |report: base::progress::Report| {
@@ -112,7 +112,7 @@ fn sound_that_is_shorter_or_longer_than_the_pictures_fits_them_and_that_is_said(
     }
     test_support::shown!(Strangers, "Sound that is longer or shorter than the interview's pictures",
         danger: "a movie that runs on in black, or sound that is stretched",
-        done: "sound is cut, or silence is added, and a sentence says so", bound: "the pictures' length",
+        done: "sound is cut, or silence is added, and a message says so", bound: "the pictures' length",
         measured: "1 sample or less");
 }
 
@@ -162,7 +162,7 @@ fn a_movie_has_the_interviews_sound_time_code_and_reel() {
         assert!(all.contains("01:01:00;04") || all.contains("01:01:00:04"), "{name}: {all}");
         let samples = samples(&path, 0);
         let wanted = 12.0 / RATE * 48000.0;
-        // AAC comes in blocks of 1024.
+        // AAC comes in blocks of 1024 samples.
         let within = if codec == Codec::H264 { 1100.0 } else { 2.0 };
         assert!((samples.len() as f64 - wanted).abs() <= within, "{name}: {}", samples.len());
         let loud = samples.iter().position(|v| v.abs() > 0.05).unwrap() as f64;
@@ -208,8 +208,8 @@ fn a_movie_without_sound_or_that_is_cut_off_is_said() {
     let said = extract().0.unwrap_err().to_string();
     assert!(said.contains("take 1"), "{said}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    test_support::shown!(Strangers, "The interview's movie is cut off, or a list that names an address",
+    test_support::shown!(Strangers, "The interview's movie is truncated, or is a playlist with a network address",
         danger: "an export that fails after hours, or that opens an address",
-        done: "its sound is read first; a sentence says what is wrong, and --no-sound goes on without",
+        done: "its sound is read first; a message names the fault, and --no-sound skips the sound",
         bound: "before the first picture", measured: "refused");
 }

@@ -9,7 +9,7 @@ use imaging::{Image, Mask, Raster, file};
 use scene::ViewTransform;
 use std::sync::LazyLock;
 
-/// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.
+/// A flat, premultiplied picture. Its alpha falls from left to right unless it is opaque.
 pub fn picture(width: usize, height: usize, color: [f32; 3], opaque: bool) -> Picture {
     let alpha = Mask::from_fn(width, height, |x, _| {
         if opaque { 1.0 } else { 1.0 - x as f32 / (width - 1) as f32 }
@@ -28,7 +28,7 @@ pub fn picture(width: usize, height: usize, color: [f32; 3], opaque: bool) -> Pi
 
 static PLAIN: LazyLock<Encoding> = LazyLock::new(Encoding::default);
 
-/// The eighth frame of a film.
+/// Frame 8 of a film.
 pub fn about(bits: Bits) -> About<'static> {
     About {
         time_code: TimeCode::of(24 + 7, 23.976),
@@ -66,7 +66,7 @@ fn an_exr_keeps_light_alpha_and_says_what_it_is() {
         (exr::prelude::Compression::ZIP16, exr::prelude::Blocks::ScanLines)
     );
     let bytes = std::fs::read(&path).unwrap();
-    // The encoder's own order of attributes changes from one time to the next.
+    // The encoder's own order of attributes varies between runs.
     for _ in 0..20 {
         write_still(&path, &wanted, &about(Bits::Eight)).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), bytes, "the same picture");

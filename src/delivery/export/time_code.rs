@@ -1,34 +1,34 @@
-//! The time of a frame as post-production counts it: SMPTE 12M.
+//! SMPTE 12M time code.
 
 use exr::meta::attribute;
 use std::fmt;
 
-/// Hours, minutes, seconds and frames. Rates of television count as the next whole one: 23.976 as 24, 29.97 as 30.
-/// With drop-frame counting (29.97 and 59.94) the first numbers of each minute but every tenth are left out, so that
+/// Hours, minutes, seconds and frames. Television rates count as the next integer: 23.976 as 24, 29.97 as 30.
+/// With drop-frame counting (29.97 and 59.94) the first numbers of each minute but every tenth are skipped, so that
 /// the count follows the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeCode {
     pub hours: u8,
     pub minutes: u8,
     pub seconds: u8,
-    /// From 0, less than the rate.
+    /// From 0, below the rate.
     pub frame: u16,
     /// Frames that count as a second.
     pub rate: u16,
-    /// Drop frame: numbers are left out.
+    /// True for drop-frame counting.
     pub drop: bool,
 }
 
 impl TimeCode {
-    /// The time of frame `frame` of a clip of `frame_rate` frames per second that begins at 00:00:00:00, without
-    /// dropped numbers; after a day it starts again.
+    /// Time code of frame `frame` of a clip with `frame_rate` frames per second that starts at 00:00:00:00, without
+    /// drop-frame counting; it wraps after a day.
     pub fn of(frame: usize, frame_rate: f64) -> Self {
         Self { hours: 0, minutes: 0, seconds: 0, frame: 0, rate: whole(frame_rate), drop: false }
             .plus(frame)
     }
 
-    /// Reads `HH:MM:SS:FF` of a clip of `frame_rate` frames per second; a semicolon or a dot before the frames says that
-    /// numbers are dropped. None if it is no time code of that rate.
+    /// Reads `HH:MM:SS:FF` of a clip with `frame_rate` frames per second; a semicolon or a dot before the frames means
+    /// drop-frame. None if the text is not a time code of that rate.
     pub fn parse(text: &str, frame_rate: f64) -> Option<Self> {
         let text = text.trim();
         let rate = whole(frame_rate);
@@ -54,8 +54,8 @@ impl TimeCode {
         })
     }
 
-    /// The times that a header's time code may stand for in a clip of `frame_rate` frames per second: several above 60, where
-    /// more than two frames share a number; none if there is no such number at that rate.
+    /// Possible times of a header's time code in a clip with `frame_rate` frames per second: several above 60, where
+    /// more than two frames share a number; none if that rate lacks the number.
     pub(super) fn of_header(
         code: attribute::TimeCode,
         frame_rate: f64,
@@ -71,7 +71,7 @@ impl TimeCode {
             seconds: code.seconds,
             frame,
             rate,
-            // A rate that drops no numbers cannot have them dropped.
+            // Other rates have no drop-frame counting.
             drop: code.drop_frame && rate.is_multiple_of(30),
         })
     }
@@ -82,7 +82,7 @@ impl TimeCode {
         let rate = u64::from(self.rate);
         let dropped = self.dropped();
         let minute = 60 * rate - dropped;
-        // The first of ten minutes is whole.
+        // The first of ten minutes drops none.
         let ten_minutes = 10 * minute + dropped;
         let mut count = (self.count() + frames as u64 % (144 * ten_minutes)) % (144 * ten_minutes);
         if dropped > 0 {
@@ -107,7 +107,7 @@ impl TimeCode {
         numbers - self.dropped() * (minutes - minutes / 10)
     }
 
-    /// Numbers that are left out in a minute: 2 of 30, 4 of 60.
+    /// Numbers dropped per minute: 2 of 30, 4 of 60.
     fn dropped(self) -> u64 {
         if self.drop { u64::from(self.rate) / 15 } else { 0 }
     }
@@ -120,7 +120,7 @@ fn whole(frame_rate: f64) -> u16 {
 }
 
 impl From<TimeCode> for attribute::TimeCode {
-    /// The standard has numbers up to 29. Faster clips count pairs (or more), and the second frame of a pair
+    /// The standard has frame numbers up to 29. Faster clips number pairs (or more), and the second frame of a pair
     /// is marked as a second field.
     fn from(time: TimeCode) -> Self {
         let together = time.rate.div_ceil(30);
@@ -180,7 +180,7 @@ mod tests {
     fn dropped_numbers_keep_up_with_the_clock() {
         let rate = 30000.0 / 1001.0;
         let start = TimeCode::parse("00:00:00;00", rate).unwrap();
-        // SMPTE 12M-1, and what every editor shows.
+        // SMPTE 12M-1, and the display of every editor.
         for (frames, wanted) in [
             (1799, "00:00:59;29"),
             (1800, "00:01:00;02"),
@@ -193,7 +193,7 @@ mod tests {
         ] {
             assert_eq!(start.plus(frames).to_string(), wanted);
         }
-        // The way in two steps is the way in one.
+        // Two steps equal one step.
         for frames in (0..200_000).step_by(7) {
             assert_eq!(start.plus(frames).plus(901), start.plus(frames + 901));
         }

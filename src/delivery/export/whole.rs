@@ -1,4 +1,4 @@
-//! Check that a file of stills can be read to its end.
+//! Check that a still can be read to its end.
 
 use base::error::{Error, Result};
 use base::files::open;
@@ -10,10 +10,10 @@ use std::path::Path;
 
 const REMEDY: &str = "Write this frame again";
 
-/// Reads and decodes all of a still: a header may be whole where pixels are missing.
+/// Decodes all of a still: a header may be intact while pixels are missing.
 ///
 /// # Errors
-/// When it is not there, or not whole.
+/// When the file is missing or damaged.
 pub(super) fn check_whole(path: &Path) -> Result<()> {
     let file = || open(path).map(BufReader::new).map_err(|e| Error::io("open", path, e, REMEDY));
     let broken = |cause: String| Error::codec("read", path, cause, REMEDY);
@@ -37,10 +37,10 @@ pub(super) fn check_whole(path: &Path) -> Result<()> {
     }
 }
 
-/// A PNG's samples as they are in the file, and its header. The checksum of each piece is checked.
+/// Samples of a PNG as stored, and its header. The checksum of each chunk is checked.
 ///
 /// # Errors
-/// When it is not there, or not whole.
+/// When the file is missing or damaged.
 pub(super) fn read_png(path: &Path) -> Result<(Vec<u8>, png::OutputInfo)> {
     let broken = |e: png::DecodingError| Error::codec("read", path, e, REMEDY);
     let file = open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;

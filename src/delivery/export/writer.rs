@@ -1,4 +1,4 @@
-//! Writes the frames of one export, whatever files they go to.
+//! Writer of an export's frames, for every kind of destination.
 
 use super::clip::Movie;
 use super::codec::{Codec, Container};
@@ -25,37 +25,37 @@ use std::path::PathBuf;
 
 /// Writer of the frames, in order.
 pub(super) struct Writer {
-    /// Destination, as it was written out.
+    /// Destination as text, for messages.
     pub to: String,
     files: Files,
     destination: Destination,
     clip: Option<ClipWriter>,
-    /// The movie's sound, while it is written.
+    /// Sound of the movie, while it is written.
     sound: Option<Sound>,
     interview: Interview,
     encoding: Encoding,
-    /// The frames of a movie that is joined later.
+    /// Frames of a movie that is joined later.
     parts: Option<MovieFrames>,
-    /// Frames that are there already are kept.
+    /// True if existing frames are kept.
     goes_on: bool,
-    /// Columns and rows that are asked for; None if they are the pictures' own.
+    /// Requested columns and rows; None for the pictures' own.
     size: Option<(usize, usize)>,
-    /// Frames that were written.
+    /// Number of written frames.
     done: usize,
 }
 
-/// The lamps of a frame, and the subject that they add up to.
+/// Lamps of a frame, and the subject that they add up to.
 pub(super) struct Lights {
     pub layers: LightLayers,
     pub subject: Picture,
 }
 
 impl Writer {
-    /// Makes ready for frames `first` to `last` of so many columns and rows.
+    /// Prepares for frames `first` to `last` at this number of columns and rows.
     ///
     /// # Errors
-    /// When the destination is not understood or cannot hold the request, a look-up table or the interview's sound
-    /// cannot be read, or a movie cannot be begun.
+    /// When the destination is invalid or cannot hold the settings, a look-up table or the interview's sound
+    /// cannot be read, or a movie cannot be started.
     pub fn open(
         files: &Files,
         (first, last): (usize, usize),
@@ -74,8 +74,8 @@ impl Writer {
         check_linear(config.as_ref(), &to, is_linear)?;
         let encoding = Encoding::open(files.space, files.lut.as_deref())?.with_config(config);
         let written = files.size.map_or(size, |longest| fitted(size, longest));
-        // What exports to this folder left when they were killed. Beside other workers nothing is removed: whether their
-        // files are left over, another machine's clock and locks cannot say for sure.
+        // Leftovers of killed exports in this folder. With other workers around nothing is removed: another machine's
+        // clock and locks cannot tell for sure whether their files are leftovers.
         if let (None, Some(folder)) = (part, destination.files(first, last).next().and_then(folder))
         {
             remove_left_over(&folder);
@@ -89,7 +89,7 @@ impl Writer {
             if !files.no_sound {
                 sound = Sound::extract(interview, (first, last), path, progress)?;
             }
-            // A movie for review has a time code only if the interview has.
+            // A movie for review has a time code only if the interview has one.
             let counted = Container::of(path) != Some(Container::Mp4);
             let counted = counted.then(|| interview.time_code(first));
             let movie = Movie {
@@ -105,7 +105,7 @@ impl Writer {
             if codec.padded(written) != written {
                 let (width, height) = codec.padded(written);
                 progress.say(format!(
-                    "{} has even sizes: the last column or row is repeated, {width} × {height}",
+                    "{} needs even sizes: the last column or row is repeated, {width} × {height}",
                     codec.name()
                 ));
             }
@@ -128,10 +128,10 @@ impl Writer {
         })
     }
 
-    /// Writes frame `frame`, and its lamps where there are any; tells how well they gave back their sum.
+    /// Writes frame `frame`, and its lamps if there are any; returns the accuracy with which they rebuild their sum.
     ///
     /// # Errors
-    /// When it cannot be written; says what is kept.
+    /// When the frame cannot be written; the message names the files that are kept.
     pub fn write(
         &mut self,
         frame: usize,
@@ -193,7 +193,7 @@ impl Writer {
         }
     }
 
-    /// Lamps at the size of the picture `shown` and with what it has besides them, as the file's primaries need them.
+    /// Lamps at the size of the picture `shown`, with its rest, in the primaries of the file.
     fn prepared(&self, Lights { layers, subject }: Lights, shown: &Picture) -> Lights {
         let size = shown.alpha.size();
         let subject = scaled(&subject, size);
@@ -205,17 +205,17 @@ impl Writer {
         Lights { layers, subject }
     }
 
-    /// True if each frame has a file of its own.
+    /// True if each frame has its own file.
     pub fn writes_stills(&self) -> bool {
         matches!(self.destination, Destination::Stills(_)) || self.parts.is_some()
     }
 
-    /// True if frames that are there already are kept.
+    /// True if existing frames are kept.
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }
 
-    /// True if frame `frame` is there already, whole and made of the same; then it counts as written.
+    /// True if frame `frame` exists, is complete and has the same provenance; it then counts as written.
     pub fn keeps_frame(&mut self, frame: usize, made_of: &str) -> bool {
         let path = match (&self.destination, &self.parts) {
             (Destination::Stills(stills), _) => stills.path(frame),
@@ -229,7 +229,7 @@ impl Writer {
         same
     }
 
-    /// Adds a frame of a movie as ffmpeg takes it.
+    /// Adds a movie frame in ffmpeg's layout.
     ///
     /// # Errors
     /// As [`ClipWriter::feed`].
@@ -240,14 +240,14 @@ impl Writer {
     /// Ends a movie.
     ///
     /// # Errors
-    /// When it cannot be ended; then there is none.
+    /// When the movie cannot be finished; no file remains then.
     pub fn finish(&mut self, progress: &Progress) -> Result<()> {
         let finished = (self.clip.take()).map_or(Ok(()), |clip| clip.finish(progress));
         self.sound = None;
         finished
     }
 
-    /// Files that remain if it ends now, in words.
+    /// Message on the files that remain if the export ends now.
     pub fn keeps(&self) -> String {
         match self.writes_stills() {
             true => {
@@ -258,14 +258,14 @@ impl Writer {
         }
     }
 
-    /// The error, which says what is kept.
+    /// The error with the files that are kept.
     fn kept(&self, error: Error) -> Error {
         error.with_note(&self.keeps())
     }
 }
 
-/// Output that a scene has to make. Light that is to be shown in more than 8 bits is encoded by the writer, without the
-/// dither of 8 bits, unless an effect on codes is asked for.
+/// Scene output to render. For more than 8 bits the writer encodes display light itself, without the
+/// dither of 8 bits, unless an effect needs codes.
 pub(super) fn output(
     files: &Files,
     destination: &Destination,
@@ -276,7 +276,7 @@ pub(super) fn output(
         Destination::Stills(stills) => files.bits == Bits::Sixteen || stills.is_tiff(),
         Destination::Clip(path) => Codec::of(files.codec, path).is_ok_and(Codec::is_deep),
     };
-    // The dither of 8 bits is for codes that stay as they are.
+    // The dither of 8 bits is for codes that stay unchanged.
     let deep = deep || !encoding.is_plain();
     let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
     match destination.output() {
@@ -285,33 +285,33 @@ pub(super) fn output(
     }
 }
 
-/// The folder that holds a file.
+/// Folder of a file.
 fn folder(file: PathBuf) -> Option<PathBuf> {
     let folder = file.parent()?;
     let here = folder.as_os_str().is_empty();
     Some(if here { ".".into() } else { folder.to_path_buf() })
 }
 
-/// Refuses files that their destination cannot hold.
+/// Refuses settings that the destination cannot hold.
 ///
 /// # Errors
-/// Then; the sentence says why.
+/// When they do not fit; the message gives the reason.
 pub fn check_files(files: &Files, frames: usize) -> Result<()> {
     check(files, &files.to, frames).map(drop)
 }
 
-/// The destination `to`, as far as `frames` frames can be written there as `files` says.
+/// The destination `to`, checked for `frames` frames with the settings `files`.
 ///
 /// # Errors
-/// When it is not understood, or cannot hold the files.
+/// When the destination is invalid, or cannot hold the files.
 pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destination> {
     let destination = Destination::parse(to)?;
     destination.check_frames(frames)?;
     if let Some(size) = files.size.filter(|size| !Files::SIZES.contains(size)) {
         let (least, most) = (Files::SIZES.start(), Files::SIZES.end());
         return Err(Error::invalid(
-            format!("pictures of {size} pixels cannot be written, only {least} to {most}"),
-            "Leave the size out for the pictures' own",
+            format!("the size {size} is outside {least} to {most} pixels"),
+            "Leave the size out to keep the pictures' own",
         ));
     }
     let is_linear = destination.output() == Output::Linear;
@@ -325,7 +325,7 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
                 return Err(Error::invalid(
                     format!("{} keeps no alpha: {to} cannot be premultiplied", codec.name()),
                     (
-                        "Write ProRes 4444 (.mov) or FFV1 (.mkv), or no alpha of a movie",
+                        "Write ProRes 4444 (.mov) or FFV1 (.mkv), or leave the alpha out",
                         "leave --movie-alpha out",
                     ),
                 ));
@@ -334,7 +334,7 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
         Destination::Stills(_) => {
             if let Some(codec) = files.codec {
                 return Err(Error::invalid(
-                    format!("{} is a movie's, and {to} are stills", codec.name()),
+                    format!("{} is a movie codec, but {to} are stills", codec.name()),
                     format!(
                         "Write a movie, such as clip{}, or leave the codec out",
                         codec.ending()
@@ -345,13 +345,13 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
     }
     if files.resume && files.existing == Existing::Keep {
         return Err(Error::invalid(
-            "an export that resumes cannot keep existing files under their names",
-            ("Leave one of both out", "--resume or --keep"),
+            "an export cannot both resume and keep existing files",
+            ("Leave one of the two out", "--resume or --keep"),
         ));
     }
     if files.resume && matches!(destination, Destination::Clip(_)) {
         return Err(Error::invalid(
-            format!("{to} is a movie, which is written whole: it cannot resume"),
+            format!("{to} is a movie, and an export to a movie cannot resume"),
             ("Write stills, such as out.%04d.png, or start over", "leave --resume out"),
         ));
     }

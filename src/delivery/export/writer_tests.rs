@@ -7,12 +7,12 @@ use imaging::file::read_encoded;
 use imaging::{Encoded, Raster};
 use test_support::small_disk::{SmallDisk, names};
 
-/// Stills at the rate of film.
+/// Stills at 24 frames per second.
 fn film() -> Interview {
     Interview::stills(24.0)
 }
 
-/// A picture that no codec makes much smaller.
+/// A picture that compresses badly.
 fn noise(size: usize) -> Picture {
     let mut state = 1u32;
     let codes = Raster::from_fn(size, size, |_, _| {
@@ -24,7 +24,7 @@ fn noise(size: usize) -> Picture {
     Picture { display: Some(Encoded(codes)), ..picture(size, size, [0.5; 3], true) }
 }
 
-/// Writes frames until one cannot be written.
+/// Writes frames until an error.
 fn fill(writer: &mut Writer, shown: &Picture) -> Error {
     let fails = (0..200)
         .find_map(|frame| writer.write(frame, shown, None, None, &Progress::silent()).err());
@@ -157,12 +157,12 @@ fn the_next_export_removes_what_a_killed_one_left() {
     test_support::shown!(
         Accidents,
         "An export that was killed",
-        danger: "its unfinished file stays in the person's folder",
-        done: "the next export to that folder removes it, and nothing that is not named as the program names such files"
+        danger: "its unfinished file stays in the user's folder",
+        done: "the next export to that folder removes it; files with other names are never touched"
     );
 }
 
-/// The picture of what lamps do to a subject whose coverage falls to the right, the same with something behind it, and the lamps.
+/// The sum of lamps on a subject whose coverage falls to the right, the same with a background, and the lamps.
 fn lit() -> (Picture, Lights) {
     let subject = picture(12, 7, [0.5, 0.25, 2.0], false);
     let layer = |index: usize| {
@@ -237,7 +237,7 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             assert_eq!(format!("{alpha:?}").contains("straight"), exr.alpha == ExrAlpha::Straight);
             let window =
                 (read.layer_data[0].size.width(), read.attributes.display_window.size.width());
-            // The last column has no coverage, but something behind it.
+            // The last column has no coverage, only background.
             assert_eq!(window, (12, 12));
         }
     }
@@ -265,7 +265,7 @@ fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
     assert!(Rebuild::of_file(&path).unwrap_err().to_string().contains("a.exr"));
     imaging::file::write_exr(&path, &imaging::Image::filled(4, 4, [0.5; 3])).unwrap();
     assert!(Rebuild::of_file(&path).unwrap_err().to_string().contains("weights"));
-    // A layer's file may be only beside its picture.
+    // A layer's file must lie beside its picture.
     let apart = Files {
         exr: ExrSettings { layers: LayerFiles::Files, ..ExrSettings::default() },
         ..files.clone()
@@ -278,9 +278,9 @@ fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
     std::fs::write(&json, text.replace("a.light_01.exr", "/etc/passwd")).unwrap();
     let said = Rebuild::of_file(&path).unwrap_err().to_string();
     assert!(said.contains("/etc/passwd") && said.contains("no name alone"), "{said}");
-    test_support::shown!(Strangers, "An EXR that is cut off, without weights, or whose JSON names a file elsewhere",
-        danger: "a check that reads what it should not, or ends in a panic",
-        done: "a sentence; layers are read beside their picture only", bound: "none", measured: "refused");
+    test_support::shown!(Strangers, "An EXR that is truncated, has no weights, or whose JSON names a file in another folder",
+        danger: "a check that reads foreign files, or panics",
+        done: "an error message; layers are only read from the picture's folder", bound: "none", measured: "refused");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The job's end: every frame is looked at, and the movie made.
+//! Last step of a job: checks every frame, and joins the movie.
 
 use super::chunk::{FRAMES, frame_bytes};
 use super::chunks::spans;
@@ -13,35 +13,35 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Spans of frames that a sentence names.
+/// Most spans of frames in a message.
 const NAMED: usize = 8;
 
-/// Report on a job; `report.json` holds it.
+/// Report on a job, stored in `report.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct AssembleReport {
     /// Number of frames.
     pub frames: usize,
     /// Destination of the result; None if frames have to be written again.
     pub output: Option<String>,
-    /// Files that were written beside it for other programs, in the order in which they were asked for.
+    /// Files written for other programs, in the requested order.
     pub hand_over: Vec<PathBuf>,
     /// Frames that have to be written again.
     pub flawed: Vec<FlawedFrame>,
-    /// Commands that write them.
+    /// Commands that write them again.
     pub again: Vec<String>,
-    /// Seconds of all workers together, as far as chunks recorded them.
+    /// Total seconds of all workers, from the chunks' records.
     pub worker_seconds: f64,
-    /// Bytes of all frames, without light layers that are files of their own.
+    /// Bytes of all frames, without light layers in separate files.
     pub frame_bytes: u64,
     pub chunks: Vec<Record>,
 }
 
 impl AssembleReport {
-    /// Result of the job, in a sentence.
+    /// Result of the job in one sentence.
     pub fn sentence(&self) -> String {
         let handed_over = handed_over(&self.hand_over);
         format!(
-            "All {} frames are there, whole and of this job: {}. The workers took {:.1} s together{handed_over}",
+            "All {} frames are complete and match this job: {}. The workers took {:.1} s together{handed_over}",
             self.frames,
             self.output.as_deref().unwrap_or_default(),
             self.worker_seconds
@@ -49,12 +49,12 @@ impl AssembleReport {
     }
 }
 
-/// Checks that each frame of the job in `folder` is there, whole and made of the snapshot, then makes the movie as one
-/// export would have, and what other programs need to open it; stills stay where they are. `report.json` says what came of it.
+/// Checks that each frame of the job in `folder` is complete and made from the snapshot. Then joins the movie as a single
+/// export would, and writes the files for other programs. Stills stay in place. `report.json` holds the result.
 ///
 /// # Errors
-/// When frames have to be written again (the sentence has the commands), the job is another program's, its snapshot or the
-/// footage has changed, a file cannot be written, or a stop was asked for.
+/// When frames have to be written again (the message has the commands), another program wrote the job, its snapshot or the
+/// footage has changed, a file cannot be written, or the user stops.
 pub fn assemble(
     folder: &Path,
     shoot: Option<&Path>,
@@ -91,11 +91,11 @@ pub fn assemble(
 
 fn save(report: &AssembleReport, folder: &Path) -> Result<()> {
     let text = serde_json::to_string_pretty(report)
-        .map_err(|e| Error::bug(format!("the job's report cannot be written: {e}")))?;
+        .map_err(|e| Error::bug(format!("cannot write the job's report: {e}")))?;
     write_beside(&folder.join("report.json"), |out| out.write_all(text.as_bytes()))
 }
 
-/// Error that names the frames to write again, and the commands for it.
+/// Error with the frames to write again, and the commands for it.
 fn refusal(report: &AssembleReport, job: &str) -> Error {
     let of = |flaw: Flaw, one: &str, many: &str| {
         let frames = report.flawed.iter().filter(|frame| frame.flaw == flaw);
@@ -108,16 +108,16 @@ fn refusal(report: &AssembleReport, job: &str) -> Error {
     };
     let kinds = [
         of(Flaw::Missing, "is missing", "are missing"),
-        of(Flaw::Broken, "is not whole", "are not whole"),
+        of(Flaw::Broken, "is damaged", "are damaged"),
         of(
             Flaw::MadeOfOther,
-            "was made of another project, look, footage or version",
-            "were made of another project, look, footage or version",
+            "was made from another project, look, footage or version",
+            "were made from another project, look, footage or version",
         ),
     ];
     let kinds: Vec<String> = kinds.into_iter().flatten().collect();
     let commands: Vec<&str> = (report.again.iter().take(NAMED).map(String::as_str)).collect();
-    let more = if report.again.len() > NAMED { " … (all are in report.json)" } else { "" };
+    let more = if report.again.len() > NAMED { " … (full list in report.json)" } else { "" };
     Error::invalid(
         format!(
             "{} of {} frames have to be written again: {}",

@@ -1,4 +1,4 @@
-//! A chunk: what a worker does. It can be run again at any time, by two workers at once too.
+//! Chunk of a job, as a worker runs it. It can run again at any time, even in two workers at once.
 
 use super::chunks::FrameSpan;
 use super::job::Job;
@@ -16,9 +16,9 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Between two looks at whether the other worker has ended.
+/// Time between two checks for the end of another worker.
 const LOOK: Duration = Duration::from_millis(200);
-/// The folder of a movie's frames.
+/// Folder of a movie's frames.
 pub(crate) const FRAMES: &str = "frames";
 
 /// Report on a worker's frames.
@@ -31,23 +31,23 @@ pub struct ChunkReport {
 }
 
 impl ChunkReport {
-    /// Result of the chunk, in a sentence.
+    /// Result of the chunk in one sentence.
     pub fn sentence(&self) -> String {
         let (first, last) = self.record.frames;
         format!(
-            "Frames {first} to {last} are there ({} were before), after {:.1} s: {}",
+            "Frames {first} to {last} are done ({} existed before) after {:.1} s: {}",
             self.record.kept, self.record.seconds, self.output
         )
     }
 }
 
-/// Relights the frames `frames` of the job in `folder`. Frames that are there, whole and made of the same, are kept, so
-/// it goes on where a killed worker stopped. `device` is where the network runs, if not where the job says; `shoot` is
-/// where the footage is, if not where it was.
+/// Relights the frames `frames` of the job in `folder`. Complete frames with the same provenance are kept, so
+/// the chunk continues where a killed worker stopped. `device` overrides the job's device of the network, `shoot` the
+/// footage's folder.
 ///
 /// # Errors
-/// When the job is another program's, its snapshot or the footage has changed, it has no such frames, a file cannot be
-/// written, or a stop was asked for: finished frames are kept.
+/// When another program wrote the job, its snapshot or the footage has changed, it lacks such frames, a file cannot be
+/// written, or the user stops: finished frames are kept.
 pub fn run_chunk(
     folder: &Path,
     frames: FrameSpan,
@@ -65,15 +65,15 @@ pub fn run_chunk(
             .map_err(|e| Error::io("read", &file, e, "Check that the worker sees the footage"))?;
         if now != *print {
             return Err(Error::invalid(
-                format!("{} is not the movie that the job was written for", file.display()),
-                "Bring back that movie, or write the job again: afterlight farm PROJECT --to DIR",
+                format!("{} is not the movie of this job", file.display()),
+                "Restore that movie, or write the job again: afterlight farm PROJECT --to DIR",
             ));
         }
     }
     let part = Part { frames: frames.within(work.frames.1), folder: folder.join(FRAMES) };
     let begun = started.elapsed();
     let _lock = lock(folder, part.frames, progress)?;
-    // Waiting for another worker is no work.
+    // Waiting for another worker does not count as work.
     let waited = started.elapsed() - begun;
     let report = relight_part(&project, &work.settings, &part, progress)?;
     let seconds = (started.elapsed() - waited).as_secs_f64();
@@ -88,14 +88,14 @@ pub fn run_chunk(
         device: report.device,
         machine: Machine::this(),
     };
-    // What the frames took when they were made stays told.
+    // A record of the run that made the frames stays valid.
     if relit > 0.0 || !record::path(folder, part.frames, "json").exists() {
         record.save(folder)?;
     }
     Ok(ChunkReport { record, output: report.output })
 }
 
-/// Bytes of frames `first` to `last` of the job in `folder`, as far as they are there.
+/// Bytes of the existing files among frames `first` to `last` of the job in `folder`.
 pub(crate) fn frame_bytes(to: &str, (first, last): (usize, usize), folder: &Path) -> Result<u64> {
     let destination = Destination::parse(to)?;
     let frames = folder.join(FRAMES);
@@ -108,8 +108,8 @@ pub(crate) fn frame_bytes(to: &str, (first, last): (usize, usize), folder: &Path
     Ok(found.map(|data| data.len()).sum())
 }
 
-/// Waits until no other worker is at these frames, where the disk can tell: what it has finished is kept then. Where it
-/// cannot, both write each frame beside and rename it, and the same bytes come out.
+/// Waits until no other worker has these frames, if the disk supports locks: the other worker's frames are kept then.
+/// Without locks both write each frame beside its file and rename it, with identical bytes.
 fn lock(folder: &Path, frames: (usize, usize), progress: &Progress) -> Result<Option<File>> {
     let path = record::path(folder, frames, "lock");
     let fail = |e| {
@@ -129,11 +129,11 @@ fn lock(folder: &Path, frames: (usize, usize), progress: &Progress) -> Result<Op
                 if !is_told {
                     let (first, last) = frames;
                     progress.say(format!(
-                        "Another worker is at frames {first} to {last}: waiting until it has ended"
+                        "Another worker has frames {first} to {last}: waiting for its end"
                     ));
                     is_told = true;
                 }
-                progress.check("no frame was begun")?;
+                progress.check("no frame was started")?;
                 std::thread::sleep(LOOK);
             }
         }

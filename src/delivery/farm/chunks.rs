@@ -1,16 +1,16 @@
-//! Division of frames among chunks.
+//! Division of frames into chunks.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::str::FromStr;
 
-/// Frames that are asked for: `A-B`, one frame `A`, or `A+N`, which is N frames from A on as far as there are so many.
+/// Requested frames: `A-B`, one frame `A`, or `A+N`, which is up to N frames starting at A.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameSpan {
     pub first: usize,
     /// At least 1.
     pub count: usize,
-    /// The span may be cut at the job's last frame.
+    /// True if the span may be cut at the job's last frame.
     is_cut: bool,
 }
 
@@ -38,7 +38,7 @@ impl FromStr for FrameSpan {
         if let Some((first, count)) = text.split_once('+') {
             let (first, count) = (number(first)?, number(count)?);
             if count == 0 {
-                return Err(format!("{text:?} asks for no frame"));
+                return Err(format!("{text:?} has no frames"));
             }
             let is_cut = true;
             return Ok(Self { first, count, is_cut });
@@ -63,13 +63,13 @@ impl Display for FrameSpan {
     }
 }
 
-/// Frames of a chunk that takes so many minutes at so many milliseconds a frame: at least 1, at most all.
+/// Frames per chunk for this many minutes at this many milliseconds per frame: at least 1, at most all.
 pub(crate) fn chunk_size(ms_per_frame: f64, minutes: f64, frames: usize) -> usize {
     let fitting = minutes * 60e3 / ms_per_frame.max(1e-3);
     (fitting as usize).clamp(1, frames.max(1))
 }
 
-/// Frames in ascending order as spans without gaps.
+/// Ascending frames as spans without gaps.
 pub(crate) fn spans(frames: impl IntoIterator<Item = usize>) -> Vec<FrameSpan> {
     let mut found: Vec<FrameSpan> = Vec::new();
     for frame in frames {

@@ -1,4 +1,4 @@
-//! The programs that run a job on many machines.
+//! Engines that run a job on many machines.
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// All of them.
+    /// All engines.
     pub const ALL: [Self; 2] = [Self::OpenJobDescription, Self::Slurm];
 
     /// Common name.

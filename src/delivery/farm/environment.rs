@@ -1,5 +1,5 @@
-//! The environment as it was when the job was written, value for value: a panorama's file may be read another way on another
-//! day, and a light that was made in the window has no file.
+//! Copy of the environment's values at the time of the job: a panorama file may be edited later, and a light made in the
+//! studio has no file.
 
 use base::error::{Error, Result};
 use base::files::write_beside;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// Name and size of an environment, which a file of values does not say itself.
+/// Name and size of an environment, which its file of values lacks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeptEnvironment {
     pub name: String,
@@ -17,7 +17,7 @@ pub struct KeptEnvironment {
     pub height: usize,
 }
 
-/// Pixels that a panorama may have: 64 K by 32 K.
+/// Most pixels of a panorama: 64 K by 32 K.
 const MOST: usize = 1 << 31;
 
 impl KeptEnvironment {
@@ -34,10 +34,10 @@ impl KeptEnvironment {
         Ok(Self { name: environment.name.clone(), width: radiance.width, height: radiance.height })
     }
 
-    /// Reads it again.
+    /// Reads the values back.
     ///
     /// # Errors
-    /// When the file cannot be read, or has another length.
+    /// When the file cannot be read, or its length is wrong.
     pub fn read(&self, path: &Path) -> Result<Environment> {
         const REMEDY: &str = "Write the job again";
         let pixels = self.width.checked_mul(self.height).filter(|n| *n <= MOST);
@@ -45,7 +45,7 @@ impl KeptEnvironment {
         let mut file = base::files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let found = file.metadata().map(|data| data.len()).ok();
         if length.is_none() || length != found {
-            let problem = "its length is not that of the environment in job.json";
+            let problem = "its length differs from the environment in job.json";
             return Err(Error::codec("read", path, problem, REMEDY));
         }
         let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! `job.json`: what is to be made, by which program and of which files.
+//! `job.json`: the work, the program that wrote the job, and the checksums of its files.
 
 use super::environment::KeptEnvironment;
 use super::program::{Program, sha256};
@@ -13,7 +13,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use training::TrainSettings;
 
-/// The version of `job.json` that this program writes and reads.
+/// Version of `job.json` that this program writes and reads.
 const FORMAT: u32 = 1;
 pub(crate) const NAME: &str = "job.json";
 pub(crate) const SNAPSHOT: &str = "snapshot";
@@ -25,12 +25,12 @@ const REMEDY: &str = "Write the job again: afterlight farm PROJECT --to DIR";
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Job {
     format: u32,
-    /// The program that wrote it, which alone may run it.
+    /// Program that wrote the job; no other may run it.
     pub program: Program,
     /// The project's name.
     pub project: String,
     pub work: Work,
-    /// The snapshot's files.
+    /// Files of the snapshot.
     pub files: Vec<PinnedFile>,
 }
 
@@ -40,48 +40,48 @@ pub struct Job {
 pub enum Work {
     /// An export, in chunks of frames.
     Relight(Box<RelightWork>),
-    /// Trainings, one task each.
+    /// Trainings, one per task.
     Train(Vec<TrainTask>),
 }
 
-/// An export.
+/// Export of a job.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RelightWork {
     /// First and last frame.
     pub frames: (usize, usize),
-    /// Frames of a chunk.
+    /// Frames per chunk.
     pub chunk: usize,
-    /// Measured milliseconds of a frame, by which the chunks were sized; None if their size was given.
+    /// Measured milliseconds per frame that set the size of the chunks; None if the size was given.
     pub ms_per_frame: Option<f64>,
     pub environment: KeptEnvironment,
-    /// A print of the interview's movie; None if it is stills, which each frame's file is checked by.
+    /// Fingerprint of the interview's movie; None for stills, whose files are checked per frame.
     pub movie: Option<String>,
     pub settings: RelightSettings,
 }
 
-/// A training.
+/// Training of a job.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TrainTask {
     /// The project's name.
     pub name: String,
-    /// The project that it is a copy of.
+    /// Original project.
     pub project: PathBuf,
-    /// Its folder within the job.
+    /// Folder of its copy within the job.
     pub folder: PathBuf,
     pub settings: TrainSettings,
 }
 
-/// A file of the snapshot.
+/// File of the snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PinnedFile {
-    /// Relative to the job's folder.
+    /// Path relative to the job's folder.
     pub name: PathBuf,
     pub bytes: u64,
-    /// In hexadecimal digits.
+    /// SHA-256 in hexadecimal digits.
     pub sha256: String,
 }
 
-/// Fields that every version of `job.json` has.
+/// Fields common to every version of `job.json`.
 #[derive(Deserialize)]
 struct Header {
     format: u32,
@@ -93,28 +93,29 @@ impl Job {
         Ok(Self { format: FORMAT, program: Program::this()?, project, work, files })
     }
 
-    /// Writes it into the job's folder.
+    /// Writes `job.json` into the job's folder.
     ///
     /// # Errors
     /// When it cannot be written.
     pub(crate) fn save(&self, folder: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self)
-            .map_err(|e| Error::bug(format!("the job cannot be written: {e}")))?;
+            .map_err(|e| Error::bug(format!("cannot write the job: {e}")))?;
         write_beside(&folder.join(NAME), |out| out.write_all(text.as_bytes()))
     }
 
-    /// Opens the job in `folder`: this program has to be the one that wrote it, and its snapshot as it was.
+    /// Opens the job in `folder`. This program must have written it, and its snapshot must be unchanged.
     ///
     /// # Errors
-    /// When it is not so, or the files cannot be read.
+    /// When either check fails, or files cannot be read.
     pub fn open(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
-            let remedy = "Give the folder of a job that was written to its end: afterlight farm PROJECT --to DIR";
+            let remedy =
+                "Give the folder of a completely written job: afterlight farm PROJECT --to DIR";
             Error::io("open", &path, e, remedy)
         })?;
         let broken = |e: serde_json::Error| Error::codec("read", &path, e, REMEDY);
-        // Another version may have other settings: it is told before these are read.
+        // Another version may have other settings, so the version is checked first.
         let header: Header = serde_json::from_str(&text).map_err(broken)?;
         Program::this()?.check(&header.program, folder)?;
         if header.format != FORMAT {
@@ -126,11 +127,11 @@ impl Job {
         Ok(job)
     }
 
-    /// Its export, with what its settings name in the job's `folder`, and the project that it is of. `shoot` is where the
-    /// footage is, if not where it was.
+    /// Export of the job in `folder`, with absolute paths in its settings, and its project. `shoot` overrides the folder
+    /// of the footage.
     ///
     /// # Errors
-    /// When it is a training, or files cannot be read.
+    /// When the job is a training, or files cannot be read.
     pub(crate) fn export(
         self,
         folder: &Path,
@@ -138,7 +139,7 @@ impl Job {
     ) -> Result<(RelightWork, Project)> {
         let Work::Relight(mut work) = self.work else {
             return Err(Error::invalid(
-                format!("{} trains networks, it has no frames", folder.display()),
+                format!("{} trains networks and has no frames", folder.display()),
                 "Run one of its tasks: afterlight farm-chunk JOB --task K",
             ));
         };
@@ -159,15 +160,15 @@ impl Job {
 }
 
 impl TrainTask {
-    /// Folder of this training, in which nothing else of the job in `folder` is trained.
+    /// Folder of this training, used by no other task of the job in `folder`.
     ///
     /// # Errors
-    /// When it is not within the job.
+    /// When it is outside the job.
     pub(crate) fn root(&self, folder: &Path) -> Result<PathBuf> {
         inside(folder, &self.folder)
     }
 
-    /// Device for the network of all these trainings: they are written with one choice.
+    /// Device for the network of all these trainings: one choice per job.
     pub(crate) fn device(tasks: &[Self]) -> DeviceChoice {
         tasks.first().map_or(DeviceChoice::Auto, |task| task.settings.device)
     }
@@ -176,20 +177,20 @@ impl TrainTask {
 /// Path of `name` within a job's `folder`.
 ///
 /// # Errors
-/// When it leads out of it.
+/// When it leads outside the folder.
 fn inside(folder: &Path, name: &Path) -> Result<PathBuf> {
     let is_inside = |part| matches!(part, Component::Normal(_));
     if name.components().all(is_inside) {
         return Ok(folder.join(name));
     }
-    Err(Error::codec("read", folder.join(NAME), format!("{name:?} is no file of the job"), REMEDY))
+    Err(Error::codec("read", folder.join(NAME), format!("{name:?} is not in the job"), REMEDY))
 }
 
 impl PinnedFile {
-    /// Of the file `name` in the job's folder, as it is now.
+    /// Current checksum of the file `name` in the job's folder.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// When the file cannot be read.
     pub(crate) fn of(folder: &Path, name: PathBuf) -> Result<Self> {
         let path = folder.join(&name);
         let (bytes, sha256) =

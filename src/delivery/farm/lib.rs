@@ -1,17 +1,17 @@
-//! Work that a farm does: a job is a folder with a snapshot of the project, which workers only read, and the files of the
+//! Render-farm jobs. A job is a folder with a snapshot of the project, which workers only read, and the files of the
 //! engine that runs it.
 //!
 //! ```text
 //! JOB/
-//!   job.json            what is to be made, by which program, of which files (by hash)
+//!   job.json            the work, the program that wrote the job, and its files (by hash)
 //!   snapshot/           project.toml, calibration.toml, checkpoint/, mattes/, the environment and the look-up table
-//!   template.json       Open Job Description's, or
-//!   submit.sh, chunk.sh, assemble.sh       Slurm's
-//!   frames/             frames of a movie, until it is joined; stills go where they are wanted
-//!   records/            what each chunk took
-//!   logs/               what each chunk said (Slurm)
-//!   report.json         what came of it
-//!   projects/           of a job that trains: a project for each task, as above
+//!   template.json       for Open Job Description, or
+//!   submit.sh, chunk.sh, assemble.sh       for Slurm
+//!   frames/             frames of a movie, until it is joined; stills go to their destination
+//!   records/            cost of each chunk
+//!   logs/               output of each chunk (Slurm)
+//!   report.json         the result
+//!   projects/           only in a training job: a project for each task, as above
 //! ```
 
 mod assemble;

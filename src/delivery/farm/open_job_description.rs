@@ -1,4 +1,4 @@
-//! A job as Open Job Description has it: one template that schedulers read (specification `jobtemplate-2023-09`).
+//! Job for Open Job Description: one template for schedulers (specification `jobtemplate-2023-09`).
 //! <https://github.com/OpenJobDescription/openjd-specifications>
 
 use super::job::{RelightWork, TrainTask};
@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::Path;
 
 const NAME: &str = "template.json";
-/// Letters of a job's name, at most: the specification allows 128.
+/// Longest job name in letters: the specification allows 128.
 const LONGEST: usize = 100;
 
 /// Writes the template of an export; returns the command that submits it.
@@ -110,13 +110,13 @@ pub(crate) fn write_training(
 
 fn save(job: &Path, template: &Value) -> Result<String> {
     let text = serde_json::to_string_pretty(template)
-        .map_err(|e| Error::bug(format!("the template cannot be written: {e}")))?;
+        .map_err(|e| Error::bug(format!("cannot write the template: {e}")))?;
     let path = job.join(NAME);
     write_beside(&path, |out| out.write_all(text.as_bytes()))?;
     Ok(format!("openjd run {}", quoted(&path.display().to_string())))
 }
 
-/// The footage's folder, as the snapshot names it.
+/// Folder of the footage, from the snapshot.
 fn shoot(job: &Path) -> Result<String> {
     let copy = project::Project::open(&job.join(super::job::SNAPSHOT))?;
     Ok(copy.settings.shoot.folder.display().to_string())
@@ -126,7 +126,7 @@ fn number(name: &str, default: usize, description: &str) -> Value {
     json!({ "name": name, "type": "INT", "minValue": 0, "default": default, "description": description })
 }
 
-/// Paths that have a default must lie beside the template, so the program is a text.
+/// Path parameters with a default must lie beside the template, so the program is a text parameter.
 fn program_parameter(program: &str) -> Value {
     json!({
         "name": "Program", "type": "STRING", "default": program,
@@ -156,7 +156,7 @@ fn requirements(farm: &FarmSettings, device: DeviceChoice) -> Value {
     json!({ "amounts": amounts })
 }
 
-/// A name that the specification allows: not endless, without control characters, and without what it would replace.
+/// Job name within the specification: limited length, no control characters, no format expressions.
 fn job_name(project: &str) -> String {
     let plain = |c: char| match c {
         '{' => '(',

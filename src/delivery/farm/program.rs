@@ -1,4 +1,4 @@
-//! Program that wrote a job, and the one that runs it.
+//! Program that wrote a job, and program that runs it.
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The one that runs.
+    /// The running program.
     ///
     /// # Errors
     /// When its file cannot be read.
@@ -32,7 +32,7 @@ impl Program {
             sha256(&path).map(|(_, sum)| sum)
         };
         let sha256 = own().map_err(|e| {
-            let remedy = "Check that Afterlight's program file is there and can be read";
+            let remedy = "Check that Afterlight's program file exists and can be read";
             Error::io("read", "afterlight", e, remedy)
         })?;
         let version = env!("CARGO_PKG_VERSION").to_owned();
@@ -42,7 +42,7 @@ impl Program {
     /// Refuses a job that another program wrote: frames of two programs may differ.
     ///
     /// # Errors
-    /// Then, naming both.
+    /// When the builds differ; the message names both.
     pub(crate) fn check(&self, wrote: &Self, job: &Path) -> Result<()> {
         if self == wrote {
             return Ok(());
@@ -52,7 +52,7 @@ impl Program {
                 "{} was written by Afterlight {wrote}, but this worker has {self}",
                 job.display()
             ),
-            "Install that one on the workers, or write the job again with this one: frames of two programs may differ",
+            "Install that build on the workers, or write the job again with this build: frames of two builds may differ",
         ))
     }
 }
@@ -64,10 +64,10 @@ impl Display for Program {
     }
 }
 
-/// Bytes of a file, and their SHA-256 in hexadecimal digits.
+/// Length of a file, and its SHA-256 in hexadecimal digits.
 ///
 /// # Errors
-/// When it cannot be read.
+/// When the file cannot be read.
 pub(crate) fn sha256(path: &Path) -> io::Result<(u64, String)> {
     let mut file: File = base::files::open(path)?;
     let mut sum = Sha256::new();
@@ -96,7 +96,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("abc");
         std::fs::write(&path, "abc").unwrap();
-        // FIPS 180-4's example.
+        // Example of FIPS 180-4.
         let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(sha256(&path).unwrap(), (3, wanted.to_owned()));
     }

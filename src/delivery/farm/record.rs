@@ -1,4 +1,4 @@
-//! Record of a chunk's cost, in a file of its own: no two chunks write the same.
+//! Record of a chunk's cost, one file per chunk: no two chunks write the same file.
 
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
@@ -8,27 +8,27 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The newest run of a chunk that relit a frame.
+/// Newest run of a chunk that relit at least one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// First and last frame.
     pub frames: (usize, usize),
-    /// Frames that were there already.
+    /// Number of frames that existed already.
     pub kept: usize,
     /// Seconds from the program's start to the last frame.
     pub seconds: f64,
-    /// Of them, until the first frame was begun: the job was checked and the network read.
+    /// Of these, seconds before the first frame: checking the job and reading the network.
     pub start_seconds: f64,
-    /// Mean milliseconds from one frame to the next, and in each stage.
+    /// Mean milliseconds from frame to frame, and in each stage.
     pub stages: Stages,
-    /// Bytes of the frames that are there now.
+    /// Bytes of the existing frames.
     pub bytes: u64,
-    /// Device that ran the network, and the reason for it.
+    /// Device of the network, and the reason for the choice.
     pub device: String,
     pub machine: Machine,
 }
 
-/// The file of the record of frames `first` to `last`, or of the lock on them.
+/// File name of the record of frames `first` to `last`, or of their lock.
 pub(crate) fn path(folder: &Path, (first, last): (usize, usize), ending: &str) -> PathBuf {
     folder.join("records").join(format!("{first:09}-{last:09}.{ending}"))
 }
@@ -36,11 +36,11 @@ pub(crate) fn path(folder: &Path, (first, last): (usize, usize), ending: &str) -
 impl Record {
     pub(crate) fn save(&self, folder: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self)
-            .map_err(|e| Error::bug(format!("a chunk's record cannot be written: {e}")))?;
+            .map_err(|e| Error::bug(format!("cannot write a chunk's record: {e}")))?;
         write_beside(&path(folder, self.frames, "json"), |out| out.write_all(text.as_bytes()))
     }
 
-    /// All of a job, by frames. What is no record is left out: they are for people, nothing depends on them.
+    /// All records of a job, by frames. Unreadable files are skipped: records only inform people.
     pub(crate) fn all(folder: &Path) -> Vec<Self> {
         let entries = std::fs::read_dir(folder.join("records"));
         let paths = entries.into_iter().flatten().flatten().map(|entry| entry.path());

@@ -1,4 +1,4 @@
-//! Settings for writing a job.
+//! Settings of a job.
 
 use super::engine::Engine;
 use base::numbers::within;
@@ -7,16 +7,16 @@ use std::path::PathBuf;
 /// Folder of a job, and the engine that runs it.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FarmSettings {
-    /// The engine that runs the job.
+    /// Engine that runs the job.
     #[arg(long, value_enum)]
     pub engine: Engine,
-    /// The job's folder, made if it is missing. All workers have to see it.
+    /// Job folder, created if missing. All workers must see it.
     #[arg(id = "job", long = "to", value_name = "DIR")]
     pub job: PathBuf,
-    /// Memory that a worker needs, in GB.
+    /// Memory per worker in GB.
     #[arg(long = "memory", value_name = "GB", default_value_t = 4.0, value_parser = within(0.1f64..=4096.0))]
     pub memory_gb: f64,
-    /// Afterlight on the workers [default: this program].
+    /// Path of Afterlight on the workers [default: this program].
     #[arg(long, value_name = "FILE")]
     pub program: Option<PathBuf>,
 }
@@ -24,11 +24,11 @@ pub struct FarmSettings {
 /// Division of an export into chunks.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ChunkSettings {
-    /// Frames of a chunk [default: as many as take --chunk-minutes].
+    /// Frames per chunk [default: as many as take --chunk-minutes].
     #[arg(long, value_name = "FRAMES", value_parser = within(1usize..=10_000_000))]
     pub chunk: Option<usize>,
-    /// Minutes that a chunk is to take, by the rate that was measured: short ones lose little when a worker is lost, long
-    /// ones start the program less often.
+    /// Target duration of a chunk in minutes, at the measured rate: short chunks lose little with a worker, long
+    /// chunks start the program less often.
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = within(0.05f64..=1e4))]
     pub chunk_minutes: f64,
 }
@@ -40,7 +40,7 @@ impl Default for ChunkSettings {
 }
 
 impl FarmSettings {
-    /// As the command line has it without options.
+    /// Defaults of the command line.
     pub fn new(engine: Engine, job: PathBuf) -> Self {
         Self { engine, job, memory_gb: 4.0, program: None }
     }

@@ -1,8 +1,8 @@
-//! Words of a command line as a shell reads them.
+//! Quoting for the shell.
 
 use gpu::DeviceChoice;
 
-/// A word in quotes if it needs any.
+/// A word, in quotes if it needs them.
 pub(crate) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -1,35 +1,35 @@
-//! Time of a job on so many workers: chunks handed out in turn, workers that are slow or get lost, and one disk that all
-//! read and write.
+//! Simulated duration of a job on a number of workers: chunks handed out in turn, slow and lost workers, and one shared
+//! disk.
 //!
-//! Between two events, an end of a chunk or a loss, every worker goes at a steady rate: its own, or its share of the disk if
-//! that is less. So a whole run is a list of events, and nothing is drawn but which workers are slow and when one is lost, all
+//! Between two events (end of a chunk, or a loss) every worker has a steady rate: its own, or its share of the disk if
+//! that is less. A run is therefore a list of events. Only the choice of slow workers and the times of losses are random,
 //! from one seed.
 
 /// Job and workers of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Farm {
     pub frames: u64,
-    /// Frames of a chunk.
+    /// Frames per chunk.
     pub chunk: u64,
     pub workers: usize,
-    /// Seconds that a worker takes for a frame, alone.
+    /// Seconds per frame of an undisturbed worker.
     pub frame_seconds: f64,
-    /// Seconds until a chunk's first frame is begun: the program starts, reads the network, makes the first frame for its
+    /// Seconds before a chunk's first frame: the program starts, reads the network, and makes the export's first frame for its
     /// level.
     pub start_seconds: f64,
-    /// Bytes that a frame reads and writes.
+    /// Bytes read and written per frame.
     pub frame_bytes: f64,
-    /// Bytes a second of the disk that all share.
+    /// Bytes per second of the shared disk.
     pub disk_bytes: f64,
-    /// Share of workers that are slow, 0 to 1.
+    /// Share of slow workers, 0 to 1.
     pub slow_share: f64,
-    /// Factor by which slow workers take longer.
+    /// Factor on the time of slow workers.
     pub slowness: f64,
-    /// Losses of a worker in an hour of its work. Its chunk goes back, with the frames that it finished.
+    /// Losses per worker and hour of work. The chunk returns to the queue with its finished frames.
     pub losses_an_hour: f64,
-    /// Seconds after which the scheduler notices a loss and another machine takes its place.
+    /// Seconds until the scheduler notices a loss and a new machine replaces the worker.
     pub replaced_after: f64,
-    /// Frames a second of the last step, which one worker does.
+    /// Frames per second of the last step, which runs on one worker.
     pub assemble_rate: f64,
     pub seed: u64,
 }
@@ -39,31 +39,31 @@ pub struct Farm {
 pub struct Run {
     /// Seconds from the first chunk's start to the movie.
     pub seconds: f64,
-    /// Of them, the last step's.
+    /// Of these, seconds of the last step.
     pub assemble_seconds: f64,
-    /// Seconds of all workers together while they had a chunk, and the last step.
+    /// Total seconds of all workers with a chunk, and of the last step.
     pub worker_seconds: f64,
-    /// Workers that were lost.
+    /// Number of lost workers.
     pub losses: u64,
-    /// Share of the time that workers had a chunk in which the disk held them back, 0 to 1.
+    /// Share of the working time limited by the disk, 0 to 1.
     pub held_back: f64,
 }
 
-/// A worker at a chunk.
+/// Worker with a chunk.
 #[derive(Clone, Copy, Debug)]
 struct Task {
-    /// Seconds of starting that are left.
+    /// Remaining seconds of the start.
     start: f64,
-    /// Frames that are left.
+    /// Remaining frames.
     frames: f64,
-    /// Seconds until it is lost.
+    /// Seconds until the worker is lost.
     lost_in: f64,
 }
 
 struct Worker {
     frame_seconds: f64,
     task: Option<Task>,
-    /// Seconds until it is there again.
+    /// Seconds until the worker returns.
     away: f64,
 }
 
@@ -71,7 +71,7 @@ struct Worker {
 struct Draws(u64);
 
 impl Draws {
-    /// A number in `(0, 1]`.
+    /// Random number in `(0, 1]`.
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -91,7 +91,7 @@ impl Draws {
 }
 
 impl Farm {
-    /// Runs it.
+    /// Runs the simulation.
     pub fn run(&self) -> Run {
         let mut draws = Draws(self.seed);
         let slow = (self.slow_share * self.workers as f64).round() as usize;
@@ -104,7 +104,7 @@ impl Farm {
             .collect();
         let chunk = self.chunk.max(1);
         let mut whole = self.frames / chunk;
-        // Chunks that are not whole: the last one, and what lost workers left.
+        // Partial chunks: the last one, and leftovers of lost workers.
         let mut others: Vec<f64> = Vec::new();
         if !self.frames.is_multiple_of(chunk) {
             others.push((self.frames % chunk) as f64);
@@ -135,7 +135,7 @@ impl Farm {
             }
             let at_frames = |task: &Task| task.start <= 0.0;
             let busy = workers.iter().filter_map(|w| w.task.as_ref()).count();
-            // Whoever is away may have nothing to come back for.
+            // No work may be left for workers that return.
             if busy == 0 && whole == 0 && others.is_empty() {
                 break;
             }
@@ -163,7 +163,7 @@ impl Farm {
                 task.lost_in -= step;
                 if task.start > 0.0 {
                     task.start -= step;
-                    // Rounding must not leave a start that takes no time.
+                    // Rounding must not leave a start without duration.
                     if task.start < 1e-9 {
                         task.start = 0.0;
                     }
@@ -173,7 +173,7 @@ impl Farm {
                 if task.frames < 1e-6 {
                     worker.task = None;
                 } else if task.lost_in <= 1e-9 {
-                    // What it had begun of a frame is lost, what it had finished is kept.
+                    // The frame in progress is lost; finished frames are kept.
                     others.push(task.frames.ceil());
                     worker.task = None;
                     worker.away = self.replaced_after.max(1e-6);
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn the_disk_ends_what_workers_gain() {
-        // Two hundred workers want 10 MB every two seconds each: as much as the disk gives.
+        // Two hundred workers need 10 MB every two seconds each: exactly the disk's rate.
         let of = |workers| {
             let farm = Farm { frames: 1_000_000, workers, start_seconds: 0.0, ..farm() };
             farm.run()
@@ -247,11 +247,11 @@ mod tests {
         let lossy = Farm { workers: 10, losses_an_hour: 1.0, ..farm() };
         let (lost, whole) = (lossy.run(), Farm { losses_an_hour: 0.0, ..lossy }.run());
         assert!(lost.losses > 0);
-        // A start, and half a frame on average, for each.
+        // A start, and half a frame on average, for each loss.
         let more = lost.worker_seconds - whole.worker_seconds;
         assert!(more > 0.0 && more <= lost.losses as f64 * 12.0 + 1.0, "{more}");
         let slow = Farm { workers: 10, slow_share: 0.5, slowness: 2.0, ..farm() };
-        // Five take 2 s a frame and five 4 s: together 3.75 frames a second, but for the start of chunks and the last ones.
+        // Five take 2 s a frame and five 4 s: 3.75 frames a second together, minus the starts of chunks and the last ones.
         near(slow.run().seconds, 10_000.0 / 3.75 + 140.0, 0.1);
     }
 

@@ -1,4 +1,4 @@
-//! A job as Slurm has it: an array of chunks, and a last step that waits for them.
+//! Job for Slurm: an array of chunks, and a last step that waits for them.
 
 use super::job::{RelightWork, TrainTask};
 use super::settings::FarmSettings;
@@ -9,7 +9,7 @@ use gpu::DeviceChoice;
 use std::io::Write;
 use std::path::Path;
 
-/// Tasks of one array: Slurm's own limit (`MaxArraySize`) is 1001 where nobody changed it.
+/// Most tasks of one array: Slurm's default limit (`MaxArraySize`) is 1001.
 const ARRAY: usize = 1000;
 
 /// Writes the scripts of an export; returns the command that submits them.
@@ -69,7 +69,7 @@ fn command(job: &Path) -> String {
     format!("sh {}", quoted(&job.join("submit.sh").display().to_string()))
 }
 
-/// Head of the scripts, with the resources that they ask for. A worker that is lost is put back into the queue by Slurm itself.
+/// Head of the scripts, with the requested resources. Slurm puts a lost worker's task back into the queue.
 fn head(farm: &FarmSettings, device: DeviceChoice) -> String {
     let gpu = match device {
         DeviceChoice::Gpu => "#SBATCH --gres=gpu:1\n",
@@ -82,7 +82,7 @@ fn head(farm: &FarmSettings, device: DeviceChoice) -> String {
     )
 }
 
-/// A script that runs once for each task, with a log for each.
+/// Script that runs once per task, with a log for each task.
 fn task_script(farm: &FarmSettings, device: DeviceChoice, what: &str, run: &str) -> String {
     format!(
         "{}task=$((${{1:-0}} + SLURM_ARRAY_TASK_ID))\nexec >>\"logs/{what}-$task.log\" 2>&1\n{run}",
@@ -90,12 +90,12 @@ fn task_script(farm: &FarmSettings, device: DeviceChoice, what: &str, run: &str)
     )
 }
 
-/// The script that submits; `$ids` are the arrays, each after a colon.
+/// Script that submits the job; `$ids` are the arrays, each after a colon.
 fn submit_script(name: &str, script: &str, tasks: usize) -> String {
     format!(
         "#!/bin/sh\n\
-         # Submits the job. It can be submitted again: what is there, whole and of this job, is not made again.\n\
-         # Options for sbatch, such as --partition=NAME, are taken from SBATCH_PARTITION and the like.\n\
+         # Submits the job. It can be submitted again: complete frames of this job are kept.\n\
+         # sbatch options, such as --partition=NAME, come from variables such as SBATCH_PARTITION.\n\
          set -eu\n\
          cd \"$(dirname \"$0\")\"\n\
          job=$(pwd)\n\
@@ -113,7 +113,7 @@ fn submit_script(name: &str, script: &str, tasks: usize) -> String {
     )
 }
 
-/// A name that queues show.
+/// Job name shown in queues.
 fn job_name(project: &str) -> String {
     let plain = |c: char| if c.is_control() { ' ' } else { c };
     let name: String = project.chars().map(plain).take(60).collect();

@@ -1,5 +1,5 @@
-//! The copy of a project that a job reads, so that the artist can go on with the project itself. Weights and mattes are hard
-//! links where the disk has them: the program never changes them in place.
+//! Copy of a project for a job, so that the artist can keep working on the project. Weights and mattes are hard
+//! links where the disk supports them: the program never changes them in place.
 
 use super::environment::KeptEnvironment;
 use super::job::{ENVIRONMENT, PinnedFile, SNAPSHOT, TABLE};
@@ -17,20 +17,20 @@ use training::checkpoints::LOGS;
 
 const REMEDY: &str = "Check that the job's folder can be written and the disk has room";
 
-/// Copies `project` to `to`, but for its pictures and network: settings and calibration. Its footage is named by a full path.
+/// Copies settings and calibration of `project` to `to`, without pictures and network. The footage gets an absolute path.
 ///
 /// # Errors
-/// When something of it is missing, or files cannot be written.
+/// When a part of it is missing, or files cannot be written.
 pub(crate) fn copy_project(project: &Project, to: &Path) -> Result<Project> {
     std::fs::create_dir_all(to).map_err(|e| Error::io("write", to, e, REMEDY))?;
     let mut copy = project.clone();
     copy.root = to.to_path_buf();
     let shoot = project.shoot_path("");
     copy.settings.shoot.folder = (shoot.canonicalize()).map_err(|e| {
-        let remedy = "Check that the shoot is where the project says";
+        let remedy = "Check the shoot's folder in the project";
         Error::io("open", &shoot, e, remedy)
     })?;
-    // The job has the one that is used, and full paths mean nothing on other machines.
+    // The job has the environment in use, and absolute paths mean nothing on other machines.
     copy.settings.environments.clear();
     copy.settings.color_config = None;
     copy.save()?;
@@ -38,10 +38,10 @@ pub(crate) fn copy_project(project: &Project, to: &Path) -> Result<Project> {
     Ok(copy)
 }
 
-/// Links a project's network and its logs into its copy, if it has one.
+/// Links a project's network and its logs into the copy, if it has one.
 ///
 /// # Errors
-/// When it is damaged, or files cannot be written.
+/// When the network is damaged, or files cannot be written.
 pub(crate) fn copy_network(project: &Project, copy: &Project) -> Result<()> {
     if !project.checkpoint_path().exists() {
         return Ok(());
@@ -56,7 +56,7 @@ pub(crate) fn copy_network(project: &Project, copy: &Project) -> Result<()> {
     Ok(())
 }
 
-/// Links the project's own mattes among `mattes` into its copy.
+/// Links the project's own mattes among `mattes` into the copy.
 ///
 /// # Errors
 /// When they cannot be written.
@@ -84,11 +84,11 @@ pub(crate) fn link_mattes(
     Ok(())
 }
 
-/// Input of the jobs of an export: the copy of the project, the environment and the look-up table. `settings` are those of the
-/// job from here on.
+/// Input of an export job: the copy of the project, the environment and the look-up table. `settings` then point into
+/// the job.
 ///
 /// # Errors
-/// When something of the project is missing, or files cannot be read or written.
+/// When a part of the project is missing, or files cannot be read or written.
 pub(crate) fn take(
     project: &Project,
     settings: &mut RelightSettings,
@@ -105,7 +105,7 @@ pub(crate) fn take(
     };
     settings.front = Some(settings.front.unwrap_or(front));
     *settings = settings.of_project(project);
-    // A worker has another variable OCIO, or none, and works in another folder.
+    // A worker has another variable OCIO, or none, and another working folder.
     settings.files.ocio = std::mem::take(&mut settings.files.ocio).pinned()?;
     let kept = KeptEnvironment::write(&environment, &job.join(ENVIRONMENT))?;
     settings.read = Some(environment);
@@ -117,7 +117,7 @@ pub(crate) fn take(
         *table = to;
     }
     let (first, last) = frame_range(project, settings.frames)?;
-    // In place of a damaged frame one near it is shown.
+    // A damaged frame is replaced by a neighbour.
     let end = project.settings.shoot.frames.len();
     let frames = first.saturating_sub(STAND_IN_REACH)..(last + 1 + STAND_IN_REACH).min(end);
     let poses = 0..project.settings.shoot.poses.len();
@@ -127,8 +127,8 @@ pub(crate) fn take(
     Ok((copy, kept))
 }
 
-/// The files of a job's snapshot, with their hashes, in order. Mattes are left out: each frame says what
-/// it was made of.
+/// Files of a job's snapshot with their hashes, in order. Mattes are left out: the provenance of each frame
+/// covers them.
 ///
 /// # Errors
 /// When they cannot be read.
@@ -153,7 +153,7 @@ pub(crate) fn pin(job: &Path) -> Result<Vec<PinnedFile>> {
 
 pub(crate) fn copy_file(from: &Path, to: &Path) -> Result<()> {
     let mut file = base::files::open(from)
-        .map_err(|e| Error::io("open", from, e, "Make it first, or check that it is there"))?;
+        .map_err(|e| Error::io("open", from, e, "Make it first, or check that it exists"))?;
     write_beside(to, |out| std::io::copy(&mut file, out).map(drop))
 }
 

@@ -1,5 +1,5 @@
-//! Jobs that train: several projects, several ways to train them, one task each. Each task works on a copy of its project within the job; what it has
-//! learnt comes home by `afterlight checkpoints PROJECT --adopt DIR`.
+//! Jobs that train: several projects with several settings, one task each. Each task trains a copy of its project within the
+//! job. `afterlight checkpoints PROJECT --adopt DIR` brings the trained network home.
 
 use super::engine::Engine;
 use super::job::{Job, TrainTask, Work};
@@ -14,18 +14,18 @@ use project::{Lock, Project};
 use std::path::{Path, PathBuf};
 use training::{TrainReport, TrainSettings, train};
 
-/// One way to train.
+/// One variant of the training settings.
 #[derive(Clone, Debug)]
 pub struct Training {
-    /// Settings that it changes, such as `width=32`; "" for none.
+    /// Changed settings, such as `width=32`; "" for none.
     pub name: String,
     pub settings: TrainSettings,
 }
 
-/// Writes a job that trains each of `projects` in each of these ways, from where it stands or, with `fresh`, from the start.
+/// Writes a job that trains each of `projects` with each variant, from its current state or, with `fresh`, from the start.
 ///
 /// # Errors
-/// When a project is not calibrated, a network cannot have the asked shape, the job's folder holds something, or files cannot be written.
+/// When a project is not calibrated, a network shape is invalid, the job's folder is not empty, or files cannot be written.
 pub fn write_training(
     projects: &[Project],
     trainings: &[Training],
@@ -34,7 +34,7 @@ pub fn write_training(
     for project in projects {
         project.check_shoot()?;
         Calibration::load(project).map_err(|e| e.within(&project.root))?;
-        // What cannot be is said here, not by each worker.
+        // Invalid settings are reported here, not by each worker.
         for training in trainings {
             training.settings.config.network(project).check()?;
         }
@@ -66,7 +66,7 @@ fn fill(
         Engine::Slurm => slurm::write_training(job, &name, &program, farm, &tasks)?,
     };
     let count = tasks.len();
-    // A task changes its copy: nothing is pinned.
+    // A task changes its copy, so nothing is pinned.
     Job::new(name, Work::Train(tasks), Vec::new())?.save(job)?;
     Ok(JobReport {
         job: job.to_path_buf(),
@@ -103,7 +103,7 @@ fn write_task(
     let poses = (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose));
     link_mattes(project, &copy, frames.chain(poses))?;
     let mut settings = training.settings.clone();
-    // What starts over has nothing to go on from; what a lost worker has learnt is gone on with.
+    // A fresh training has no earlier state; progress of a lost worker is continued.
     settings.fresh = false;
     if let Some(features) = &mut settings.config.features {
         *features = std::path::absolute(&*features)
@@ -117,10 +117,10 @@ fn write_task(
     })
 }
 
-/// Trains task `number` of the job in `folder`, or goes on with it. Says how its network comes home.
+/// Trains task `number` of the job in `folder`, or continues it. Reports how to bring its network home.
 ///
 /// # Errors
-/// When the job is another program's or has no such task, another worker is at it, or the training fails.
+/// When another program wrote the job, it lacks this task, another worker has the task, or the training fails.
 pub fn run_task(folder: &Path, number: usize, progress: &Progress) -> Result<TrainReport> {
     let job = Job::open(folder)?;
     let tasks = match &job.work {
@@ -130,7 +130,7 @@ pub fn run_task(folder: &Path, number: usize, progress: &Progress) -> Result<Tra
     let task = tasks.get(number).ok_or_else(|| {
         Error::missing(
             format!("{} has no training {number}: it has {}", folder.display(), tasks.len()),
-            "Ask for one that it has, from 0, or for frames: --frames A-B",
+            "Choose a task, counted from 0, or frames: --frames A-B",
         )
     })?;
     let root = task.root(folder)?;
@@ -139,7 +139,7 @@ pub fn run_task(folder: &Path, number: usize, progress: &Progress) -> Result<Tra
     let calibration = Calibration::load(&project)?;
     let report = train(&project, &calibration, &task.settings, progress)?;
     progress.say(format!(
-        "Take it home: afterlight checkpoints {} --adopt {}",
+        "Bring the network home: afterlight checkpoints {} --adopt {}",
         super::shell::quoted(&task.project.display().to_string()),
         super::shell::quoted(&root.display().to_string())
     ));

@@ -1,4 +1,4 @@
-//! Writes a job of an export.
+//! Writer of export jobs.
 
 use super::chunks::chunk_size;
 use super::engine::Engine;
@@ -14,24 +14,24 @@ use project::{Picture, Project};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Frames that are relit to measure what one takes.
+/// Frames relit to measure the time per frame.
 const MEASURED: usize = 3;
 
-/// A job that was written.
+/// A written job.
 #[derive(Clone, Debug, Serialize)]
 pub struct JobReport {
     pub job: PathBuf,
     pub engine: Engine,
-    /// Frames, or trainings.
+    /// Number of frames or trainings.
     pub tasks: usize,
-    /// Frames of a chunk; None of a job that trains.
+    /// Frames per chunk; None for a training job.
     pub chunk: Option<usize>,
     pub chunks: usize,
-    /// Milliseconds of a frame, if known.
+    /// Milliseconds per frame, if known.
     pub ms_per_frame: Option<f64>,
-    /// Destination of the result; None of a job that trains.
+    /// Destination of the result; None for a training job.
     pub output: Option<String>,
-    /// The command that submits it.
+    /// Command that submits the job.
     pub submit: String,
 }
 
@@ -57,11 +57,11 @@ impl JobReport {
     }
 }
 
-/// Writes a job that relights `project` as `relight` would with `settings`. The frames are made by chunks on many machines,
-/// the last step makes the movie. Later changes of the project do not affect it.
+/// Writes a job that relights `project` like `relight` with `settings`. Chunks on many machines make the frames,
+/// the last step joins the movie. Later changes of the project do not affect the job.
 ///
 /// # Errors
-/// When something of the project is missing, the settings cannot be, the job's folder holds something, or files cannot be
+/// When a part of the project is missing, the settings conflict, the job's folder is not empty, or files cannot be
 /// written.
 pub fn write_job(
     project: &Project,
@@ -99,16 +99,16 @@ fn fill(
     let movie = match copy.frame_picture(first) {
         Picture::Movie { file, .. } if file.is_file() => Some(
             footage_print(&file)
-                .map_err(|e| Error::io("read", &file, e, "Check that the movie is there"))?,
+                .map_err(|e| Error::io("read", &file, e, "Check that the movie exists"))?,
         ),
         _ => None,
     };
     let depends = settings.goes_from_frame_to_frame();
     let (chunk, ms_per_frame) = match chunks.chunk {
-        // Each frame depends on the one before it: chunks would begin with the first frame each.
+        // Each frame depends on the one before it: every chunk would have to start at the first frame.
         _ if depends => {
             progress.say(
-                "Each frame depends on the one before it (--smoothing, --field compressed): all frames are one chunk",
+                "Each frame depends on the one before it (--smoothing, --field compressed): the job is one chunk",
             );
             (frames, None)
         }
@@ -130,7 +130,7 @@ fn fill(
         Engine::Slurm => slurm::write(job, name, &program, farm, &work)?,
     };
     let pinned = snapshot::pin(job)?;
-    // Last: a job without it was not written to its end.
+    // Written last: a job without it is incomplete.
     Job::new(name.clone(), Work::Relight(Box::new(work)), pinned)?.save(job)?;
     Ok(JobReport {
         job: job.to_path_buf(),
@@ -144,7 +144,7 @@ fn fill(
     })
 }
 
-/// The files that are to be written, by full paths, under a name that is not taken if existing ones are to be kept.
+/// File settings with absolute paths, under a free name if existing files are kept.
 fn absolute_files(settings: &RelightSettings, frames: (usize, usize)) -> Result<export::Files> {
     let mut files = settings.files.clone();
     files.to = full_destination(&files.to)?;
@@ -152,12 +152,12 @@ fn absolute_files(settings: &RelightSettings, frames: (usize, usize)) -> Result<
         files.to = untaken(&files.to, frames.0, frames.1)?;
         files.existing = Existing::Replace;
     }
-    // Chunks always go on.
+    // Chunks always resume.
     files.resume = false;
     Ok(files)
 }
 
-/// A destination by its full path.
+/// Destination as an absolute path.
 fn full_destination(to: &str) -> Result<String> {
     let destination = Destination::parse(to)?;
     let path = Path::new(to);
@@ -166,7 +166,7 @@ fn full_destination(to: &str) -> Result<String> {
     }
     let here = std::env::current_dir().map_err(|e| Error::io("open", path, e, "Check the path"))?;
     let here = here.display().to_string();
-    // There a percent sign begins the frame's number.
+    // In a destination a percent sign starts the frame number.
     let here = match destination {
         Destination::Stills(_) => here.replace('%', "%%"),
         Destination::Clip(_) => here,
@@ -174,7 +174,7 @@ fn full_destination(to: &str) -> Result<String> {
     Ok(Path::new(&here).join(path).display().to_string())
 }
 
-/// The job's folder, by its full path: it is made, and must be empty.
+/// Absolute path of the job's folder: created if missing, and must be empty.
 pub(crate) fn new_folder(folder: &Path) -> Result<PathBuf> {
     let fail = |e| Error::io("write", folder, e, "Check that the folder can be written");
     std::fs::create_dir_all(folder).map_err(fail)?;
@@ -194,11 +194,11 @@ pub(crate) fn new_folder(folder: &Path) -> Result<PathBuf> {
     Ok(full)
 }
 
-/// Empties the folder of a job that could not be written to its end, so that it can be written again.
+/// Empties the folder of an incomplete job, so that the job can be written again.
 pub(crate) fn clear(job: &Path) {
     for entry in std::fs::read_dir(job).into_iter().flatten().flatten() {
         let path = entry.path();
-        // What cannot be removed is named when the job is written again.
+        // The next attempt reports files that cannot be removed.
         let _ = match path.is_dir() {
             true => std::fs::remove_dir_all(path),
             false => std::fs::remove_file(path),
@@ -206,21 +206,21 @@ pub(crate) fn clear(job: &Path) {
     }
 }
 
-/// The program on the workers, as the engine's files name it. A name alone is found by the workers' own `PATH`.
+/// Program on the workers, as the engine's files name it. A bare name is resolved by the workers' own `PATH`.
 pub(crate) fn program(farm: &FarmSettings) -> Result<String> {
     let program = match &farm.program {
         Some(program) if program.components().count() > 1 => std::path::absolute(program)
             .map_err(|e| Error::io("find", program, e, "Give its full path: --program FILE"))?,
         Some(program) => program.clone(),
         None => std::env::current_exe().map_err(|e| {
-            let remedy = "Say where Afterlight is on the workers: --program FILE";
+            let remedy = "Give the path of Afterlight on the workers: --program FILE";
             Error::io("find", "afterlight", e, remedy)
         })?,
     };
     Ok(program.display().to_string())
 }
 
-/// Milliseconds that the first frames take now, from the plate to the file.
+/// Measured milliseconds per frame over the first frames, from the plate to the file.
 fn rate(
     copy: &Project,
     settings: &RelightSettings,
@@ -234,7 +234,7 @@ fn rate(
     let mut settings = settings.clone();
     if let Destination::Stills(_) = Destination::parse(&settings.files.to)? {
         let ending = Path::new(&settings.files.to).extension().unwrap_or_default();
-        // There a percent sign begins the frame number.
+        // In a destination a percent sign starts the frame number.
         let folder = tried.display().to_string().replace('%', "%%");
         settings.files.to = format!("{folder}/%d.{}", ending.display());
     }

@@ -16,7 +16,7 @@ import sys
 import bpy
 from mathutils import Euler, Vector
 
-# What the shot is. Lists over frames have one entry where nothing changes.
+# Numbers of the shot. Lists over frames have one entry where nothing changes.
 SHOT = {}
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -24,7 +24,7 @@ FOLDER = os.path.dirname(os.path.abspath(__file__))
 
 def fail(sentence):
     print(f"Afterlight: {sentence}", file=sys.stderr)
-    # Blender itself would go on and render something else.
+    # Otherwise Blender would continue and render something else.
     sys.exit(1)
 
 
@@ -64,7 +64,7 @@ class Compositor:
         """An image node that shows frame n of the files in frame n of the scene."""
         first, last = SHOT["frames"]
         image = bpy.data.images.load(path(name))
-        # Values as they are in the file.
+        # Raw values of the file.
         image.colorspace_settings.is_data = True
         image.alpha_mode = "CHANNEL_PACKED"
         node = self.node("CompositorNodeImage", label, x, y)
@@ -75,7 +75,7 @@ class Compositor:
             node.frame_duration = last - first + 1
             node.frame_start = first
             node.frame_offset = first - 1
-        # Only now its layers are known.
+        # Its layers are known only now.
         self.scene.frame_set(first)
         return node
 
@@ -115,7 +115,7 @@ class Compositor:
                 gain.parent = frame
                 together = self.add(together, gain, f"{group} + {lamp['layer']}", 800, y)
                 y -= 200
-            # The group's own gain.
+            # Gain of the group.
             whole = self.mix("MULTIPLY", group, 1000, y + 200, together.outputs[0])
             whole.inputs[2].default_value = (1.0, 1.0, 1.0, 1.0)
             total = self.add(total, whole, f"With {group}", 1200, y + 200)
@@ -175,7 +175,7 @@ def turns(directions):
     """The rotations of a sun that stands in these directions, one after the other. A sun shines along its −Z."""
     turn = Euler()
     for direction in directions:
-        # Near the one before: between frames the sun must not spin around.
+        # Close to the previous rotation: the sun must not spin between frames.
         turn = direction.to_track_quat("Z", "Y").to_euler("XYZ", turn)
         yield turn
 

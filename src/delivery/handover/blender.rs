@@ -1,7 +1,7 @@
-//! A Python script for Blender: the compositor that rebuilds the picture, the world and the lamps.
+//! Python script for Blender: the compositor that rebuilds the picture, the world and the lamps.
 //!
-//! The script is `blender.py`, which is the same for all shots, with the shot's own numbers in front of it. They are written as
-//! JSON, whose numbers, texts and lists are Python's too.
+//! The script is `blender.py`, the same for all shots, with the numbers of the shot inserted. They are written as
+//! JSON, which is valid Python for numbers, texts and lists.
 
 use crate::group::Group;
 use crate::lamps::{LampLayer, Layers};
@@ -15,32 +15,32 @@ use serde::Serialize;
 use std::path::Path;
 
 const SCRIPT: &str = include_str!("blender.py");
-/// The line of `blender.py` that the shot's numbers replace.
+/// Line of `blender.py` that the shot's numbers replace.
 const PLACE: &str = "SHOT = {}\n";
-/// The last frame that Blender counts to.
+/// Blender's largest frame number.
 const MOST_FRAMES: usize = 1_048_574;
 
 /// Numbers of the shot for the script. Lists over frames have one entry if nothing changes.
 #[derive(Serialize)]
 struct Numbers<'a> {
     name: &'a str,
-    /// The file of the first frame.
+    /// File of the first frame.
     picture: String,
-    /// 1 for a file for each frame, 0 for one file.
+    /// 1 for a file for each frame, 0 for a single file.
     sequence: u8,
     frames: [usize; 2],
     rate: [f64; 2],
     size: [usize; 2],
-    /// 1 if colour is divided by alpha.
+    /// 1 for straight alpha.
     straight: u8,
     lamps: Vec<Lamp<'a>>,
-    /// Layers without a lamp's light; empty if there are none.
+    /// Layers that are not a lamp's; empty if there are none.
     rest: Vec<Part>,
     world: World,
     placed: Vec<Sun<'a>>,
 }
 
-/// A layer: of the picture's file, or a file of its own.
+/// Layer in the picture's file, or in a file of its own.
 #[derive(Serialize)]
 struct Part {
     layer: String,
@@ -57,7 +57,7 @@ struct Lamp<'a> {
     weights: Vec<[f32; 3]>,
 }
 
-/// A lamp of the stage or a light placed by hand, as a light of Blender's.
+/// Blender light for a lamp of the stage or a light placed by hand.
 #[derive(Serialize)]
 struct Sun<'a> {
     name: &'a str,
@@ -65,32 +65,32 @@ struct Sun<'a> {
     direction: Vec<[f32; 3]>,
     /// From edge to edge, in radians.
     angle: Vec<f32>,
-    /// Irradiance per channel of a surface that faces it.
+    /// Irradiance per channel on a surface facing the light.
     light: Vec<[f32; 3]>,
 }
 
 #[derive(Serialize)]
 struct World {
     file: String,
-    /// Of the Mapping node, in radians.
+    /// Rotation of the Mapping node, in radians.
     rotation: Vec<[f32; 3]>,
     strength: Vec<[f32; 3]>,
 }
 
-/// Refuses what Blender would not find.
+/// Refuses files that Blender would not find.
 ///
 /// # Errors
-/// When layers are parts, frames have too large numbers, or the name ends in digits that are not the frame's.
+/// When layers are parts, frame numbers are too large, or the name ends in digits other than the frame number.
 pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Result<()> {
     if place == LayerFiles::Parts {
         return Err(Error::invalid(
-            "Blender reads only the first part of an EXR, and the layers are to be parts",
+            "Blender reads only the first part of an EXR, but the layers are separate parts",
             ("Write them as channels or as files", "--layer-files channels"),
         ));
     }
     if last > MOST_FRAMES {
         return Err(Error::invalid(
-            format!("Blender counts frames up to {MOST_FRAMES}, and the last one is {last}"),
+            format!("Blender counts frames up to {MOST_FRAMES}, but the last frame is {last}"),
             (
                 "Export a part of the interview, or do not hand over to Blender",
                 "--frames, or leave blender out of --hand-over",
@@ -111,7 +111,7 @@ pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Res
     if files.digits.is_some() && files.after.contains(is_number) {
         return Err(Error::invalid(
             format!(
-                "Blender takes the last digits of a name for the frame's number, and in {} others follow it",
+                "Blender reads the last digits of a name as the frame number, but {} has other digits after it",
                 files.name(last)
             ),
             "Put the number last, with a dot before it, such as shot.%04d.exr",
@@ -120,7 +120,7 @@ pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Res
     Ok(())
 }
 
-/// The script of a shot; it is to lie beside its files.
+/// Script of a shot, to be stored beside its files.
 pub fn script(shot: &Shot) -> String {
     let (Some(layers), Some(light), Media::Stills(stills)) =
         (&shot.layers, &shot.light, &shot.media)
@@ -128,9 +128,9 @@ pub fn script(shot: &Shot) -> String {
         return SCRIPT.to_owned();
     };
     let numbers = Numbers::of(shot, layers, light, stills);
-    // Numbers and texts can always be written.
+    // Numbers and texts can always be serialised.
     let numbers = serde_json::to_string(&numbers).unwrap_or_default();
-    // One lamp a line.
+    // One lamp per line.
     let numbers = numbers.replace(",{\"name\":", ",\n{\"name\":");
     SCRIPT.replacen(PLACE, &format!("SHOT = {numbers}\n"), 1)
 }
@@ -188,12 +188,12 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// The angle of a disc in radians, at most half the sphere.
+/// Angle of a disc in radians, at most half the sphere.
 fn disc(degrees: f32) -> f32 {
     degrees.clamp(0.0, 180.0).to_radians()
 }
 
-/// One entry if all are alike.
+/// One entry if all are equal.
 fn shortened<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut all: Vec<T> = values.collect();
     if all.windows(2).all(|pair| pair[0] == pair[1]) {
@@ -202,13 +202,13 @@ fn shortened<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     all
 }
 
-/// Our axes in Blender's, where +Z is up and the camera looks along +Y.
+/// Our axes converted to Blender's, where +Z is up and the camera looks along +Y.
 fn in_blender(d: Vec3) -> Vec3 {
     Vec3::new(d.x, -d.z, d.y)
 }
 
-/// The rotation of the Mapping node (type Point) that shows the panorama turned as in this frame, as Euler angles XYZ in
-/// radians. The node turns the direction that is looked up, and Blender's middle column is +X.
+/// Rotation of the Mapping node (type Point) that turns the panorama as in this frame, as Euler angles XYZ in
+/// radians. The node turns the lookup direction, and Blender's middle column is +X.
 fn rotation(frame: &FrameLight) -> [f32; 3] {
     let ours = Mat3::from_cols(in_blender(Vec3::X), in_blender(Vec3::Y), in_blender(Vec3::Z));
     let middle = Mat3::from_rotation_z(-std::f32::consts::FRAC_PI_2);
@@ -253,13 +253,13 @@ mod tests {
                 placed: vec![],
             };
             let [x, y, z] = rotation(&frame);
-            // Blender's Euler XYZ: about X first.
+            // Blender's Euler XYZ: X first.
             let node =
                 Mat3::from_rotation_z(z) * Mat3::from_rotation_y(y) * Mat3::from_rotation_x(x);
             for d in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::new(0.6, -0.64, 0.48)] {
                 let ours = light::latlong::uv_from_direction(turn.inverse() * d);
                 let v = node * in_blender(d);
-                // The shader's, as in `light::conventions`.
+                // The shader's mapping, as in `light::conventions`.
                 let theirs = (
                     -v.y.atan2(v.x) / std::f32::consts::TAU + 0.5,
                     0.5 - v.z.atan2(v.x.hypot(v.y)) / std::f32::consts::PI,

@@ -1,18 +1,18 @@
-//! An edit decision list, CMX 3600, with the shot as its one event.
+//! Edit decision list (CMX 3600) with the shot as its only event.
 
 use crate::media::Media;
 use crate::otio::record_start;
 use crate::shot::Shot;
 use base::error::{Error, Result};
 
-/// The longest name of a reel and the longest title that the format has.
+/// Longest reel name and longest title of the format.
 const REEL: usize = 8;
 const TITLE: usize = 70;
 
-/// Refuses rates that the format cannot count: its frames have two digits, and it counts whole ones.
+/// Refuses rates that the format cannot count: it counts whole frames in two digits.
 ///
 /// # Errors
-/// Says what can be written instead.
+/// When the rate does not fit; the remedy names an alternative.
 pub fn check((frames, seconds): (i32, u32)) -> Result<()> {
     let rate = f64::from(frames) / f64::from(seconds);
     let counts = seconds == 1 || seconds == 1001;
@@ -21,13 +21,13 @@ pub fn check((frames, seconds): (i32, u32)) -> Result<()> {
     }
     Err(Error::invalid(
         format!(
-            "an EDL cannot count {rate:.3} frames per second, only whole rates and television's from 1 to 100"
+            "an EDL cannot count {rate:.3} frames per second, only integer and television rates from 1 to 100"
         ),
         ("Hand over by OpenTimelineIO", "--hand-over otio, or leave edl out of it"),
     ))
 }
 
-/// The list's text.
+/// Text of the list.
 pub fn list(shot: &Shot) -> String {
     let record = record_start(shot.time_code);
     let count = shot.count();
@@ -53,7 +53,7 @@ pub fn list(shot: &Shot) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The rate in frames per second, with the digits that it has.
+/// Frames per second, with as many digits as needed.
 fn rate(shot: &Shot) -> String {
     match shot.rate {
         (frames, 1) => frames.to_string(),
@@ -61,7 +61,7 @@ fn rate(shot: &Shot) -> String {
     }
 }
 
-/// The files' names, as editors write a sequence: `shot.[0010-0014].exr`.
+/// File names of a sequence in the editors' notation: `shot.[0010-0014].exr`.
 fn files(shot: &Shot) -> String {
     match &shot.media {
         Media::Movie(path) => {
@@ -79,7 +79,7 @@ fn files(shot: &Shot) -> String {
     }
 }
 
-/// A reel's name as the format has it: at most eight letters and digits.
+/// Reel name in the format: at most eight letters and digits.
 fn reel(name: &str) -> String {
     let allowed = name.chars().filter(char::is_ascii_alphanumeric);
     let short: String = allowed.take(REEL).collect();
@@ -94,7 +94,7 @@ fn title(name: &str) -> String {
     letters.take(TITLE).collect()
 }
 
-/// A comment's text: one line.
+/// Text of a comment, on one line.
 fn plain(text: &str) -> String {
     text.replace(char::is_control, "_")
 }
@@ -139,12 +139,12 @@ mod tests {
         drop.frames = (0, 3);
         let text = list(&drop);
         assert!(text.contains("FCM: DROP FRAME\n"), "{text}");
-        // Numbers 00 and 01 of the minute are left out.
+        // Numbers 00 and 01 of the minute are dropped.
         assert!(text.contains("00:00:59;28 00:01:00;04 01:00:00;00 01:00:00;04"), "{text}");
         assert!(text.contains("* FRAME RATE: 29.970\n"), "{text}");
     }
 
-    /// Timeline that OpenTimelineIO reads from a file with this ending.
+    /// Timeline that OpenTimelineIO reads from a file with this extension.
     fn read(python: &Path, shot: &Shot, ending: &str, text: &str) -> Value {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(format!("shot{ending}"));
@@ -180,7 +180,7 @@ mod tests {
             let mut shot = of("a/it's \"é\".%04d.exr");
             shot.rate = rate;
             shot.time_code = TimeCode::parse(start, shot.frame_rate()).unwrap();
-            // Twenty hours at 60 frames a second are behind it.
+            // Twenty hours at 60 frames a second precede it.
             shot.frames = (4_320_000, 4_320_000 + count - 1);
             let timeline = read(&python, &shot, ".otio", &crate::otio::timeline(&shot));
             let list = read(&python, &shot, ".edl", &list(&shot));

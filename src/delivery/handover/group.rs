@@ -1,21 +1,21 @@
-//! Key, fill and rim: what a lamp is to the picture, by where it stands and how much it gives.
+//! Key, fill and rim: the role of a lamp, from its direction and its light.
 
 use glam::Vec3;
 
-/// A gaffer's name for a lamp.
+/// Role of a lamp, in a gaffer's terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// In front, on the side that gives more light.
+    /// In front, on the brighter side.
     Key,
-    /// In front, on the other side, and along the camera's axis.
+    /// In front, on the other side or along the camera's axis.
     Fill,
     /// Behind the subject.
     Rim,
 }
 
-/// A lamp is behind the subject if it is more than 105° away from the direction of the camera: −sin 15°.
+/// Lamps more than 105° away from the direction of the camera are behind the subject: −sin 15°.
 const BEHIND: f32 = -0.258_819;
-/// A lamp is on a side if it is more than 10° away from the plane of the camera's axis and the vertical: sin 10°.
+/// Lamps more than 10° away from the vertical plane through the camera's axis are on a side: sin 10°.
 const ASIDE: f32 = 0.173_648;
 
 impl Group {
@@ -30,7 +30,7 @@ impl Group {
     }
 }
 
-/// The groups of lamps in these unit directions from the subject, the camera being on +Z, that give so much light.
+/// Groups of lamps in these unit directions from the subject (camera on +Z) with these amounts of light.
 pub fn groups(lamps: &[(Vec3, f32)]) -> Vec<Group> {
     let side = |direction: &Vec3| match direction {
         Vec3 { z, .. } if *z < BEHIND => None,
@@ -43,7 +43,7 @@ pub fn groups(lamps: &[(Vec3, f32)]) -> Vec<Group> {
     };
     let [left, middle, right] = [-1, 0, 1].map(light_from);
     let key = match (left + right > 0.0, left >= right) {
-        // Lit along the axis alone, as by a ring light.
+        // Lit only along the axis, as by a ring light.
         (false, _) if middle > 0.0 => 0,
         (_, true) => -1,
         (_, false) => 1,
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use Group::{Fill, Key, Rim};
 
-    /// A direction at an azimuth from the camera, positive to camera-right, and an elevation, in degrees.
+    /// Direction from an azimuth relative to the camera, positive to camera-right, and an elevation, in degrees.
     fn at(azimuth: f32, elevation: f32) -> Vec3 {
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
         Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), elevation.cos() * azimuth.cos())

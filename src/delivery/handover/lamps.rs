@@ -1,4 +1,4 @@
-//! The light layers of a shot: which lamp each is, in which group, with what weight in each frame.
+//! Light layers of a shot: lamp, group, and weight in each frame.
 
 use crate::group::{Group, groups};
 use crate::media::Stills;
@@ -9,7 +9,7 @@ use glam::Vec3;
 use imaging::color::luminance;
 use light::Rig;
 
-/// The layers of all frames.
+/// Layers of all frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
     /// In the order of the rig.
@@ -24,22 +24,22 @@ pub struct Layers {
 /// The subject under one lamp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LampLayer {
-    /// The layer's name: `light_07`.
+    /// Name of the layer: `light_07`.
     pub layer: String,
-    /// The lamp's.
+    /// Name of the lamp.
     pub lamp: String,
-    /// From the subject to the lamp, of length 1.
+    /// Unit vector from the subject to the lamp.
     pub direction: Vec3,
     /// Root-mean-square angle of the lamp about its middle.
     pub spread_deg: f32,
     pub group: Group,
-    /// Its weight per channel, frame by frame.
+    /// Weight per channel, frame by frame.
     pub weights: Vec<[f32; 3]>,
     /// Files of the layer, if it is not in the pictures' files.
     pub files: Option<Stills>,
 }
 
-/// Layer without the lamps' light: background and effects.
+/// Layer of background and effects, beyond the lamps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
     /// Files of the layer, if it is not in the pictures' files.
@@ -50,7 +50,7 @@ impl Layers {
     /// Reads the headers of frames `first` to `last`.
     ///
     /// # Errors
-    /// When a file cannot be read, or has other layers than the rig has lamps.
+    /// When a file cannot be read, or its layers do not match the lamps of the rig.
     pub fn read(
         stills: &Stills,
         (first, last): (usize, usize),
@@ -68,7 +68,7 @@ impl Layers {
             if found.lamps.len() != rig.lamps.len() || found.place != start.place {
                 return Err(Error::invalid(
                     format!(
-                        "{} has {} light layers, and the project has {} lamps",
+                        "{} has {} light layers, but the project has {} lamps",
                         stills.folder.join(stills.name(frame)).display(),
                         found.lamps.len(),
                         rig.lamps.len()
@@ -89,7 +89,7 @@ impl Layers {
         let frames = last - first + 1;
         if with_rest > 0 && with_rest < frames {
             progress.say(format!(
-                "{with_rest} of {frames} frames have a layer rest, and the others none: there it counts as black"
+                "{with_rest} of {frames} frames have a layer rest; in the others it counts as black"
             ));
         }
         let light = |(lamp, weights): (&light::Lamp, &Vec<[f32; 3]>)| {
@@ -118,7 +118,7 @@ impl Layers {
         })
     }
 
-    /// The lamps of a group.
+    /// Lamps of a group.
     pub fn of(&self, group: Group) -> impl Iterator<Item = &LampLayer> {
         self.lamps.iter().filter(move |lamp| lamp.group == group)
     }

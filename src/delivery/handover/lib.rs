@@ -1,4 +1,4 @@
-//! Hand-over: what Nuke, Blender and editors need to open an exported shot, written beside it.
+//! Hand-over: files beside an exported shot with which Nuke, Blender and editors open it.
 
 mod blender;
 mod edl;
@@ -22,10 +22,10 @@ use shot::Shot;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Relights the project's interview, writes it, and what other programs need to open it.
+/// Relights the project's interview, and writes it with the files for other programs.
 ///
 /// # Errors
-/// As [`export::relight::relight`], and when the shot cannot be handed over so: that is said before anything is relit.
+/// As [`export::relight::relight`], and when a program cannot open such a shot: this is checked before anything is relit.
 pub fn relight(
     project: &Project,
     settings: &RelightSettings,
@@ -37,10 +37,10 @@ pub fn relight(
     Ok(report)
 }
 
-/// Refuses what a program could not open.
+/// Refuses settings that a program could not open.
 ///
 /// # Errors
-/// Then; the sentence says which program, and why.
+/// When one does not fit; the message names the program and the reason.
 pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
     let Some(first_asked) = settings.hand_over.first() else {
         return Ok(());
@@ -49,7 +49,7 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
     if let Some(program) = (settings.hand_over.iter()).find(|p| p.needs_layers() && !files.layers) {
         return Err(Error::invalid(
             format!(
-                "a hand-over to {} is made of light layers, and {} is to have none",
+                "a hand-over to {} needs light layers, but {} has none",
                 program.name(),
                 files.to
             ),
@@ -73,7 +73,7 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
     Ok(())
 }
 
-/// Writes what was asked for of an export that went to `output`; nothing if nothing was. Tells where it is.
+/// Writes the requested files for an export to `output`, if any. Returns their paths.
 ///
 /// # Errors
 /// When the export's files, the calibration or the environment cannot be read, or a file cannot be written.

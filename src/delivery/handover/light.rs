@@ -1,4 +1,4 @@
-//! The light of a shot for other renderers: the panorama with its turn, and what each lamp gives.
+//! Light of a shot for other renderers: the panorama with its rotation, and the light of each lamp.
 
 use base::error::{Error, Result};
 use base::files::write_beside;
@@ -19,46 +19,46 @@ use std::io::{Cursor, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Ending of the panorama's name, after the shot's name.
+/// Ending of the panorama's file name, after the shot's name.
 pub const ENVIRONMENT: &str = ".environment.exr";
 
-/// Light of the shot. The picture's level is that of the background in it: a surface of albedo 0.35 in the panorama's mean
+/// Light of the shot, at the level of the picture's background: a surface of albedo 0.35 in the panorama's mean
 /// light is middle grey.
 pub struct Light {
-    /// As its file has it, not turned.
+    /// Panorama as in its file, not rotated.
     pub environment: Arc<Environment>,
     pub frames: Vec<FrameLight>,
-    /// Names of the lights that were placed by hand and are on.
+    /// Names of the lights placed by hand that are on.
     pub placed: Vec<String>,
 }
 
-/// The light of one frame.
+/// Light of one frame.
 pub struct FrameLight {
-    /// The yaw at which the panorama is shown, in degrees.
+    /// Yaw of the panorama, in degrees.
     pub yaw_deg: f32,
     /// Rotation from a direction in the panorama to one on the stage.
     pub turn: Quat,
-    /// Times the panorama's radiance, per channel.
+    /// Factor on the panorama's radiance, per channel.
     pub strength: [f32; 3],
-    /// Light of each lamp of the rig on a surface that faces it: irradiance per channel, in the order of the rig. Together they
+    /// Irradiance per channel that each lamp gives a surface facing it, in the order of the rig. Together they
     /// give the light of the panorama and of the lights placed by hand.
     pub lamps: Vec<[f32; 3]>,
     /// In the order of [`Light::placed`].
     pub placed: Vec<PlacedLamp>,
 }
 
-/// A light placed by hand, as it is in one frame. No turn of the panorama moves it.
+/// Light placed by hand, in one frame. The panorama's rotation does not move it.
 pub struct PlacedLamp {
-    /// From the subject to the light, of length 1.
+    /// Unit vector from the subject to the light.
     pub direction: Vec3,
     /// Apparent size from edge to edge.
     pub size_deg: f32,
-    /// Irradiance per channel of a surface that faces it.
+    /// Irradiance per channel on a surface facing the light.
     pub light: [f32; 3],
 }
 
 impl Light {
-    /// The light of frames `first` to `last`.
+    /// Light of frames `first` to `last`.
     ///
     /// # Errors
     /// When the environment cannot be read, or a lamp is unknown.
@@ -71,7 +71,7 @@ impl Light {
         let (environment, known_front) = match &settings.read {
             Some(read) => (read.clone(), Front::default()),
             None => {
-                // What had to be guessed of the file was said while it was relit.
+                // Guesses about the file were reported during relighting.
                 let (wanted, silent) = (&settings.environment, Progress::silent());
                 let (found, front) = find_environment(project, wanted, settings.mapping, &silent)?;
                 (Arc::new(found), front)
@@ -81,7 +81,7 @@ impl Light {
         Self::under(environment, front, settings, (first, last), rig)
     }
 
-    /// The light of frames `first` to `last` under an environment with this front.
+    /// Light of frames `first` to `last` under an environment with this front.
     ///
     /// # Errors
     /// When a lamp is unknown.
@@ -109,7 +109,7 @@ impl Light {
                 let weights = lit.weights(&lighting, yaw_deg, levels.unit());
                 (weights.per_lamp, lighting.gains())
             } else {
-                // As `EnvironmentLight::solo`.
+                // As in `EnvironmentLight::solo`.
                 let share = 0.5 * even.len() as f32 * levels.of_unit_light();
                 let on = |(lamp, weight): (usize, &[f32; 3])| {
                     weight.map(|w| if solo.contains(&lamp) { w * share } else { 0.0 })
@@ -138,7 +138,7 @@ impl Light {
         })
     }
 
-    /// Writes the panorama as an EXR: half floats, or whole ones if it is brighter than half floats can say.
+    /// Writes the panorama as an EXR: half floats, or 32-bit floats if it exceeds their range.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -163,7 +163,7 @@ impl Light {
 }
 
 impl PlacedLamp {
-    /// A light of a lighting, in a picture that is multiplied by `exposure`.
+    /// Light placed by hand, in a picture with the factor `exposure`.
     fn of(light: &PlacedLight, lighting: &Lighting, exposure: f32) -> Self {
         Self {
             direction: light.direction(),
@@ -187,7 +187,7 @@ pub mod tests {
     use scene::{Animation, Background, Effects, LightSetting, Setting};
     use std::path::PathBuf;
 
-    /// Even keys at frames 10 and 14.
+    /// Identical keys at frames 10 and 14.
     fn keys(from: f64, to: f64) -> Keyframes {
         let mut keys = Keyframes::NONE;
         keys.interpolation = Interpolation::Linear;
@@ -196,8 +196,8 @@ pub mod tests {
         keys
     }
 
-    /// Settings for frames 10 to 14: a light that moves, one that is off, and a point that stays where it is. The exposure
-    /// rises by a stop a frame.
+    /// Settings for frames 10 to 14: a moving light, one that is off, and a fixed point light. The exposure
+    /// rises by a stop per frame.
     fn moving() -> RelightSettings {
         let group =
             LightGroup { name: "Left".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
@@ -249,7 +249,7 @@ pub mod tests {
         }
     }
 
-    /// The light of frames 10 to 14 with lamps on all six sides.
+    /// Light of frames 10 to 14 with lamps on all six sides.
     fn under(settings: &RelightSettings) -> Light {
         let lamp = |direction: Vec3| Lamp {
             name: format!("lamp {direction}"),
@@ -266,7 +266,7 @@ pub mod tests {
         Light::under(sky, Front::default(), settings, (10, 14), &rig).unwrap()
     }
 
-    /// The light of frames 10 to 14 with two lights placed by hand: one moves, and one stays where it is.
+    /// Light of frames 10 to 14 with two lights placed by hand: one moves, one is fixed.
     pub fn lit() -> Light {
         under(&moving())
     }
@@ -298,7 +298,7 @@ pub mod tests {
         let mut settings = moving();
         let still = under(&settings);
         settings.lighting.number_lights();
-        // From -1 to 3 stops, where it was 1.
+        // From -1 to 3 stops, formerly 1.
         settings.animation.set(Setting::Group(1), keys(-1.0, 3.0));
         let light = under(&settings);
         for (k, (now, before)) in light.frames.iter().zip(&still.frames).enumerate() {
@@ -306,7 +306,7 @@ pub mod tests {
             for (now, before) in now.placed[0].light.iter().zip(before.placed[0].light) {
                 assert!((now - gain * before).abs() <= 1e-5 * now, "{now} {before}");
             }
-            assert_eq!(now.placed[1].light, before.placed[1].light, "of no group");
+            assert_eq!(now.placed[1].light, before.placed[1].light, "not in a group");
         }
     }
 
@@ -319,7 +319,7 @@ pub mod tests {
                 let lamps: f32 = frame.lamps.iter().map(|lamp| lamp[c]).sum();
                 let placed: f32 = frame.placed.iter().map(|lamp| lamp.light[c]).sum();
                 let wanted = sky[c] as f32 * frame.strength[c] + placed;
-                // As far as placed lights keep their energy in `light::lighting`.
+                // Within the energy tolerance of placed lights in `light::lighting`.
                 assert!((lamps / wanted - 1.0).abs() < 1e-3, "{lamps} {wanted}");
                 assert!(placed > 0.1 * wanted);
             }

@@ -1,4 +1,4 @@
-//! The files that an export wrote, as names with a frame number in them.
+//! Exported files as names with a frame number.
 
 use base::error::{Error, Result};
 use export::Destination;
@@ -11,24 +11,24 @@ pub enum Media {
     Stills(Stills),
 }
 
-/// A file for each frame.
+/// One file per frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stills {
-    /// Absolute.
+    /// Absolute path.
     pub folder: PathBuf,
-    /// The name before the frame's number; the whole name if it has none.
+    /// Name before the frame number; the whole name without one.
     pub before: String,
-    /// Least number of digits; None for one still without a number.
+    /// Least number of digits; None for a single still without a number.
     pub digits: Option<usize>,
-    /// The name behind the frame's number.
+    /// Name after the frame number.
     pub after: String,
 }
 
 impl Media {
-    /// The export to `to`, as a person wrote it. `program` is what asks.
+    /// Files of an export to `to`, as the user typed it. `program` appears in messages.
     ///
     /// # Errors
-    /// When it is not understood, or the frame's number is in a folder's name.
+    /// When `to` is invalid, or the frame number is in a folder's name.
     pub fn of(to: &str, program: &str) -> Result<Self> {
         let absolute = |path: &str| {
             std::path::absolute(path)
@@ -41,8 +41,8 @@ impl Media {
         let (before, digits, after) = stills.parts();
         if after.contains(std::path::is_separator) {
             return Err(Error::invalid(
-                format!("{program} finds no frames in {to}, whose folders are numbered"),
-                "Number the files alone, such as shot/shot.%04d.exr",
+                format!("{program} cannot find frames in {to}: its folders are numbered"),
+                "Number only the files, such as shot/shot.%04d.exr",
             ));
         }
         let cut = before.rfind(std::path::is_separator).map_or(0, |at| at + 1);
@@ -55,7 +55,7 @@ impl Media {
         }))
     }
 
-    /// The folder that holds it.
+    /// Folder of the files.
     pub fn folder(&self) -> &Path {
         match self {
             Self::Movie(path) => path.parent().unwrap_or(Path::new("/")),
@@ -63,7 +63,7 @@ impl Media {
         }
     }
 
-    /// Name of the shot: the file's name without number and ending.
+    /// Name of the shot: the file's name without number and extension.
     pub fn shot_name(&self) -> String {
         let name = match self {
             Self::Movie(path) => path.file_stem().map(|s| s.to_string_lossy().into_owned()),
@@ -81,13 +81,13 @@ impl Media {
 }
 
 impl Stills {
-    /// The name of the file of a frame.
+    /// File name of a frame.
     pub fn name(&self, frame: usize) -> String {
         let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
         format!("{}{number}{}", self.before, self.after)
     }
 
-    /// The names of another file for each frame, of which that of `frame` is `name`.
+    /// Names of further files per frame, given the name `name` for `frame`.
     pub fn like(&self, name: &str, frame: usize) -> Self {
         let Some(digits) = self.digits else {
             return Self { before: name.to_owned(), ..self.clone() };

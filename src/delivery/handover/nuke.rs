@@ -1,7 +1,7 @@
-//! A Nuke script: the light layers, each times its lamp's weight, in three groups, and what they add up to.
+//! Nuke script: the light layers, each times its lamp's weight, in three groups, and their sum.
 //!
-//! A script is a list of commands. A node takes its inputs from a stack, the first from its top, and is put there itself;
-//! `set N [stack 0]` gives what is on top a name, and `push $N` puts it there again.
+//! A script is a list of commands. A node takes its inputs from a stack, the first from the top, and is pushed there;
+//! `set N [stack 0]` names the top, and `push $N` pushes it again.
 
 use crate::group::Group;
 use crate::lamps::{LampLayer, Layers};
@@ -13,15 +13,15 @@ use base::error::{Error, Result};
 use export::ExrAlpha;
 use std::fmt::Write;
 
-/// Pixels between two lamps, and between two rows, in the graph.
+/// Distance of two lamps and of two rows in the graph, in pixels.
 const STEP: (i64, i64) = (110, 60);
-/// Signs in a name that Nuke does not read as letters.
+/// Characters in a name that Nuke does not read as letters.
 const SIGNS: [char; 2] = ['#', '%'];
 
-/// Refuses what Nuke would not find.
+/// Refuses files that Nuke would not find.
 ///
 /// # Errors
-/// When the files' names have signs that stand for frame numbers there.
+/// When the file names have characters that mean frame numbers in Nuke.
 pub fn check(media: &Media) -> Result<()> {
     match media {
         Media::Movie(_) => Ok(()),
@@ -29,15 +29,15 @@ pub fn check(media: &Media) -> Result<()> {
             match [before, after].into_iter().find(|part| part.contains(SIGNS)) {
                 None => Ok(()),
                 Some(part) => Err(Error::invalid(
-                    format!("Nuke takes # and % in {part:?} for the frame's number"),
-                    "Name the files without these signs",
+                    format!("Nuke reads # and % in {part:?} as the frame's number"),
+                    "Name the files without these characters",
                 )),
             }
         }
     }
 }
 
-/// The script of a shot; it is to lie beside its files.
+/// Script of a shot, to be stored beside its files.
 pub fn script(shot: &Shot) -> String {
     let mut script = Script::default();
     if let (Some(layers), Media::Stills(stills)) = (&shot.layers, &shot.media) {
@@ -53,14 +53,14 @@ pub fn script(shot: &Shot) -> String {
 
 #[derive(Default)]
 struct Script {
-    /// Nodes without inputs that none takes: they come first, so that nothing is on the stack in their place.
+    /// Unconnected nodes come first, while the stack is empty.
     head: String,
     text: String,
-    /// Columns of the graph that are taken.
+    /// Number of used columns of the graph.
     columns: i64,
 }
 
-/// The rows of the graph.
+/// Rows of the graph.
 enum Row {
     Read = 0,
     Layer = 2,
@@ -78,7 +78,7 @@ impl Script {
         self.text.push('\n');
     }
 
-    /// A node with its knobs, at a column and row.
+    /// Node with its knobs, at a column and row.
     fn node(&mut self, class: &str, knobs: &[(&str, &str)], (column, row): (i64, Row)) {
         let _ = writeln!(self.text, "{class} {{");
         for (knob, value) in knobs {
@@ -106,7 +106,7 @@ impl Script {
         }
     }
 
-    /// Node with the turn of the light: for lights of one's own, and to read.
+    /// Node with the rotation of the light: for the artist's own lights, and for reading.
     fn turn(&mut self, shot: &Shot, light: &Light) {
         let yaws = light.frames.iter().map(|frame| frame.yaw_deg);
         let yaw = animated(shot.frames.0, yaws);
@@ -130,7 +130,7 @@ impl Script {
         );
     }
 
-    /// Reads files; what was read is called `name` from here on.
+    /// Read node; its output is called `name` from here on.
     fn read(&mut self, shot: &Shot, layers: &Layers, stills: &Stills, name: &str, column: i64) {
         let (first, last) = shot.frames;
         let (width, height) = layers.size;
@@ -152,7 +152,7 @@ impl Script {
                 ("origfirst", &first),
                 ("origlast", &last),
                 ("origset", "true"),
-                // Values as they are in the file: linear, and the difference black.
+                // Raw values of the file: linear, so that the difference is black.
                 ("raw", "true"),
                 ("name", name),
             ],
@@ -213,7 +213,7 @@ impl Script {
         );
     }
 
-    /// The lamps of a group, added up, times the group's gain. Whether there is any.
+    /// Adds the lamps of a group and applies the group's gain. Returns true if there are any.
     fn group(&mut self, shot: &Shot, layers: &Layers, group: Group) -> bool {
         let start = self.columns;
         for (index, lamp) in layers.of(group).enumerate() {
@@ -256,7 +256,7 @@ impl Script {
         true
     }
 
-    /// A lamp's layer times its weight and a gain.
+    /// Lamp layer times its weight and a gain.
     fn lamp(&mut self, shot: &Shot, layers: &Layers, lamp: &LampLayer) {
         let column = self.columns;
         self.layer(shot, layers, lamp.files.as_ref(), &lamp.layer, &lamp.lamp, column);
@@ -281,7 +281,7 @@ impl Script {
         );
     }
 
-    /// A layer alone as rgb, from the pictures' files or from its own.
+    /// One layer as rgb, from the pictures' files or from its own.
     fn layer(
         &mut self,
         shot: &Shot,

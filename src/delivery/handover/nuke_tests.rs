@@ -4,7 +4,7 @@ use crate::shot::tests::shot;
 use export::LayerFiles;
 use glam::Vec3;
 
-/// A shot of two lamps, of which one changes.
+/// Shot of two lamps; one of them changes.
 fn lit(to: &str) -> Shot {
     let lamp = |index: usize, direction: Vec3, weights: Vec<[f32; 3]>| LampLayer {
         layer: format!("light_{index:02}"),
@@ -36,7 +36,7 @@ fn a_lamps_weight_is_a_number_or_a_curve() {
     let curve = " written {{curve x10 0 x11 0.25 x12 0.5 x13 0.75 x14 1} 0 1}\n";
     assert!(text.contains(curve), "{text}");
     assert!(text.contains(" first 10\n last 14\n"), "{text}");
-    assert!(text.contains("Premult {"), "straight alpha is premultiplied behind the sum");
+    assert!(text.contains("Premult {"), "straight alpha is premultiplied after the sum");
 }
 
 #[test]

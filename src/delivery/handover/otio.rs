@@ -1,4 +1,4 @@
-//! A timeline of OpenTimelineIO with the shot as its one clip.
+//! OpenTimelineIO timeline with the shot as its only clip.
 
 use crate::media::{Media, Stills};
 use crate::shot::Shot;
@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Start of a timeline, as editors have it: 01:00:00:00.
+/// Usual start of a timeline: 01:00:00:00.
 pub fn record_start(time_code: TimeCode) -> TimeCode {
     TimeCode { hours: 1, minutes: 0, seconds: 0, frame: 0, ..time_code }
 }
 
-/// The timeline's JSON.
+/// JSON of the timeline.
 pub fn timeline(shot: &Shot) -> String {
     let rate = shot.frame_rate();
     let time = |frames: u64| json!({ "OTIO_SCHEMA": "RationalTime.1", "rate": rate, "value": frames as f64 });
@@ -77,7 +77,7 @@ fn metadata(shot: &Shot) -> Value {
     });
     if let Some(reel) = &shot.reel {
         metadata["afterlight"]["reel"] = json!(reel);
-        // Where converters look for it.
+        // Converters look for it here.
         metadata["cmx_3600"] = json!({ "reel": reel });
     }
     metadata
@@ -113,14 +113,14 @@ fn media(shot: &Shot, range: &Value) -> Value {
     media
 }
 
-/// A file's address (RFC 8089).
+/// File URL (RFC 8089).
 fn url(path: &Path) -> String {
     let path = path.to_string_lossy().replace('\\', "/");
     let slash = if path.starts_with('/') { "" } else { "/" };
     format!("file://{slash}{}", encoded(path.as_bytes()))
 }
 
-/// Bytes as an address has them (RFC 3986).
+/// Percent-encoded bytes (RFC 3986).
 fn encoded(bytes: &[u8]) -> String {
     let mut text = String::new();
     for &byte in bytes {

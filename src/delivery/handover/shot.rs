@@ -1,4 +1,4 @@
-//! An exported shot, as other programs need to know it.
+//! An exported shot, with the data that other programs need.
 
 use crate::lamps::Layers;
 use crate::light::Light;
@@ -11,29 +11,29 @@ use export::{HandOver, Interview, TimeCode, rational_rate};
 use project::Project;
 use std::path::PathBuf;
 
-/// The shot.
+/// An exported shot.
 pub struct Shot {
     pub name: String,
     pub media: Media,
-    /// First and last frame; their numbers are the files'.
+    /// First and last frame, with the numbers of the files.
     pub frames: (usize, usize),
     /// Frames per second as a fraction.
     pub rate: (i32, u32),
-    /// Of the first frame.
+    /// Time code of the first frame.
     pub time_code: TimeCode,
-    /// Of the interview's movie.
+    /// Reel of the interview's movie.
     pub reel: Option<String>,
     pub has_sound: bool,
-    /// The environment's name or file, as it was asked for.
+    /// Name or file of the environment, as requested.
     pub environment: String,
-    /// If a program was asked for that needs them.
+    /// None unless a requested program needs them.
     pub layers: Option<Layers>,
     /// As `layers`.
     pub light: Option<Light>,
 }
 
 impl Shot {
-    /// The shot that an export of the project made at `output`.
+    /// Shot of an export of the project to `output`.
     ///
     /// # Errors
     /// When its files, the calibration or the environment cannot be read.
@@ -78,7 +78,7 @@ impl Shot {
         Ok(shot)
     }
 
-    /// A file beside the shot, with this ending behind its name.
+    /// File beside the shot, with this ending after its name.
     pub fn file(&self, ending: &str) -> PathBuf {
         self.media.folder().join(format!("{}{ending}", self.name))
     }
@@ -94,7 +94,7 @@ impl Shot {
     }
 }
 
-/// Says if the interview's movie has no steady rate, for programs count with one.
+/// Warns if the interview's movie has a variable frame rate: other programs count with a constant one.
 fn warn_of_uneven_times(
     interview: &Interview,
     (first, last): (usize, usize),
@@ -111,7 +111,7 @@ fn warn_of_uneven_times(
     let drift = movie.drift(frames, interview.frame_rate)?;
     if drift >= 1.0 {
         progress.say(format!(
-            "{} has no steady rate of {:.3} frames per second: its times are up to {drift:.1} frames off. Time codes count \
+            "{} has a variable frame rate, not {:.3} frames per second: its times are up to {drift:.1} frames off. Time codes count \
              frames; make the movie's rate constant before the import if they are to follow its clock",
             source.file.display(),
             interview.frame_rate

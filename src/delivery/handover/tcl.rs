@@ -1,9 +1,9 @@
-//! Text as a Nuke script has it: Tcl within braces.
+//! Text in a Nuke script: Tcl within braces.
 
 use std::fmt::Write;
 
-/// A knob's value that means exactly `text`, in quotes unless it is plain. Braces are escaped too, for the node's own braces
-/// are counted.
+/// Knob value that means exactly `text`, in quotes unless it is plain. Braces are escaped too, because the node's own
+/// braces are counted.
 pub fn quoted(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:%+-".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {
@@ -22,7 +22,7 @@ pub fn quoted(text: &str) -> String {
     quoted
 }
 
-/// The value of a knob that Nuke evaluates, such as a file or a label, and that is to be `text` as it is.
+/// Literal value of a knob that Nuke evaluates, such as a file or a label.
 pub fn literal(text: &str) -> String {
     let mut plain = String::new();
     for c in text.chars() {
@@ -34,7 +34,7 @@ pub fn literal(text: &str) -> String {
     plain
 }
 
-/// A number over frames `first` and following: the number alone if it does not change, or else a key at each frame.
+/// A number over frames from `first` on: a constant if it does not change, otherwise a key per frame.
 pub fn animated(first: usize, values: impl Iterator<Item = f32> + Clone) -> String {
     let start = values.clone().next().unwrap_or(0.0);
     if values.clone().all(|value| value == start) {

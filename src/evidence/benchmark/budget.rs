@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 /// Limits on the number and the time of timed runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// At least so often, however long it takes, and at most.
+    /// Fewest runs, whatever the time, and most runs.
     pub runs: (usize, usize),
-    /// No new run begins later than this after the first.
+    /// Time after the first run from which no new run starts.
     pub time: Duration,
 }
 
@@ -17,7 +17,7 @@ pub struct Budget {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     pub median_ms: f64,
-    /// The fifth and the ninety-fifth of a hundred.
+    /// 5th and 95th percentiles.
     pub low_ms: f64,
     pub high_ms: f64,
     /// Number of timed runs.
@@ -25,7 +25,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of milliseconds in any order.
+    /// Median and percentiles of times in milliseconds, in any order.
     pub fn of(mut times: Vec<f64>) -> Self {
         times.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| {
@@ -38,12 +38,12 @@ impl Spread {
 }
 
 impl Budget {
-    /// At least thrice, at most `most` times, for about so many seconds.
+    /// At least three runs, at most `most`, for about `seconds`.
     pub fn seconds(seconds: f64, most: usize) -> Self {
         Self { runs: (3.min(most), most), time: Duration::from_secs_f64(seconds.max(0.0)) }
     }
 
-    /// The milliseconds of each run of `work`.
+    /// Times each run of `work`, in milliseconds.
     ///
     /// # Errors
     /// When a run fails.
@@ -58,7 +58,7 @@ impl Budget {
     }
 }
 
-/// The result of `work`, and the milliseconds that it took.
+/// Milliseconds that `work` took, and its result.
 pub fn timed<T>(mut work: impl FnMut() -> Result<T>) -> Result<(f64, T)> {
     let started = Instant::now();
     let made = std::hint::black_box(work()?);

@@ -1,4 +1,4 @@
-//! The work of a process that measures.
+//! The measuring process.
 
 use super::measure::{Figure, Measure, Request, Tell};
 use super::network::network;
@@ -13,14 +13,14 @@ use std::io::Read;
 use std::time::Instant;
 use training::Preset;
 
-/// The option by which the program is asked for one measure; a request as JSON follows.
+/// The option that asks the program for one measure; a request as JSON follows.
 pub const REQUEST: &str = "--measure";
 
-/// Does one measure in this process, and says each figure, as a line of JSON, as soon as it is known. If the input ends,
-/// whoever asked is gone, and the process ends.
+/// Runs one measure in this process and prints each figure as a line of JSON as soon as it is known. The process ends
+/// when its input closes: the parent is gone.
 ///
 /// # Errors
-/// When the request cannot be read, the device fails, or a line cannot be said.
+/// When the request cannot be read, the device fails, or a line cannot be written.
 pub fn answer(request: &str, mut say: impl FnMut(&str) -> Result<()>) -> Result<()> {
     let request: Request = serde_json::from_str(request).map_err(|e| {
         Error::invalid(
@@ -29,7 +29,7 @@ pub fn answer(request: &str, mut say: impl FnMut(&str) -> Result<()>) -> Result<
         )
     })?;
     std::thread::spawn(|| {
-        // Nothing is ever written there.
+        // Nothing is ever written to this input.
         let _ = std::io::stdin().read(&mut [0]);
         std::process::exit(1);
     });
@@ -45,7 +45,7 @@ pub fn answer(request: &str, mut say: impl FnMut(&str) -> Result<()>) -> Result<
             ..figure
         };
         let line = serde_json::to_string(&figure)
-            .map_err(|e| Error::bug(format!("a figure is no JSON: {e}")))?;
+            .map_err(|e| Error::bug(format!("a figure is not JSON: {e}")))?;
         say(&line)
     })
 }
@@ -57,7 +57,7 @@ fn measure(request: &Request, compute: &ComputeDevice, tell: Tell) -> Result<()>
         Measure::Network { preset, size } => network(preset, size, seconds, compute, tell),
         Measure::FirstUse { size } => network(Preset::Quick, size, 0.0, compute, tell),
         Measure::Passes { size } => {
-            // Four scenes; on a GPU one more for the sum in f16, on a CPU copying and three sums.
+            // Four scenes. A GPU adds the sum in f16; a CPU adds copying and three sums.
             let budget = Budget::seconds(seconds / 8.0, 30);
             passes(size, LAMPS, compute, budget, &mut |pass, copied| {
                 tell(Figure {
@@ -85,7 +85,7 @@ fn self_test(compute: &ComputeDevice) -> Figure {
         note: Some(match verdict {
             Some(Ok(())) => "passed".to_owned(),
             Some(Err(why)) => format!("failed: {why}"),
-            None => "the CPU is what others are compared with".to_owned(),
+            None => "the CPU is the reference".to_owned(),
         }),
         ..Figure::default()
     }

@@ -8,7 +8,7 @@ use light::{Lamp, Rig};
 use rayon::prelude::*;
 use reflectance::ReflectanceField;
 
-/// Any number between 0 and 1 that belongs to `i`.
+/// Repeatable pseudo-random number between 0 and 1 for index `i`.
 fn noise(i: usize) -> f32 {
     (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0
 }
@@ -28,7 +28,7 @@ pub fn matte(size: usize) -> Mask {
     Mask::from_fn(size, size, |x, y| (40.0 * (0.7 - from_centre(size, x, y))).clamp(0.0, 1.0))
 }
 
-/// The distance of a pixel from the picture's centre, in halves of its width.
+/// Distance of a pixel from the picture's centre, in half widths.
 pub fn from_centre(size: usize, x: usize, y: usize) -> f32 {
     let centre = size as f32 / 2.0;
     let [x, y] = [x, y].map(|v| v as f32 + 0.5 - centre);
@@ -47,7 +47,7 @@ pub fn frame(size: usize) -> Frame {
     Frame { index: 0, plate: plate(size), mask: matte(size) }
 }
 
-/// Lamps all around, evenly: a spiral of Fibonacci (González 2010).
+/// Lamps spread evenly over the sphere: a Fibonacci spiral (González 2010).
 pub fn rig() -> Rig {
     let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
     let lamp = |i: usize| {

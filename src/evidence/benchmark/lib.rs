@@ -1,9 +1,9 @@
-//! Speed of a machine before a project is there: training steps, predictions, passes and pictures of made-up data, each
-//! within a part of a few minutes.
+//! Speed of a machine before any project exists: training steps, predictions, passes and pictures of made-up data, each
+//! within a share of a few minutes.
 //!
-//! Each measure runs in a process of its own, so that memory that runs out or a driver that fails ends that measure
-//! alone, and peak memory belongs to one. [`device`] starts them and keeps to the time; [`answer`] is what they do. They
-//! say each figure as soon as it is known, so that one that is ended too early loses only what it had not timed yet.
+//! Each measure runs in its own process: running out of memory or a driver crash ends only that measure, and peak
+//! memory belongs to one measure. [`device`] starts the processes and keeps to the time; [`answer`] runs inside them.
+//! Figures are reported as soon as they are known, so a measure that is ended early loses only what was not timed yet.
 
 mod budget;
 mod child;
@@ -27,5 +27,5 @@ pub use measure::{Figure, Measure, Request};
 pub use report::{DeviceReport, MachineReport, Row};
 pub use run::{DeviceSettings, device};
 
-/// Lamps of what is measured: those of the paper's stage.
+/// Lamps in all measures: the number on the paper's stage.
 pub const LAMPS: usize = 41;

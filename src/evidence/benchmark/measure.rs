@@ -17,13 +17,13 @@ pub enum Measure {
         preset: Preset,
         size: usize,
     },
-    /// The first step and the first prediction of the preset `quick`, in a process that finds what the measure of this
-    /// network kept.
+    /// First step and first prediction of the preset `quick`, in a process that finds the kernels kept by this
+    /// network's measure.
     FirstUse { size: usize },
-    /// The device's copy, every pass, and the sum of lamps.
+    /// Copy speed of the device, every pass, and the sum of lamps.
     Passes { size: usize },
-    /// A frame from the plate to the picture, with and without its prediction, and the light turned by hand. The network
-    /// works at `working` pixels.
+    /// A frame from plate to picture, with and without its prediction, and turning the light by hand. The network works
+    /// at `working` pixels.
     Picture {
         #[serde(with = "preset")]
         preset: Preset,
@@ -32,39 +32,40 @@ pub enum Measure {
     },
 }
 
-/// A measure as a process is asked for it.
+/// Request that a measuring process receives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
     pub measure: Measure,
-    /// On a GPU, even a software one; else on the CPU.
+    /// True for a GPU, even a software one; false for the CPU.
     pub gpu: bool,
-    /// About how long it may take, in seconds.
+    /// Approximate time allowed, in seconds.
     pub seconds: f64,
 }
 
-/// One thing that was found.
+/// One measured figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Name of the timed work.
     pub what: String,
-    /// None if the device has no clock for it, and after the first run alone.
+    /// None if the device has no clock for it, or after only the first run.
     pub times: Option<Spread>,
-    /// Milliseconds of the first run beyond the median: kernels compiled and timed against each other, memory taken. The
-    /// whole time of the first run where there was no other.
+    /// Milliseconds of the first run beyond the median: compiling and tuning kernels, allocating memory. The whole time
+    /// of the first run if it was the only one.
     pub first_ms: Option<f64>,
-    /// The time in which the device copies as many bytes as have to be read and written.
+    /// Time in which the device copies as many bytes as the work reads and writes.
     pub copy_ms: Option<f64>,
-    /// Bytes that the device copies in a second, read and written both counted.
+    /// Bytes copied per second, counting reads and writes.
     pub bytes_per_second: Option<f64>,
     /// A sentence in place of times.
     pub note: Option<String>,
-    /// Bytes that the process has held at most until now.
+    /// Peak memory of the process so far, in bytes.
     pub peak_bytes: Option<u64>,
-    /// Bytes that it has taken of the GPU's memory until now.
+    /// GPU memory allocated so far, in bytes.
     pub gpu_bytes: Option<u64>,
 }
 
-/// Receiver of each figure as soon as it is known; one that replaces another has its `what`. An error ends the measure.
+/// Receiver of each figure as soon as it is known. A figure that replaces an earlier one has the same `what`. An error
+/// ends the measure.
 pub type Tell<'a> = &'a mut dyn FnMut(Figure) -> Result<()>;
 
 /// A preset by its name.

@@ -12,11 +12,11 @@ use training::{Preset, Trainer};
 /// Most runs of one kind.
 const MOST: usize = 200;
 
-/// Times predictions, then training steps, each for half of `seconds`. Steps have many more kernels: where each is timed
-/// against others first, predictions are known long before.
+/// Times predictions, then training steps, each for half of `seconds`. Predictions come first because steps have many
+/// more kernels to tune.
 ///
 /// # Errors
-/// When the device fails, or nobody listens any more.
+/// When the device fails, or the receiver of figures is gone.
 pub fn network(
     preset: Preset,
     size: usize,
@@ -40,7 +40,7 @@ pub fn network(
     warm(STEP, seconds / 2.0, tell, || step(&mut trainer))
 }
 
-/// Times predictions; what the network computes is complete, but stays where it is.
+/// Times predictions. The network's output is complete, but stays on the device.
 fn predictions(
     predictor: &Predictor,
     size: usize,
@@ -52,7 +52,7 @@ fn predictions(
     warm(PREDICTION, seconds, tell, || {
         compute.guarded(|| {
             let field = predictor.predict_on_device(&frame)?;
-            // On a CPU this is memory already; on a GPU it is a buffer there.
+            // On a CPU the output is already in memory; on a GPU it is a buffer there.
             match &compute.gpu {
                 Some(gpu) => {
                     let buffer = field.into_buffer(&gpu.device)?;
@@ -66,8 +66,8 @@ fn predictions(
     })
 }
 
-/// Times `work` for so many seconds after its first run, which pays for what is kept. Tells of the first run, of the
-/// second, and at the end of all.
+/// Times `work` for about `seconds` after its first run, which compiles kernels and allocates memory. Reports after the
+/// first run, after the second, and at the end.
 pub fn warm(
     what: &str,
     seconds: f64,
@@ -88,7 +88,7 @@ pub fn warm(
     let (second, ()) = timed(&mut work)?;
     let mut times = vec![second];
     tell(figure(&times))?;
-    // What takes longer than all that it has is timed no more.
+    // A first run that took longer than the whole allowance is not repeated.
     let left = seconds - second / 1e3;
     if left > 0.0 {
         times.extend(Budget::seconds(left, MOST).time(&mut work)?);

@@ -1,9 +1,9 @@
 //! Time of each pass beside the least that memory allows.
 //!
-//! Whole pictures are made, again and again, of scenes that together ask for every pass, and each pass is
-//! timed as the program itself times it: on the CPU by the wall, on a GPU by its own clock, measuring
-//! whether the pass is called for included. The limit is the time in which the same device copies as many
-//! bytes as the pass has to read and to write at least: its pictures, its matte and its field, once.
+//! Whole pictures are rendered repeatedly from scenes that together need every pass. Each pass is timed as the program
+//! itself times it: by wall clock on the CPU, by the GPU's own clock on a GPU, including the check of whether the pass
+//! is needed. The limit is the time in which the same device copies as many bytes as the pass must read and write: its
+//! pictures, its matte and its field, once each.
 
 use super::budget::{Budget, Spread};
 use super::data::{field as noise_field, from_centre, matte};
@@ -22,7 +22,7 @@ use scene::{Background, Channel, Effects, Inspection, Output, Scene, ViewTransfo
 use serde::Serialize;
 use std::hint::black_box;
 
-/// The sum of lamps of a field in f16 on a GPU, where `relight` is that of one in f32.
+/// The sum of lamps of an f16 field on a GPU; `relight` is the sum of an f32 field.
 pub const HALF_SUM: &str = "relight, f16";
 
 /// Components of the compressed field.
@@ -34,25 +34,25 @@ pub struct PassTimes {
     pub name: String,
     /// None if the device has no clock for it.
     pub times: Option<Spread>,
-    /// The time in which the device copies what it reads and writes.
+    /// Time in which the device copies the bytes that the pass reads and writes.
     pub copy_ms: Option<f64>,
 }
 
 /// All passes of one device at one size.
 #[derive(Clone, Debug, Serialize)]
 pub struct PassTable {
-    /// Bytes that the device copies in a second, read and written both counted.
+    /// Bytes copied per second, counting reads and writes.
     pub copied_per_second: f64,
-    /// The sum of lamps by itself from each kind of field, on a CPU; then every pass, with the sum of a field in f16 on
+    /// On a CPU, first the sum of lamps alone for each kind of field. Then every pass, plus the sum of an f16 field on
     /// a GPU, then the whole picture.
     pub passes: Vec<PassTimes>,
 }
 
-/// Receiver of each pass as soon as it is timed, and of the bytes that its device copies in a second. An error ends the
+/// Receiver of each pass as soon as it is timed, and of the device's copy speed in bytes per second. An error ends the
 /// timing.
 pub type TellPass<'a> = &'a mut dyn FnMut(&PassTimes, f64) -> Result<()>;
 
-/// Times every pass on a device, of pictures of `size` pixels along each side; the sum of lamps first.
+/// Times every pass on a device at `size × size` pixels, the sum of lamps first.
 ///
 /// # Errors
 /// When the device fails, or its shaders cannot read a field of this size.
@@ -173,7 +173,7 @@ fn sums(
     timed("sum, f32", size_of_val(&full.values[..]), &|| relight(full, weights, &lit))?;
     let half = HalfField::from(full);
     timed("sum, f16", size_of_val(half.values()), &|| relight_half(&half, weights, &lit))?;
-    // The basis of a part is a basis: only the number of components matters here.
+    // Any basis of the right size will do: only the number of components affects the time.
     let part = noise_field(32, full.lamps);
     let few = LampBasis::of(&[&part])
         .and_then(|basis| basis.compress(full, COMPONENTS.min(basis.len())))
@@ -181,7 +181,7 @@ fn sums(
     timed("sum, compressed", few.bytes(), &|| relight_compressed(&few, weights))
 }
 
-/// Pictures, mattes and fields that a pass reads and writes at least.
+/// Smallest number of pictures, mattes and fields that a pass reads and writes.
 struct Needs {
     /// Pictures, read or written.
     pictures: f64,
@@ -189,35 +189,35 @@ struct Needs {
     fields: f64,
 }
 
-/// None if it is done before the compositor.
+/// None for work done before the compositor.
 fn needs(pass: Pass) -> Option<Needs> {
     let (pictures, mattes, fields) = match pass {
         Pass::Predict | Pass::Weights => return None,
         Pass::Smoothing => (0.0, 1.0, 1.0),
         Pass::Relight => (1.0, 1.0, 1.0),
         Pass::Despill => (2.0, 1.0, 0.0),
-        // What is behind is drawn whole.
+        // The background is drawn in full.
         Pass::Background => (1.0, 0.0, 0.0),
         Pass::LightWrap => (3.0, 1.0, 0.0),
         Pass::Difference => (3.0, 0.0, 0.0),
         Pass::Grain | Pass::Dither => (2.0, 1.0, 0.0),
-        // From picture to picture.
+        // Copied from one picture to another.
         _ => (2.0, 0.0, 0.0),
     };
     Some(Needs { pictures, mattes, fields })
 }
 
 impl Needs {
-    /// In bytes, for pictures of this size.
+    /// Bytes for pictures of this size.
     fn bytes(&self, size: usize, lamps: usize, on_gpu: bool) -> f64 {
-        // A matte is the fourth value of a picture there.
+        // A matte is the fourth channel of a picture here.
         let (light, matte) = if on_gpu { (16.0, 0.0) } else { (12.0, 4.0) };
         let field = self.fields * 12.0 * lamps as f64;
         (size * size) as f64 * (self.pictures * light + self.mattes * matte + field)
     }
 }
 
-/// Scenes that together ask for every pass; the first asks for what pictures usually are made of.
+/// Scenes that together need every pass; the first covers what most pictures need.
 fn scenes() -> Vec<Scene> {
     let scene = |inspection, background_blur| Scene {
         frame: 1,
@@ -244,7 +244,7 @@ fn scenes() -> Vec<Scene> {
     ]
 }
 
-/// A subject with green at its rim before a bright window.
+/// A subject with green spill at its edge before a bright window.
 struct Shoot {
     field: Option<ReflectanceField>,
     mask: Mask,
@@ -304,19 +304,19 @@ impl Shoot {
         }
     }
 
-    /// The state that a darker frame hands on.
+    /// Smoothing state left by a darker frame.
     fn steady(&self, field: &Field) -> Result<Steady> {
         let first = Scene { frame: 0, ..scenes().remove(0) };
         let steady = compose(&first, &self.of(field))?.steady;
         let mut steady =
             steady.ok_or_else(|| Error::bug("a scene with smoothing hands on nothing"))?;
-        // As if that frame had been held back.
+        // As if that frame's light had been held back.
         steady.gain = [1.04; 3];
         Ok(steady)
     }
 
-    /// Makes pictures within the budget, and one before, which warms up: what each pass took, and the milliseconds of
-    /// each picture.
+    /// Renders pictures within the budget, after one that warms up. Returns the times of each pass and the milliseconds
+    /// of each picture.
     fn timed(&self, scene: &Scene, field: &Field, budget: Budget) -> Result<Made> {
         let of = self.of(field);
         compose(scene, &of)?;
@@ -331,10 +331,10 @@ impl Shoot {
 
 type Made = (Vec<Vec<PassReport>>, Vec<f64>);
 
-/// Bytes read and written in a second by all threads that copy a block of this size.
+/// Bytes read and written per second by all threads copying a block of this size.
 ///
 /// # Errors
-/// None of its own.
+/// None: copying cannot fail.
 pub fn copied_by_memory(bytes: usize, budget: Budget) -> Result<f64> {
     let source = vec![1u64; bytes / 8];
     let mut target = vec![0u64; bytes / 8];

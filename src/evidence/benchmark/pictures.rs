@@ -1,4 +1,4 @@
-//! Whole relit frames, and the light turned by hand.
+//! Whole relit frames, and turning the light by hand.
 
 use super::measure::Tell;
 use super::network::warm;
@@ -15,7 +15,7 @@ use reflectance::{FieldBuffer, Predictor};
 use scene::{Background, Output, Scene};
 use training::Preset;
 
-/// Turn of the light from one frame to the next, in degrees.
+/// Rotation of the light between frames, in degrees.
 const TURN_DEG: f32 = 7.0;
 
 /// Input of the pictures.
@@ -30,11 +30,11 @@ struct Studio<'a> {
     turns: usize,
 }
 
-/// Times pictures of `size` pixels whose fields have `working`: a frame without its prediction and with it, both read
-/// into memory as an export does, and a turn of the light as the window shows it.
+/// Times pictures of `size` pixels whose fields have `working` pixels: a frame without and with its prediction, both
+/// read back into memory as in an export, and a turn of the light as in the window.
 ///
 /// # Errors
-/// When the device fails, or nobody listens any more.
+/// When the device fails, or the receiver of figures is gone.
 pub fn pictures(
     preset: Preset,
     (working, size): (usize, usize),
@@ -45,7 +45,7 @@ pub fn pictures(
     let [whole, relit, turned] = PICTURES;
     let mut studio = Studio::new(preset, (working, size), compute)?;
     let share = seconds / 3.0;
-    // What is lit need not be a prediction: where a network's first use takes long, these come in any case.
+    // These need no prediction, so they are timed even where a network's first use takes long.
     let field = data::field(working, LAMPS);
     let field = match &compute.gpu {
         Some(gpu) => Field::Gpu(FieldBuffer::upload(&field, &gpu.device), gpu.passes.clone()),
@@ -56,7 +56,7 @@ pub fn pictures(
     drop(field);
     let mut kept = None;
     warm(whole, share, tell, || {
-        // The field before is freed first, as a clip's are.
+        // The previous field is freed first, as it is between frames of a clip.
         kept = None;
         let field = studio.predict()?;
         studio.picture(&field, true, false)?;
@@ -104,8 +104,8 @@ impl<'a> Studio<'a> {
         compute.guarded(|| encoder.encode(predictor.predict_on_device(frame)?, compute.passes()))
     }
 
-    /// Makes the picture at the next yaw; `shown` leaves it where the window draws it from. A `fresh` frame keeps nothing
-    /// of the one before.
+    /// Renders the picture at the next yaw; with `shown`, it stays where the window draws it from. A `fresh` frame
+    /// reuses nothing of the previous one.
     fn picture(&mut self, field: &Field, fresh: bool, shown: bool) -> Result<()> {
         self.turns += 1;
         let environment = built_in::named("courtyard")

@@ -1,4 +1,4 @@
-//! Measures in their order, their allowed and their expected time.
+//! Measures in order, with their allowed and expected times.
 
 use super::LAMPS;
 use super::measure::Measure;
@@ -11,7 +11,7 @@ const WORKING: usize = 512;
 /// Size at which the first use of a network is timed.
 const FIRST_SIZE: usize = 128;
 
-/// Names of a network's timed work.
+/// Names of the network's timed work.
 pub const STEP: &str = "training step";
 pub const PREDICTION: &str = "prediction";
 /// Names of the timed work on pictures.
@@ -20,19 +20,19 @@ pub const PICTURES: [&str; 3] = [
     "relit frame, predicted before",
     "turn of the light in the window",
 ];
-/// Stands for all passes where none was timed.
+/// Placeholder for all passes when none was timed.
 pub const PASSES: &str = "every pass";
 pub const SELF_TEST: &str = "self-test";
-/// First uses of a network's kernels: what is timed, and what its first run is called.
+/// First use of a network's kernels: the timed work, and the name of its first run.
 pub const FIRST: [(&str, &str); 2] =
     [(STEP, "first training step"), (PREDICTION, "first prediction")];
 
-/// The first run of a process that finds no kernels that earlier ones kept.
+/// The first run of a process that finds no cached kernels.
 pub fn first_ever((_, name): &(&str, &str)) -> String {
     format!("{name} ever")
 }
 
-/// The first run of a process that finds what another kept.
+/// The first run of a process that finds another's cached kernels.
 pub fn first_again((_, name): &(&str, &str)) -> String {
     format!("{name} again, after a start")
 }
@@ -44,7 +44,7 @@ pub struct Planned {
     pub measure: Measure,
 }
 
-/// Measures, the most important first, on the GPU and then on the CPU: who has little time has that.
+/// Measures, the most important first, GPU before CPU, so that a short budget still covers what matters most.
 pub fn plan(gpu: bool) -> Vec<Planned> {
     use Preset::{FastGpu, Paper, Quick};
     let network = |preset, size| Measure::Network { preset, size };
@@ -52,13 +52,13 @@ pub fn plan(gpu: bool) -> Vec<Planned> {
     let passes = |size| Measure::Passes { size };
     let order = [
         Measure::SelfTest,
-        // The passes need no kernels that are timed against each other first: they come in any case.
+        // Passes need no kernel tuning, so they always fit.
         passes(512),
         picture(Quick, 512),
         network(Quick, FIRST_SIZE),
         network(Quick, 256),
         Measure::FirstUse { size: FIRST_SIZE },
-        // What takes long is predicted by what takes less, so that comes before it.
+        // Cheap measures come first because they predict the expensive ones.
         picture(Quick, 1024),
         network(FastGpu, 128),
         network(Paper, 128),
@@ -77,21 +77,21 @@ pub fn plan(gpu: bool) -> Vec<Planned> {
 }
 
 impl Planned {
-    /// True if it is about GPUs alone.
+    /// True for measures that only apply to GPUs.
     fn for_gpus(&self) -> bool {
         let picture = matches!(self.measure, Measure::Picture { preset: Preset::FastGpu, .. });
         picture || matches!(self.measure, Measure::SelfTest | Measure::FirstUse { .. })
     }
 
-    /// True if its process must find no kernels that earlier ones kept, or only those of such a process.
+    /// True if the process must find no cached kernels, or only those of another such process.
     pub fn starts_anew(&self) -> bool {
         let first = Measure::Network { preset: Preset::Quick, size: FIRST_SIZE };
         self.on_gpu
             && (self.measure == first || self.measure == Measure::FirstUse { size: FIRST_SIZE })
     }
 
-    /// Seconds that it may need: the time is divided by this. On a GPU most of it goes into compiling kernels and timing them
-    /// against each other, whatever the size; on a CPU into the timed work.
+    /// Share of the time in seconds, for dividing the budget. A GPU spends most of it on compiling and tuning kernels,
+    /// whatever the size; a CPU on the timed work.
     pub fn need(&self) -> f64 {
         match (self.on_gpu, self.measure) {
             (_, Measure::SelfTest) => 10.0,
@@ -131,7 +131,7 @@ impl Planned {
 }
 
 impl Measure {
-    /// The name of the network, and the size.
+    /// Name and size of the network.
     pub fn shape(&self) -> (Option<Preset>, Option<usize>) {
         match *self {
             Self::SelfTest => (None, None),
@@ -143,7 +143,7 @@ impl Measure {
         }
     }
 
-    /// Names of the rows that it fills, in the order in which they are timed.
+    /// Names of the rows that the measure fills, in timing order.
     pub fn rows(&self) -> Vec<String> {
         let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         match self {
@@ -155,7 +155,7 @@ impl Measure {
         }
     }
 
-    /// Description of the measure for people.
+    /// Description of the measure in words.
     pub fn words(&self) -> String {
         let (preset, size) = self.shape();
         let network = preset.map_or(String::new(), |preset| format!("{} ", preset.name()));
@@ -163,7 +163,7 @@ impl Measure {
         format!("{network}{}{size}", self.rows().join(", "))
     }
 
-    /// Bytes of memory that it needs, about.
+    /// Approximate memory needed, in bytes.
     pub fn bytes(&self) -> u64 {
         let field = |size: usize| (12 * LAMPS * size * size) as u64;
         match *self {
@@ -173,13 +173,13 @@ impl Measure {
                 network.cost().training_bytes() + 3 * field(size)
             }
             Self::FirstUse { size } => 8 * field(size),
-            // The field in three formats, and two blocks that are copied.
+            // The field in three formats, and two blocks for copying.
             Self::Passes { size } => 5 * field(size),
             Self::Picture { working, size, .. } => 6 * field(working) + 400 * (size * size) as u64,
         }
     }
 
-    /// Milliseconds of each of its rows as far as what was measured tells, in the order of [`Self::rows`].
+    /// Milliseconds of each row as predicted from known rows, in the order of [`Self::rows`].
     pub fn predicted(&self, measured: &[Row]) -> Option<Vec<f64>> {
         match *self {
             Self::SelfTest | Self::FirstUse { .. } => None,
@@ -204,7 +204,7 @@ impl Measure {
                     row.size == Some(size / 2) && row.copy_ms.is_some() && row.network.is_none()
                 });
                 let whole: Vec<f64> = smaller.filter_map(|row| row.median_ms).collect();
-                // Rows that copy four times as many bytes.
+                // Rows with four times as many bytes.
                 (!whole.is_empty()).then(|| vec![4.0 * whole.iter().sum::<f64>()])
             }
             Self::Picture { preset, working, size } => {
@@ -226,7 +226,7 @@ impl Measure {
     }
 }
 
-/// The median of a row; of any network where none is named.
+/// Median of a row; of any network if none is named.
 fn median(measured: &[Row], what: &str, preset: Option<Preset>, size: usize) -> Option<f64> {
     let name = preset.map(Preset::name);
     let mut rows = measured.iter().filter(|row| {

@@ -1,4 +1,4 @@
-//! A measure in a process of its own, as whoever started it sees it.
+//! A measure in its own process, seen from its parent.
 
 use super::child::REQUEST;
 use super::measure::{Figure, Request};
@@ -15,34 +15,34 @@ use std::time::{Duration, Instant};
 /// Interval of the checks that may end a process.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A process that measures. Dropped, it is ended.
+/// A measuring process. Dropping it ends the process.
 pub struct Measuring {
     child: Child,
     figures: Receiver<Figure>,
     errors: Option<JoinHandle<String>>,
 }
 
-/// End of a process. The figures that it said before are known either way.
+/// End of a process. Figures reported before are kept in any case.
 pub enum Ended {
-    /// All was measured.
+    /// Everything was measured.
     Done,
-    /// A sentence says what went wrong.
+    /// Failed; a sentence gives the cause.
     Failed(String),
-    /// It took longer than it may.
+    /// Time limit exceeded.
     Late,
-    /// A stop was asked for.
+    /// Stopped by the user.
     Stopped,
 }
 
 impl Measuring {
-    /// Starts `program` for one measure; kernels that it times are kept in `kernels`, if that is another folder than the
-    /// person's.
+    /// Starts `program` for one measure. Tuned kernels are cached in `kernels` if given, instead of the user's cache
+    /// folder.
     ///
     /// # Errors
-    /// When it cannot be started.
+    /// When the process cannot be started.
     pub fn start(program: &Path, request: &Request, kernels: Option<&Path>) -> error::Result<Self> {
         let request = serde_json::to_string(request)
-            .map_err(|e| Error::bug(format!("a request is no JSON: {e}")))?;
+            .map_err(|e| Error::bug(format!("a request is not JSON: {e}")))?;
         let mut command = Command::new(program);
         command.args([OsString::from("device"), REQUEST.into(), request.into()]);
         if let Some(folder) = kernels {
@@ -51,14 +51,14 @@ impl Measuring {
         Self::spawn(command)
     }
 
-    /// Starts a process that says figures as [`super::answer`] does.
+    /// Starts a process that prints figures as [`super::answer`] does.
     ///
     /// # Errors
-    /// When it cannot be started.
+    /// When the process cannot be started.
     pub fn spawn(mut command: Command) -> error::Result<Self> {
-        // The process ends when this end of its input does: however this program ends, none is left over.
+        // The process ends when its input closes, so none is left over however this program ends.
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        // Ctrl-C is for the program that asked: it ends what it started, and keeps what was measured.
+        // Ctrl-C goes to this program, which ends its children and keeps what was measured.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command.spawn().map_err(|e| {
@@ -74,7 +74,7 @@ impl Measuring {
         Ok(Self { child, figures, errors })
     }
 
-    /// Waits for it for at most so long, and ends it then; `found` is told each figure as soon as it was said.
+    /// Waits at most this long, then ends the process; `found` receives each figure as it arrives.
     pub fn wait(
         mut self,
         most: Duration,
@@ -85,7 +85,7 @@ impl Measuring {
         let early = loop {
             match self.figures.recv_timeout(LOOK) {
                 Ok(figure) => found(figure),
-                // Its output is closed: it has ended, or is about to.
+                // Its output is closed: the process has ended or is about to.
                 Err(RecvTimeoutError::Disconnected) => match self.child.try_wait() {
                     Ok(None) => std::thread::sleep(LOOK),
                     _ => break None,
@@ -102,7 +102,7 @@ impl Measuring {
         if early.is_some() {
             self.end();
         }
-        // What it said last.
+        // Its last output.
         self.figures.iter().for_each(&mut found);
         if let Some(early) = early {
             return early;
@@ -116,7 +116,7 @@ impl Measuring {
     }
 
     fn end(&mut self) {
-        // One that has ended by itself needs no ending.
+        // The process has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -128,13 +128,13 @@ impl Drop for Measuring {
     }
 }
 
-/// The figures among the lines that come out, read on a thread so that the process never waits for a reader.
+/// Reads the figures from the output on a thread, so that the process never waits for a reader.
 fn listen(from: Option<impl Read + Send + 'static>) -> Receiver<Figure> {
     let (say, figures) = channel();
     std::thread::spawn(move || {
         let lines = from.map(|from| BufReader::new(from).lines());
         for line in lines.into_iter().flatten().map_while(|line| line.ok()) {
-            // A driver may say other things.
+            // Drivers may print other lines.
             if let Ok(figure) = serde_json::from_str(&line)
                 && say.send(figure).is_err()
             {
@@ -145,19 +145,19 @@ fn listen(from: Option<impl Read + Send + 'static>) -> Receiver<Figure> {
     figures
 }
 
-/// All that comes out, read on a thread too.
+/// Reads the whole output, also on a thread.
 fn drain(from: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut from) = from {
-            // What was read until it broke off is what there is.
+            // After a read error, keep what was read.
             let _ = from.read_to_end(&mut bytes);
         }
         String::from_utf8_lossy(&bytes).into_owned()
     })
 }
 
-/// A sentence of why a process did not answer.
+/// Sentence that explains why a process did not answer.
 fn why(status: Option<std::process::ExitStatus>, errors: &str) -> String {
     let said = errors.lines().map(str::trim).find_map(|line| line.strip_prefix("afterlight: "));
     if let Some(said) = said {

@@ -10,72 +10,72 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MachineReport {
     pub machine: Machine,
-    /// All that the system offers.
+    /// Adapters that the system offers.
     pub adapters: Vec<Adapter>,
-    /// Minutes that it might take, and seconds that it took.
+    /// Allowed minutes, and seconds taken.
     pub minutes: f64,
     pub seconds: f64,
-    /// It was stopped before its end.
+    /// True if the run was stopped early.
     pub stopped: bool,
     pub devices: Vec<DeviceReport>,
 }
 
-/// A device of it.
+/// One of the machine's devices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeviceReport {
     /// `gpu` or `cpu`.
     pub kind: String,
     pub name: String,
-    /// Result of the self-test, as a sentence; None on the CPU, or if it did not end.
+    /// Result of the self-test as a sentence; None on the CPU, or if the test did not finish.
     pub self_test: Option<String>,
-    /// Bytes that it copies in a second, read and written both counted.
+    /// Bytes copied per second, counting reads and writes.
     pub copied_per_second: Option<f64>,
     pub rows: Vec<Row>,
 }
 
-/// One thing that was timed, or was not.
+/// A timed piece of work, or the reason why it was left out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub what: String,
-    /// The preset whose network it is.
+    /// Preset of the network.
     pub network: Option<String>,
     /// Width and height in pixels.
     pub size: Option<usize>,
     pub median_ms: Option<f64>,
-    /// The fifth and the ninety-fifth of a hundred.
+    /// 5th and 95th percentiles.
     pub low_ms: Option<f64>,
     pub high_ms: Option<f64>,
     pub runs: usize,
     /// Milliseconds of the first run beyond the median; its whole time if it was the only one.
     pub first_ms: Option<f64>,
-    /// The time in which the device copies the bytes that have to be read and written.
+    /// Time in which the device copies the bytes that the work must read and write.
     pub copy_ms: Option<f64>,
-    /// The goal in words, and whether it is reached.
+    /// The goal in words, and true if it is reached.
     pub goal: Option<String>,
     pub reached: Option<bool>,
-    /// Predicted time by smaller sizes, if it was left out.
+    /// Time predicted from smaller sizes, if the row was left out.
     pub predicted_ms: Option<f64>,
     /// Reason for missing times.
     pub left_out: Option<String>,
-    /// Bytes of memory that the process of this measure had held at most by then.
+    /// Peak memory of the measure's process by then, in bytes.
     pub peak_bytes: Option<u64>,
-    /// Bytes that it had taken of the GPU's memory.
+    /// GPU memory allocated by then, in bytes.
     pub gpu_bytes: Option<u64>,
 }
 
-/// A relit frame of this size with its network is to be made so often in a second.
+/// Target rate of relit frames of this size, network included, per second.
 const GOAL_SIZE: usize = 512;
 const GOAL_PER_SECOND: f64 = 60.0;
-/// The sum of lamps may take so many times as long as copying.
+/// Target time of the sum of lamps, as a multiple of copying.
 const GOAL_COPIES: f64 = 1.3;
 
 impl MachineReport {
-    /// In a sentence, how much was found out.
+    /// One-sentence summary.
     pub fn sentence(&self) -> String {
         let rows = || self.devices.iter().flat_map(|device| &device.rows);
         let missing = rows().filter(|row| row.left_out.is_some()).count();
         format!(
-            "This machine was measured in {:.1} minutes{}: {} figures, {missing} left out",
+            "Measured this machine in {:.1} minutes{}: {} figures, {missing} left out",
             self.seconds / 60.0,
             if self.stopped { ", and stopped" } else { "" },
             rows().count() - missing,
@@ -84,7 +84,7 @@ impl MachineReport {
 }
 
 impl Row {
-    /// With what is aimed at, where there is an aim.
+    /// Adds the goal, if the row has one.
     pub fn with_goal(mut self) -> Self {
         let Some(ms) = self.median_ms else {
             return self;
@@ -99,7 +99,7 @@ impl Row {
         self
     }
 
-    /// True if it is the sum of lamps of a field as it is, not of its components.
+    /// True for the sum of lamps of a full field; false for its components.
     pub fn is_sum(&self) -> bool {
         self.what.starts_with("relight") || self.what.starts_with("sum, f")
     }
@@ -112,7 +112,7 @@ impl Row {
         format!("{}{network}{size}", self.what)
     }
 
-    /// Median and spread, or what it would be.
+    /// Median and spread, or the predicted time.
     pub fn time(&self) -> String {
         match (self.median_ms, self.low_ms, self.high_ms) {
             (Some(median), Some(low), Some(high)) if self.runs > 1 => {

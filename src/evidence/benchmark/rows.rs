@@ -1,4 +1,4 @@
-//! The rows of a report, from the figures of its measures.
+//! Rows of a report, built from measured figures.
 
 use super::measure::{Figure, Measure};
 use super::plan::{FIRST, PASSES, SELF_TEST, first_again, first_ever};
@@ -25,7 +25,7 @@ impl DeviceReport {
         }
     }
 
-    /// Adds a row, or replaces the one of the same name, and says where it is.
+    /// Adds a row or replaces the one of the same name; returns its index.
     fn put(&mut self, row: Row) -> usize {
         let same =
             |old: &Row| (&old.what, &old.network, old.size) == (&row.what, &row.network, row.size);
@@ -37,12 +37,12 @@ impl DeviceReport {
         at
     }
 
-    /// Takes a figure of a measure in and returns the index of its row. `fresh`: its process found no kernels that earlier ones kept.
+    /// Takes in a figure of a measure and returns the index of its row. `fresh`: the process found no cached kernels.
     pub fn found(&mut self, measure: &Measure, fresh: bool, figure: Figure) -> usize {
         if *measure == Measure::SelfTest {
             self.self_test.clone_from(&figure.note);
         }
-        // Of the largest size that was copied.
+        // Speed at the largest size copied.
         self.copied_per_second = figure.bytes_per_second.or(self.copied_per_second);
         let first = FIRST.iter().find(|(what, _)| *what == figure.what);
         let row = Row {
@@ -69,7 +69,7 @@ impl DeviceReport {
         self.put(row.with_goal())
     }
 
-    /// Says of the rows of a measure that have no times why they have none.
+    /// Gives the rows of a measure without times their reason.
     pub fn leave_out(&mut self, measure: &Measure, predicted: Option<&[f64]>, why: &str) {
         for (i, what) in measure.rows().into_iter().enumerate() {
             let mut row = Self::row(measure, &what);
@@ -92,7 +92,7 @@ impl DeviceReport {
         }
     }
 
-    /// A row in a line.
+    /// A row as one line of text.
     pub fn sentence(&self, row: &Row) -> String {
         let kind = self.kind.to_uppercase();
         let name = row.name();
@@ -104,7 +104,7 @@ impl DeviceReport {
             Some(first) if row.median_ms.is_none() => {
                 format!("the first run took {:.1} s", first / 1e3)
             }
-            // Less is no news.
+            // A shorter first run is not worth reporting.
             Some(first) if first > 1e3 => {
                 format!("{} ms; the first run took {:.1} s more", row.time(), first / 1e3)
             }
@@ -114,5 +114,5 @@ impl DeviceReport {
     }
 }
 
-/// Stands for the passes that follow those that were timed.
+/// Placeholder for the passes after those that were timed.
 const OTHER_PASSES: &str = "the passes after these";

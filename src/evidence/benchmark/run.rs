@@ -15,26 +15,26 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Measuring is called this.
+/// Name of the progress bar.
 const STAGE: &str = "measuring this machine";
-/// More runs tell no more.
+/// Most runs of one kind: more add no information.
 const MOST_SECONDS: f64 = 8.0;
-/// A measure may take so many times its share before it is ended: others take less.
+/// A measure is ended after this multiple of its share, as others take less than theirs.
 const SHARES: f64 = 3.0;
-/// Of what is free, how much a measure may take.
+/// Share of the free memory that a measure may take.
 const MEMORY_SHARE: f64 = 0.9;
 
 /// Settings of a machine's measurement.
 #[derive(Clone, Debug, clap::Args)]
 pub struct DeviceSettings {
-    /// Minutes that all may take. What does not fit is left out, with a prediction where smaller sizes allow one.
+    /// Minutes for the whole run. What does not fit is left out, with a prediction from smaller sizes where possible.
     #[arg(long, value_name = "MINUTES", default_value_t = 8.0)]
     pub minutes: f64,
-    /// The file to write the report to, as Markdown; it is written again after each measure.
+    /// Report file in Markdown, rewritten after each measure.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Devices that are measured: auto takes a hardware GPU if there is one and the CPU; gpu any GPU, even a software one,
-    /// and the CPU; cpu the CPU alone.
+    /// Devices to measure: auto takes the CPU and a hardware GPU if there is one; gpu takes the CPU and any GPU, even a
+    /// software one; cpu takes only the CPU.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
@@ -46,24 +46,24 @@ impl Default for DeviceSettings {
 }
 
 impl DeviceSettings {
-    /// Refuses minutes that cannot be.
+    /// Checks the minutes.
     ///
     /// # Errors
-    /// Then: what they can be.
+    /// When they are out of range; the message gives the range.
     pub fn check(&self) -> Result<()> {
         if (0.01..=600.0).contains(&self.minutes) {
             return Ok(());
         }
         Err(Error::invalid(
-            format!("--minutes is {}, and can be from 0.01 to 600", self.minutes),
-            "Without it 8 minutes are taken",
+            format!("--minutes must be from 0.01 to 600, not {}", self.minutes),
+            "The default is 8 minutes",
         ))
     }
 }
 
-/// Measures this machine. `program` is what is started for each measure: it hands what follows [`super::REQUEST`] to
-/// [`super::answer`]. Each figure is said as soon as it is known, and `known` is told all after each measure. A stop ends it
-/// with what was measured so far.
+/// Measures this machine. `program` is started for each measure and passes what follows [`super::REQUEST`] to
+/// [`super::answer`]. Each figure is reported as soon as it is known; `known` receives the whole report after each
+/// measure. A stop ends the run and keeps what was measured.
 ///
 /// # Errors
 /// When `program` cannot be started, or the report cannot be written.
@@ -102,7 +102,7 @@ pub fn device(
             devices,
         },
     };
-    // A file that cannot be written is known before anything is measured.
+    // An unwritable file is reported before the measuring starts.
     run.save()?;
     while let Some(next) = planned.pop_front() {
         let others = planned.iter().map(Planned::need).sum();
@@ -114,7 +114,7 @@ pub fn device(
     Ok(run.report)
 }
 
-/// The adapter that `untested` devices take: the fastest kind.
+/// The fastest kind of adapter, from those that the device choice allows.
 fn chosen(choice: DeviceChoice, adapters: &[Adapter]) -> Option<&Adapter> {
     adapters.iter().find(|adapter| match choice {
         DeviceChoice::Cpu => false,
@@ -123,28 +123,28 @@ fn chosen(choice: DeviceChoice, adapters: &[Adapter]) -> Option<&Adapter> {
     })
 }
 
-/// A machine that is being measured.
+/// Measurement in progress.
 struct Run<'a> {
     program: &'a Path,
     settings: &'a DeviceSettings,
     progress: &'a Progress<'a>,
     known: &'a dyn Fn(&MachineReport),
     began: Instant,
-    /// Folder of the kernels that are timed for the first time.
+    /// Folder of newly tuned kernels.
     kernels: tempfile::TempDir,
     report: MachineReport,
 }
 
-/// The seconds that a measure may take.
+/// Seconds allowed for a measure.
 struct Time {
-    /// Then it is ended.
+    /// Seconds after which the measure is ended.
     most: f64,
-    /// It times things for so long.
+    /// Seconds of timed work.
     timing: f64,
 }
 
 impl Run<'_> {
-    /// Tells of the report as it is now, and writes it if it has a file.
+    /// Publishes the current report, and writes its file if there is one.
     fn save(&mut self) -> Result<()> {
         self.report.seconds = self.began.elapsed().as_secs_f64();
         (self.known)(&self.report);
@@ -155,21 +155,21 @@ impl Run<'_> {
         write_beside(path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// The time for a measure while others need so many seconds.
+    /// Time for a measure while others need so many seconds.
     fn time(&self, planned: &Planned, others: f64) -> Time {
         let all = Duration::from_secs_f64(60.0 * self.settings.minutes);
         let left = all.saturating_sub(self.began.elapsed()).as_secs_f64();
         let share = left * planned.need() / (planned.need() + others);
-        // What comes first is the most important: of little time it may take a large part.
+        // The most important measures come first and may take a large part of a short budget.
         let large = (left / 3.0).min(2.0 * planned.need());
         Time {
             most: (SHARES * share).max(large).min(left),
-            // Starting a process and its first runs take time too.
+            // Starting a process and its first runs also take time.
             timing: (0.5 * share).min(MOST_SECONDS),
         }
     }
 
-    /// Does one measure and adds its rows; `done` of all measures came before.
+    /// Runs one measure and adds its rows. `done` counts the measures before it.
     fn measure(&mut self, planned: &Planned, others: f64, done: (u64, u64)) -> Result<()> {
         self.report.stopped |= self.progress.cancelled();
         let Planned { on_gpu, measure } = *planned;
@@ -191,7 +191,7 @@ impl Run<'_> {
         let request = Request { measure, gpu: on_gpu, seconds: time.timing };
         let kernels = planned.starts_anew().then(|| self.kernels.path());
         let started = Measuring::start(self.program, &request, kernels)?;
-        // A figure may be replaced by one of more runs until the next follows.
+        // A figure may still be replaced by one of more runs until the next one arrives.
         let mut last = None;
         let said = |device: &DeviceReport, row: Option<usize>| {
             if let Some(row) = row.and_then(|row| device.rows.get(row)) {
@@ -210,7 +210,7 @@ impl Run<'_> {
             Ended::Done => return Ok(()),
             Ended::Failed(why) => why,
             Ended::Late => format!(
-                "it had not ended after the {:.0} s that there were for it; give it more minutes",
+                "it did not finish within the {:.0} s allowed; give it more minutes",
                 time.most
             ),
             Ended::Stopped => {
@@ -226,16 +226,16 @@ impl Run<'_> {
     }
 }
 
-/// Reason for leaving out all that follows a stop.
+/// Reason for rows left out after a stop.
 const STOPPED: &str = "measuring was stopped";
 
-/// Reason not to begin a measure.
+/// Reason not to start a measure.
 fn unfit(measure: &Measure, predicted: Option<&[f64]>, allowed: f64) -> Option<String> {
     // The first run and one that counts.
     let least = predicted.map(|rows| 2e-3 * rows.iter().sum::<f64>());
     if let Some(least) = least.filter(|&least| least > allowed) {
         return Some(format!(
-            "it would take about {least:.0} s, and there were {allowed:.0} s for it; give it more minutes"
+            "it would take about {least:.0} s of the {allowed:.0} s allowed; give it more minutes"
         ));
     }
     if allowed <= 0.0 {

@@ -1,4 +1,4 @@
-//! The report as a person reads it, in Markdown.
+//! The report in Markdown.
 
 use super::LAMPS;
 use super::plan::{FIRST, PICTURES, PREDICTION, STEP};
@@ -9,7 +9,7 @@ use training::Preset;
 /// Frames of a minute of an interview.
 const MINUTE_FRAMES: f64 = 1500.0;
 
-/// Milliseconds with three digits that count.
+/// Milliseconds with three significant digits.
 pub fn ms(value: f64) -> String {
     match value {
         v if v >= 100.0 => format!("{v:.0}"),
@@ -22,17 +22,17 @@ fn megabytes(bytes: Option<u64>) -> String {
     bytes.map_or("–".to_owned(), |bytes| format!("{}", bytes / 1_000_000))
 }
 
-/// A question that a person asks first.
+/// A question that people ask first.
 struct Question {
     what: &'static str,
     preset: Preset,
     size: usize,
     words: &'static str,
-    /// Meaning of a time in milliseconds, in words.
+    /// Turns milliseconds into words.
     amount: fn(f64) -> String,
 }
 
-/// Number in a second, or seconds for one.
+/// Rate per second, or seconds for one.
 fn rate(ms: f64) -> String {
     match 1e3 / ms {
         rate if rate >= 1.0 => format!("{rate:.1} a second"),
@@ -79,7 +79,7 @@ const QUESTIONS: [Question; 9] = {
 };
 
 impl Question {
-    /// Its row on a device, if that says something.
+    /// The row that answers it on a device, if it has a figure.
     fn row<'a>(&self, device: &'a DeviceReport) -> Option<&'a Row> {
         let of = (self.what, Some(self.preset.name()), Some(self.size));
         device.rows.iter().find(|row| {
@@ -150,7 +150,7 @@ impl MachineReport {
         }
     }
 
-    /// Answers to a person's first questions, one device beside the other.
+    /// Answers to the first questions, one column per device.
     fn in_short(&self, text: &mut String) {
         let rows = |question: &Question| -> Vec<Option<&Row>> {
             self.devices.iter().map(|device| question.row(device)).collect()
@@ -208,7 +208,7 @@ impl DeviceReport {
         self.left_out(text);
     }
 
-    /// Rows that are one of `names`, by network and size.
+    /// Rows named in `names`, by network and size.
     fn sorted(&self, names: &[&str]) -> Vec<&Row> {
         let mut rows: Vec<&Row> =
             (self.rows.iter()).filter(|row| names.contains(&row.what.as_str())).collect();
@@ -254,7 +254,7 @@ impl DeviceReport {
         let is_first = |row: &&Row| FIRST.iter().any(|(_, first)| row.what.starts_with(first));
         for row in self.rows.iter().filter(is_first) {
             if let Some(first) = row.first_ms {
-                let _ = writeln!(text, "\n{}: {:.1} s beyond the others.", row.name(), first / 1e3);
+                let _ = writeln!(text, "\n{}: {:.1} s above the median.", row.name(), first / 1e3);
             }
         }
         text.push('\n');
@@ -293,7 +293,7 @@ impl DeviceReport {
         if passes.is_empty() {
             return;
         }
-        // The sums of lamps first; else in the order of the passes.
+        // Sums of lamps first, then the passes in order.
         passes.sort_by_key(|row| (row.size, !row.is_sum()));
         text.push_str("| pass | pixels | time, ms | copying, ms | times copying | aim |\n|---|---:|---:|---:|---:|---|\n");
         for row in passes {
@@ -336,16 +336,16 @@ impl DeviceReport {
 const NOTES: &str = "\
 ## What the words mean
 
-Times are the median; in brackets stand the 5th and the 95th of a hundred. \"About\" is a prediction from what was \
-measured. A training step is one of the preset: both losses, gradients, optimiser and moving average. `quick` is the \
-preset for ten minutes on a CPU, `fast-gpu` the same on a GPU, `paper` the paper's network. \"First step\" is what the \
-first step takes beyond the others: kernels are compiled and, on a GPU, timed against each other. \"Ever\" is where \
-none were kept, \"again\" the next start of the program; a build without `keep-autotune` keeps none.
+Times are medians, with the 5th and 95th percentiles in brackets. \"About\" marks a prediction from what was measured. \
+A training step is one of the preset: both losses, gradients, optimiser and moving average. `quick` is the preset for \
+ten minutes on a CPU, `fast-gpu` the same on a GPU, `paper` the paper's network. \"First step\" is the extra time of the \
+first step: kernels are compiled and, on a GPU, timed against each other. \"Ever\" is a start without cached kernels, \
+\"again\" the next start of the program; a build without `keep-autotune` caches none.
 
 A relit frame goes from the plate to codes in memory, as in an export; the network works at 512 pixels, and larger \
-pictures take their detail from the plate. A turn of the light is what the window makes while a yaw is dragged, at full \
+pictures take their detail from the plate. A turn of the light is the window's picture while a yaw is dragged, at full \
 size. Copying is the time in which the same device copies the bytes that a pass has to read and write. `relight` and \
-`sum` are the sum of lamps; where it says nothing else, the OLATs are f32.
+`sum` are the sum of lamps; unless noted, the OLATs are f32.
 
-Memory is the most that the measure's process had held; where the GPU's is not known, its driver does not say.
+Memory is the peak of the measure's process. The GPU's memory is missing where its driver does not report it.
 ";

@@ -1,4 +1,4 @@
-//! Tests of predictions and of measures left out, without measuring.
+//! Tests of predicted times and left-out measures, without measuring.
 
 use super::measure::{Figure, Measure};
 use super::plan::{PASSES, PICTURES, PREDICTION, Planned, STEP, plan};
@@ -34,7 +34,7 @@ fn a_spread_is_of_the_times_in_any_order() {
         runs += 1;
         Ok(())
     });
-    assert_eq!((times.unwrap().len(), runs), (3, 3), "at least thrice, whatever the time");
+    assert_eq!((times.unwrap().len(), runs), (3, 3), "at least three runs, whatever the time");
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn networks_are_predicted_by_their_multiplications_and_pictures_by_their_pixels(
     assert!(ratio > 3.5 && ratio < 4.5, "{ratio}");
     assert!((found[0] - 100.0 * ratio).abs() < 1e-6 && (found[1] - 20.0 * ratio).abs() < 1e-6);
     let other = Measure::Network { preset: Preset::Paper, size: 128 };
-    assert!(other.predicted(&known).unwrap()[0] > 200.0, "by another network of the size");
+    assert!(other.predicted(&known).unwrap()[0] > 200.0, "by another network");
     assert_eq!(larger.predicted(&[]), None);
 
     let picture = |size| Measure::Picture { preset: Preset::Quick, working: 512, size };
@@ -93,7 +93,7 @@ fn the_important_comes_first_and_on_a_gpu_before_the_cpu() {
     assert!(place(true, Measure::Passes { size: 512 }) < place(true, quick));
     assert!(place(true, quick) < place(false, quick));
     assert!(place(false, quick) < place(true, network(Preset::Paper, 512)));
-    // The second start follows the first, whose kernels it finds; no other measure leaves any there.
+    // The second start follows the first and finds its kernels; no other measure leaves any there.
     let anew: Vec<Measure> =
         (planned.iter().filter(|p| p.starts_anew())).map(|p| p.measure).collect();
     assert_eq!(anew, [quick, Measure::FirstUse { size: 128 }]);
@@ -163,12 +163,12 @@ fn the_first_use_of_kernels_is_told_for_both_starts() {
     assert_eq!(first("first training step again, after a start"), Some(500.0));
     assert_eq!(first("first prediction ever"), Some(10_000.0));
     assert_eq!(first("first prediction again, after a start"), Some(250.0));
-    // The second process timed too little to say what a step takes.
+    // The second process timed too little to tell the time of a step.
     let steps = device.rows.iter().filter(|row| row.what == STEP);
     assert_eq!(steps.count(), 1);
 }
 
-/// End and output of a process that runs `script`.
+/// Outcome and figures of a process that runs `script`.
 fn measured(script: &str, most: f64, progress: &Progress) -> (Ended, Vec<String>) {
     let mut command = Command::new("sh");
     command.args(["-c", script]);
@@ -204,8 +204,8 @@ fn what_a_process_said_before_it_hung_crashed_or_failed_is_kept() {
     shown!(
         Surroundings,
         "A measure of a machine hangs, crashes or is stopped",
-        danger: "all that it had measured is lost, or the program waits for ever",
-        done: "each figure is kept as it is known; a sentence names what is missing and why",
+        danger: "all its figures are lost, or the program waits for ever",
+        done: "each figure is kept as soon as it is known; a message names what is missing and why",
         bound: "60 s",
         measured: format!("{:.1} s for five endings", began.elapsed().as_secs_f64()),
     );

@@ -1,10 +1,10 @@
-//! Pictures compared cell by cell.
+//! Cell-by-cell comparison of pictures.
 
 use evaluation::metrics::Compared;
 use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 
-/// Cells on each side of the square that is predicted.
+/// Cells along each side of the predicted square.
 pub const SIDE: usize = 16;
 /// Coverage above which a cell shows the subject.
 const COVERED: f32 = 0.5;
@@ -15,7 +15,7 @@ pub fn covered(mask: &Mask) -> Vec<bool> {
     means.iter().map(|mean| *mean > f64::from(COVERED)).collect()
 }
 
-/// The mean of a picture's values over each cell.
+/// Mean of a picture's values over each cell.
 pub fn mean_of_cells<T: Copy>(picture: &Raster<T>, value: impl Fn(&T) -> f64) -> Vec<f64> {
     let (w, h) = picture.size();
     let (mut sums, mut counts) = (vec![0.0; SIDE * SIDE], vec![0usize; SIDE * SIDE]);
@@ -31,15 +31,15 @@ pub fn mean_of_cells<T: Copy>(picture: &Raster<T>, value: impl Fn(&T) -> f64) ->
 /// Squared differences of encoded values, clip(e·x, 0, 1)^(1/2.2), between pictures of one subject under each lamp.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Differences {
-    /// Of each of [`SIDE`] × [`SIDE`] cells the mean over lamps and channels.
+    /// Mean over lamps and channels, for each of [`SIDE`] × [`SIDE`] cells.
     pub cells: Vec<f64>,
-    /// Of each lamp the mean over the subject and channels.
+    /// Mean over the subject and channels, for each lamp.
     pub lamps: Vec<f64>,
 }
 
 impl Differences {
-    /// Compares pictures with others, one factor for all making the sums equal, at the exposure e at which `evaluate`
-    /// compares. Pixels outside the matte count as equal.
+    /// Compares pictures with their references at the exposure e that `evaluate` uses, after one common factor has made
+    /// the sums equal. Pixels outside the matte count as equal.
     pub fn of(pictures: &[Image], others: &[Image], mask: &Mask) -> Self {
         let compared = Compared { pictures, truths: others, mask };
         let exposure = compared.exposure();

@@ -1,11 +1,11 @@
-//! Under which lamps a picture's OLATs are worst.
+//! Expected error by lamp.
 //!
-//! Each left-out pose shows by how much each lamp's error exceeds the picture's. The mean over the poses is a lamp's usual
-//! share; a spread of the exemplars that is wider than usual raises it.
+//! Each left-out pose shows how far each lamp's error exceeds the picture's. The mean over the poses is the lamp's
+//! usual share; an unusually wide spread of the exemplars raises it.
 
 use serde::{Deserialize, Serialize};
 
-/// A lamp's error may at most grow with this power of its spread.
+/// Largest power of its spread with which a lamp's error may grow.
 const MOST_SLOPE: f64 = 1.0;
 const LEAST: f64 = 1e-12;
 
@@ -21,15 +21,15 @@ pub struct LampErrors {
 /// Each lamp's share of a picture's error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LampShares {
-    /// Logarithms of each lamp's usual error, and of its usual spread, over the picture's.
+    /// Logarithms of each lamp's usual error and usual spread, relative to the picture's.
     errors: Vec<f64>,
     spreads: Vec<f64>,
-    /// The power of a spread that is not usual.
+    /// Power of the unusual part of a spread.
     slope: f64,
 }
 
 impl LampShares {
-    /// Learns it; None without poses, or when they have other lamps.
+    /// Learns the shares from poses; None without poses, or if their lamps differ.
     pub fn learn(poses: &[&LampErrors]) -> Option<Self> {
         let lamps = poses.first()?.squared_errors.len();
         if lamps == 0 || poses.iter().any(|pose| pose.squared_errors.len() != lamps) {
@@ -63,7 +63,7 @@ impl LampShares {
         })
     }
 
-    /// PSNR of each lamp's OLAT in decibels, of a picture's and of its squared spreads by lamp, if they are known.
+    /// PSNR of each lamp's OLAT in decibels, from the picture's PSNR and its squared spreads by lamp, if known.
     pub fn decibels(&self, picture_db: f64, squared_spreads: Option<&[f64]>) -> Vec<f64> {
         let spreads =
             squared_spreads.filter(|spreads| spreads.len() == self.errors.len()).map(shares);
@@ -74,14 +74,14 @@ impl LampShares {
                 self.errors[lamp] + self.slope * spread
             })
             .collect();
-        // Together they are the picture's.
+        // Averaged, the lamps give the picture's error.
         let mean = logs.iter().map(|log| (2.0 * log).exp()).sum::<f64>() / logs.len().max(1) as f64;
         let decibels = |log: &f64| picture_db - 10.0 * ((2.0 * log).exp() / mean).log10();
         logs.iter().map(decibels).collect()
     }
 }
 
-/// Logarithms of the roots of squares over the root of their mean.
+/// Logarithms of the root of each square over the root of their mean.
 fn shares(squares: &[f64]) -> Vec<f64> {
     let usable = |square: &f64| {
         if square.is_finite() { square.max(LEAST) } else { LEAST }
@@ -110,12 +110,12 @@ mod tests {
         assert!((shares.slope - 0.5).abs() < 0.1, "{}", shares.slope);
         let usual = shares.decibels(30.0, None);
         assert!(usual[1] < usual[0] && usual[0] < usual[2], "{usual:?}");
-        // All lamps together are the picture.
+        // All lamps together give the picture.
         let mean = usual.iter().map(|db| 10f64.powf(-db / 10.0)).sum::<f64>() / 3.0;
         assert!((-10.0 * mean.log10() - 30.0).abs() < 1e-9);
         let spread = shares.decibels(30.0, Some(&pose([50.0, 1.0, 1.0]).squared_spreads));
         assert!(spread[0] < usual[0] - 3.0, "{spread:?}");
-        // Without spreads the pattern alone speaks; nothing is made of nothing, and NaN stays out.
+        // Without spreads, only the pattern counts. No poses give nothing, and NaN is kept out.
         let plain: Vec<LampErrors> = (poses.iter())
             .map(|pose| LampErrors { squared_spreads: Vec::new(), ..pose.clone() })
             .collect();

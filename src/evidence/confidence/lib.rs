@@ -1,9 +1,9 @@
-//! Trust in predictions without a truth.
+//! Confidence in predictions without a truth.
 //!
-//! The exemplars say it themselves. Which frames are unlike every pose? The light that the best exemplar leaves unexplained
-//! says how far a frame is; that of each pose carried over from the others says how far is far. And how large is the error?
-//! Each pose is predicted from the others and compared with its photographs; its error is laid over what is left unexplained
-//! and over the spread of the exemplars ([`Relation`]). `docs/method.md` has the formulas and the figures.
+//! The exemplars answer two questions. Which frames are unlike every pose? A frame's distance is the light that the
+//! best exemplar leaves unexplained; the scale comes from carrying each pose over from the others. And how large is the
+//! error? Each pose is predicted from the others and compared with its photographs; its error is fitted to the
+//! unexplained light and to the spread of the exemplars ([`Relation`]). `docs/method.md` has the formulas and figures.
 
 mod cells;
 mod lamps;

@@ -2,12 +2,12 @@
 
 use super::poses::root_mean;
 
-/// Mean squares of a frame's cells that show the subject, by the number of the cell.
+/// Mean squares of a frame's subject cells, by cell number.
 pub type Squares = Vec<(usize, f64)>;
 
-/// The frames that, photographed one after the other, would leave the least unexplained: each is the farthest from the poses
-/// and those chosen before it (Gonzalez 1985). `frames` are numbered by their place; `apart(a, chosen)` is how far frame `a`
-/// is from a chosen one.
+/// Frames that, photographed as poses one after the other, would leave the least unexplained: each is the farthest from
+/// the poses and from those chosen before it (Gonzalez 1985). `frames` are identified by index; `apart(a, chosen)` is
+/// the distance of frame `a` from a chosen one.
 ///
 /// # Errors
 /// Those of `apart`.

@@ -1,4 +1,4 @@
-//! A pose predicted from the others: its error there is the error on new pictures.
+//! Poses predicted from the others: their error estimates the error on new pictures.
 
 use super::cells::{Differences, covered, mean_of_cells};
 use super::lamps::LampErrors;
@@ -10,14 +10,14 @@ use imaging::{Image, Mask};
 use project::Project;
 use transfer::Carried;
 
-/// A pose as a frame of the interview would show it, and as it was photographed.
+/// A pose as an interview frame would show it, and as it was photographed.
 pub struct Photographed {
     pub frame: Frame,
     pub olats: Vec<Image>,
 }
 
 impl Photographed {
-    /// Reads pose `pose` and lights it as the interview was lit.
+    /// Reads pose `pose` and lights it as in the interview.
     ///
     /// # Errors
     /// When a picture cannot be read.
@@ -36,8 +36,7 @@ impl Photographed {
     }
 }
 
-/// Mean squares of each cell that shows the subject: how far it is from the best exemplar, as
-/// [`Carried::unlike`](transfer::Carried).
+/// Mean square distance from the best exemplar for each subject cell, from [`Carried::unlike`](transfer::Carried).
 pub fn squares(unlike: &Mask, mask: &Mask) -> Vec<(usize, f64)> {
     let square = Mask {
         pixels: (unlike.pixels.iter().zip(&mask.pixels))
@@ -48,7 +47,7 @@ pub fn squares(unlike: &Mask, mask: &Mask) -> Vec<(usize, f64)> {
     over_alpha(&square, mask)
 }
 
-/// Means of each cell that shows the subject, of values that are 0 outside the matte.
+/// Mean over each subject cell of values that are 0 outside the matte.
 fn over_alpha(values: &Mask, mask: &Mask) -> Vec<(usize, f64)> {
     let alpha = mean_of_cells(mask, |alpha| f64::from(*alpha));
     let means = mean_of_cells(values, |value| f64::from(*value));
@@ -56,7 +55,7 @@ fn over_alpha(values: &Mask, mask: &Mask) -> Vec<(usize, f64)> {
     shown.filter(|(_, shown)| *shown).map(|(cell, _)| (cell, means[cell] / alpha[cell])).collect()
 }
 
-/// The signs of each cell that shows the subject.
+/// Distance and spread of each subject cell.
 pub fn signs(carried: &Carried, mask: &Mask) -> Vec<(usize, Sign)> {
     let squares = squares(&carried.unlike, mask);
     let spreads = over_alpha(&carried.spread, mask);
@@ -76,7 +75,7 @@ pub fn root_mean(squares: impl Iterator<Item = f64>) -> f32 {
     (sum / count.max(1) as f64).sqrt() as f32
 }
 
-/// The errors of a picture whose OLATs are known, cell by cell.
+/// Errors of a picture with known OLATs, cell by cell.
 pub fn errors(carried: &Carried, of: &Photographed) -> PoseErrors {
     let field = &carried.field;
     let pictures: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();

@@ -1,27 +1,27 @@
-//! Size of an error, by the light that the best exemplar leaves unexplained and by the spread of the exemplars, learnt from
-//! poses that are predicted from the others.
+//! Expected error as a function of two signs: the light that the best exemplar leaves unexplained, and the spread of
+//! the exemplars. Fitted to poses that are predicted from the others.
 //!
-//! With e a cell's error, d its distance and s its spread, ln e = a + b ln d + c ln s is fitted over the cells of all left-out
-//! poses, each pose weighing the same. The cells of one pose err together, so coverage is counted by pose, as conformal
-//! prediction does (Vovk et al. 2005): each pose gives the factor by which the relation has to be raised to hold for a share of
-//! its cells, and for its whole picture. If a new picture is to the poses as each of them is to the others, then with k poses
-//! the largest factor holds for it with a chance of k of k + 1.
+//! With e a cell's error, d its distance and s its spread, ln e = a + b ln d + c ln s is fitted over the cells of all
+//! left-out poses, each pose weighted equally. The cells of one pose err together, so coverage is counted by pose, as
+//! in conformal prediction (Vovk et al. 2005): each pose gives the factor that raises the relation until it holds for
+//! the required share of its cells, and for its whole picture. If a new picture relates to the k poses as each of them
+//! relates to the others, the largest factor holds for it with probability k / (k + 1).
 
 use super::lamps::LampErrors;
 use serde::{Deserialize, Serialize};
 
-/// Distances, spreads and errors below these are as good as none.
+/// Distances, spreads and errors below these count as zero.
 const LEAST_DISTANCE: f64 = 1e-3;
 const LEAST_ERROR: f64 = 1e-4;
-/// An error may at most grow with this power of distance, and of spread.
+/// Largest power of distance, or of spread, with which an error may grow.
 const MOST_SLOPE: f64 = 2.0;
 
-/// Signs of a cell's error without a truth.
+/// Signs of a cell's error that need no truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sign {
     /// Root mean square of the logarithm of frame over best prediction under the interview's light.
     pub distance: f64,
-    /// Deviation of the exemplars' predictions about their blend, as roots of light.
+    /// Standard deviation of the exemplars' predictions about their blend, as square roots of light.
     pub spread: f64,
 }
 
@@ -31,36 +31,36 @@ impl Sign {
     }
 }
 
-/// Logarithms of a cell's signs and of its error.
+/// Logarithms of a cell's signs and error.
 type Logs = ([f64; 2], f64);
 
-/// Errors of a pose that was left out, by cell.
+/// Errors of a left-out pose, by cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PoseErrors {
     pub signs: Vec<Sign>,
-    /// The mean over lamps and pixels of the squared difference of encoded values.
+    /// Mean squared difference of encoded values, over lamps and pixels.
     pub squared_errors: Vec<f64>,
     #[serde(default)]
     pub lamps: LampErrors,
 }
 
-/// Error over distance and spread.
+/// Error as a function of distance and spread.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
     intercept: f64,
     /// Powers of distance and of spread.
     slopes: [f64; 2],
-    /// The factor at which half of the poses have this share of their cells within what is said, and that at which all have.
+    /// Factors at which half of the poses, and all of them, have the required share of cells within the bound.
     cell_factors: [f64; 2],
     /// The same for the root mean square error of the whole picture.
     frame_factors: [f64; 2],
-    /// Poses that it was learnt from.
+    /// Number of poses in the fit.
     pub poses: usize,
 }
 
 impl Relation {
-    /// Learns the relation from the poses; `share` is that of a picture's cells that what is said holds for. None without
-    /// two poses that have cells.
+    /// Learns the relation from the poses; `share` is the share of a picture's cells that must lie within the bound.
+    /// None without two poses that have cells.
     pub fn learn(poses: &[PoseErrors], share: f64) -> Option<Self> {
         let logs: Vec<Vec<Logs>> = (poses.iter())
             .map(|pose| {
@@ -110,19 +110,20 @@ impl Relation {
         Some(found)
     }
 
-    /// The logarithm of the relation alone, of those of distance and spread.
+    /// Logarithm of the fitted relation, without its factor, from the logarithms of distance and spread.
     fn log(&self, sign: [f64; 2]) -> f64 {
         self.intercept + self.slopes[0] * sign[0] + self.slopes[1] * sign[1]
     }
 
-    /// Errors where these signs are, as shares of encoded white, that the asked share of cells stays within: in the usual
+    /// Error bounds at these signs, as shares of encoded white, that hold for the required share of cells: in the usual
     /// picture, and in all but one of k + 1.
     pub fn cells(&self, sign: Sign) -> [f64; 2] {
         let alone = self.log(sign.logs()).exp();
         self.cell_factors.map(|factor| factor * alone)
     }
 
-    /// PSNR of a picture's OLATs in decibels: the usual, and what all but one of k + 1 reach. None without cells.
+    /// PSNR of a picture's OLATs in decibels: the usual value, and the one that all but one of k + 1 pictures reach.
+    /// None without cells.
     pub fn decibels(&self, signs: impl Iterator<Item = Sign>) -> Option<[f64; 2]> {
         let (mut sum, mut count) = (0.0, 0.0);
         for sign in signs {
@@ -133,7 +134,7 @@ impl Relation {
         (count > 0.0).then(|| self.frame_factors.map(decibels))
     }
 
-    /// The chance that what is said of all but one of k + 1 pictures holds.
+    /// Probability that the bound for all but one of k + 1 pictures holds.
     pub fn chance(&self) -> f64 {
         self.poses as f64 / (self.poses + 1) as f64
     }
@@ -146,7 +147,7 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
     values[rank.min(values.len()) - 1]
 }
 
-/// The slopes that fit best, of the covariances of the two signs and theirs with the error: neither below 0 nor above
+/// Best-fitting slopes, from the covariances of the two signs and of each with the error: limited to 0 to
 /// [`MOST_SLOPE`].
 fn slopes(among: [[f64; 2]; 2], with: [f64; 2]) -> [f64; 2] {
     let alone = |i: usize| {
@@ -156,7 +157,7 @@ fn slopes(among: [[f64; 2]; 2], with: [f64; 2]) -> [f64; 2] {
         slopes[i] = slope;
         slopes
     };
-    // What is left of the squared error, but for a constant.
+    // Remaining squared error, up to a constant.
     let rest = |[b, c]: [f64; 2]| {
         let square = b * b * among[0][0] + 2.0 * b * c * among[0][1] + c * c * among[1][1];
         square - 2.0 * (b * with[0] + c * with[1])

@@ -1,4 +1,4 @@
-//! Results, and their words.
+//! Results as data and in words.
 
 use super::lamps::LampShares;
 use super::relation::{PoseErrors, Relation, Sign};
@@ -12,29 +12,29 @@ use std::path::PathBuf;
 
 const FORMAT: u32 = 3;
 const NAME: &str = "confidence.json";
-/// Share of the interview's light from where no lamp is beyond which poses cannot tell the errors of frames.
+/// Share of the interview's light from directions without a lamp above which poses cannot predict the errors of frames.
 const MOST_UNCOVERED: f32 = 0.1;
-/// The share of a picture's cells that what is said of errors holds for.
+/// Share of a picture's cells for which an error bound holds.
 pub const SAID_SHARE: f64 = 0.8;
 
-/// Trust in the frames of an interview.
+/// Confidence in the frames of an interview.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfidenceReport {
     pub format: u32,
-    /// Mark of the calibration that it was made with.
+    /// Fingerprint of the calibration behind the report.
     pub calibration: String,
-    /// Share of the interview's light from where no lamp is.
+    /// Share of the interview's light from directions without a lamp.
     pub uncovered: f32,
     /// Distance of each pose predicted from the others: root mean square of the logarithm of pose over best prediction.
     pub pose_distances: Vec<f32>,
-    /// The largest of them: a frame farther from all poses is unlike them.
+    /// Largest pose distance: a frame farther from all poses is unlike them.
     pub far: f32,
     pub frames: Vec<FrameConfidence>,
-    /// Every how many frames one was looked at.
+    /// Interval between examined frames.
     pub every: usize,
-    /// Frames that, photographed as poses, would leave the least uncovered, the first the most.
+    /// Frames that, photographed as poses, would leave the least uncovered, the most useful first.
     pub missing: Vec<usize>,
-    /// Error over distance and spread, how it is shared among lamps, and what both were learnt from.
+    /// Error as a function of distance and spread, its distribution over lamps, and the data behind both.
     pub relation: Option<Relation>,
     pub lamps: Option<LampShares>,
     #[serde(default)]
@@ -48,37 +48,37 @@ pub struct ConfidenceReport {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     pub frames: usize,
-    /// The share of cells whose error is within what was said of the usual frame, and of all but one of k + 1; asked for
-    /// were [`SAID_SHARE`] of the cells.
+    /// Share of cells within the bound for the usual frame, and within that for all but one of k + 1; the target is
+    /// [`SAID_SHARE`].
     pub cells_within: [f64; 2],
-    /// The cells in four groups of as many, by the error that was said of them, the smallest first: whether what is said
-    /// holds where little is said, and where much is.
+    /// The cells in four groups of equal size, by predicted error, smallest first: shows whether small and large bounds
+    /// hold alike.
     #[serde(default)]
     pub quarters: [Quarter; 4],
-    /// The share of frames in which the second holds for the asked share of cells.
+    /// Share of frames in which the second bound holds for the required share of cells.
     pub frames_within: f64,
-    /// The share of frames that reach what all but one of k + 1 were said to reach.
+    /// Share of frames that reach the PSNR predicted for all but one of k + 1.
     pub frames_reaching: f64,
-    /// The mean of real less expected PSNR in decibels: above 0, errors were smaller than expected.
+    /// Mean of actual less expected PSNR in decibels: above 0, errors were smaller than expected.
     pub better_by_db: f64,
-    /// Agreement of expected and real errors of cells, as the correlation of their logarithms.
+    /// Agreement of expected and actual errors of cells, as the correlation of their logarithms.
     pub correlation: f64,
-    /// The same of lamps within each frame; None without [`LampShares`].
+    /// Agreement over the lamps within each frame; None without [`LampShares`].
     pub lamp_correlation: Option<f64>,
 }
 
-/// Cells of which about the same error was said.
+/// Cells with about the same predicted error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quarter {
-    /// The least and the largest error that was said of the usual frame, as shares of encoded white.
+    /// Smallest and largest error predicted for the usual frame, as shares of encoded white.
     pub said: [f64; 2],
-    /// The share of cells within what was said of the usual frame, and of all but one of k + 1.
+    /// Share of cells within the bound for the usual frame, and within that for all but one of k + 1.
     pub within: [f64; 2],
     pub cells: usize,
 }
 
 impl Quarter {
-    /// Groups cells, each with what was said of it and its error.
+    /// Groups cells by predicted error; each cell has its prediction and its error.
     fn all(mut cells: Vec<([f64; 2], f64)>) -> [Self; 4] {
         cells.sort_unstable_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         let bound = |quarter: usize| quarter * cells.len() / 4;
@@ -101,7 +101,7 @@ impl Quarter {
 }
 
 impl Judged {
-    /// Counts; None without frames or cells.
+    /// Computes the test; None without frames or cells.
     pub(super) fn of(
         relation: &Relation,
         lamps: Option<&LampShares>,
@@ -164,12 +164,12 @@ impl Judged {
     }
 }
 
-/// Folder of what is kept.
+/// Folder of the report.
 fn folder(project: &Project) -> PathBuf {
     project.result_path("confidence")
 }
 
-/// A mark that tells calibrations apart: FNV-1a of the file's text, or nothing without a file.
+/// Fingerprint of the calibration: FNV-1a of the file's text, or an empty text without a file.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -186,7 +186,7 @@ pub fn mark(project: &Project) -> Result<String> {
     Ok(format!("{hash:016x}"))
 }
 
-/// The correlation of pairs; 0 where one side never changes.
+/// Correlation of pairs; 0 where one side is constant.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len().max(1) as f64;
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
@@ -196,26 +196,26 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
     if apart > 0.0 { together / apart } else { 0.0 }
 }
 
-/// Trust in a frame.
+/// Confidence in a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameConfidence {
     pub frame: usize,
-    /// Its distance to the nearest poses; [`ConfidenceReport::far`] is far.
+    /// Distance to the nearest poses; above [`ConfidenceReport::far`] is far.
     pub distance: f32,
-    /// The pose that it is most like.
+    /// The most similar pose.
     pub pose: Option<usize>,
-    /// The expected error; None without two poses that show the subject.
+    /// Expected error; None without two poses that show the subject.
     pub expected: Option<Expected>,
-    /// Of each of [`SIDE`](super::SIDE) × [`SIDE`](super::SIDE) cells the distance, row by row; 0 where no subject is.
+    /// Distance of each of [`SIDE`](super::SIDE) × [`SIDE`](super::SIDE) cells, row by row; 0 outside the subject.
     pub cells: Vec<f32>,
-    /// Of each of these cells the expected error of its OLATs, as a share of encoded white; empty if unknown.
+    /// Expected error of the OLATs in each of these cells, as a share of encoded white; empty if unknown.
     pub errors: Vec<f32>,
-    /// Of each lamp the expected PSNR of its OLAT in decibels; empty if unknown.
+    /// Expected PSNR in decibels of the OLAT of each lamp; empty if unknown.
     pub lamps: Vec<f32>,
 }
 
 impl FrameConfidence {
-    /// The lamp whose OLAT is expected to be worst, and its PSNR in decibels.
+    /// Lamp with the worst expected OLAT, and its PSNR in decibels.
     pub fn worst_lamp(&self) -> Option<(usize, f32)> {
         let lamps = self.lamps.iter().copied().enumerate();
         lamps.min_by(|a, b| a.1.total_cmp(&b.1))
@@ -259,24 +259,24 @@ impl ConfidenceReport {
         folder(project).join(NAME)
     }
 
-    /// Writes it into the project.
+    /// Writes the report into the project.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = Self::path(project);
         std::fs::create_dir_all(folder(project)).map_err(|e| {
             Error::io("write", folder(project), e, "Check that the project's folder can be written")
         })?;
         let text = serde_json::to_string(self)
-            .map_err(|e| Error::bug(format!("the confidence is no JSON: {e}")))?;
+            .map_err(|e| Error::bug(format!("the confidence is not JSON: {e}")))?;
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// The project's report, if there is one, and true if its calibration is still the same.
+    /// The project's report, if there is one, and true if the calibration has not changed since.
     ///
     /// # Errors
-    /// When the file cannot be read, or is not what this program writes.
+    /// When the file cannot be read, or was not written by this program.
     pub fn load(project: &Project) -> Result<Option<(Self, bool)>> {
         let path = Self::path(project);
         if !path.exists() {
@@ -298,14 +298,14 @@ impl ConfidenceReport {
         Ok(Some((found, fits)))
     }
 
-    /// PSNR in decibels that all but one of k + 1 frames reach; None of a frame that is unlike every pose, or lit by what the
-    /// poses do not show.
+    /// PSNR in decibels that all but one of k + 1 frames reach; None for a frame that is unlike every pose, or lit by
+    /// directions that the poses do not cover.
     pub fn promised(&self, frame: &FrameConfidence) -> Option<f64> {
         let holds = frame.distance <= self.far && self.uncovered <= MOST_UNCOVERED;
         Some(frame.expected?.at_least_db).filter(|_| holds)
     }
 
-    /// Frames that are farther from all poses than any pose is from the others, the farthest first.
+    /// Frames farther from all poses than any pose is from the others, the farthest first.
     pub fn unlike(&self) -> Vec<&FrameConfidence> {
         let mut all: Vec<&FrameConfidence> = self.frames.iter().collect();
         all.retain(|frame| frame.distance > self.far);
@@ -313,7 +313,7 @@ impl ConfidenceReport {
         all
     }
 
-    /// A few sentences about it.
+    /// Summary in a few sentences.
     pub fn sentence(&self) -> String {
         let names = |frames: &mut dyn Iterator<Item = usize>| {
             let names: Vec<String> = frames.map(|frame| frame.to_string()).collect();
@@ -346,7 +346,8 @@ impl ConfidenceReport {
                     relation.poses + 1
                 ),
                 None if self.uncovered > MOST_UNCOVERED => format!(
-                    ". They may be worse: {:.0} % of the interview's light comes from where no lamp is, which poses do not show",
+                    ". They may be worse: {:.0} % of the interview's light comes from \
+                     directions without a lamp, which poses do not show",
                     100.0 * self.uncovered
                 ),
                 None => ". It may be worse: this frame is unlike every pose".to_owned(),
@@ -360,8 +361,8 @@ impl ConfidenceReport {
         }
         if let Some(judged) = &self.judged {
             text += &format!(
-                "\nBeside the truth of {} frames: {:.0} % of them reach what they were said to reach at least, {:.0} % of their \
-                 parts are within what was said ({:.0} % was asked for), and the frames are {:+.1} dB better than expected",
+                "\nCompared with the truth of {} frames: {:.0} % reach their predicted minimum, {:.0} % of their \
+                 parts are within the predicted error (target {:.0} %), and the frames are {:+.1} dB better than expected",
                 judged.frames,
                 100.0 * judged.frames_reaching,
                 100.0 * judged.cells_within[1],
@@ -377,7 +378,7 @@ impl ConfidenceReport {
                 )
             });
             text += &format!(
-                "\nParts within the error that was expected of them, by quarters. Where it was {}",
+                "\nParts within their expected error, by quarters. Where it was {}",
                 quarters.collect::<Vec<_>>().join("; ")
             );
         }
@@ -390,7 +391,7 @@ impl ConfidenceReport {
         text
     }
 
-    /// Each frame with the lamp whose OLAT is expected to be worst and its PSNR in decibels, the worst first.
+    /// Each frame with its worst expected lamp and the PSNR of that OLAT in decibels, the worst first.
     pub fn worst_olats(&self) -> Vec<(&FrameConfidence, usize, f32)> {
         let worst = |frame| {
             let (lamp, decibels) = FrameConfidence::worst_lamp(frame)?;
@@ -401,13 +402,13 @@ impl ConfidenceReport {
         all
     }
 
-    /// The frame with the largest expected error.
+    /// Frame with the largest expected error.
     pub fn worst(&self) -> Option<(&FrameConfidence, Expected)> {
         let all = (self.frames.iter()).filter_map(|frame| Some((frame, frame.expected?)));
         all.min_by(|a, b| a.1.psnr_db.total_cmp(&b.1.psnr_db))
     }
 
-    /// The median of the frames' expected PSNR.
+    /// Median of the frames' expected PSNR.
     pub fn usual(&self) -> Option<f64> {
         let mut all: Vec<f64> =
             (self.frames.iter()).filter_map(|frame| Some(frame.expected?.psnr_db)).collect();

@@ -1,4 +1,4 @@
-//! The estimate for a project.
+//! Estimate for a project.
 
 use super::cells::SIDE;
 use super::lamps::LampShares;
@@ -16,19 +16,19 @@ use project::Project;
 use std::path::{Path, PathBuf};
 use transfer::{Carried, Transfer};
 
-/// Frames that are looked at unless more are asked for.
+/// Most frames to examine by default.
 const MOST_FRAMES: usize = 400;
 
 /// Settings of [`confidence`].
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct ConfidenceSettings {
-    /// Frames to name that are worth photographing as poses.
+    /// Number of frames to suggest as further poses.
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = within(0usize..=100))]
     pub poses: usize,
-    /// Look at every N-th frame [default: at most 400 of them].
+    /// Examine every N-th frame [default: at most 400 of them].
     #[arg(long, value_name = "N", value_parser = within(1usize..=1_000_000))]
     pub every: Option<usize>,
-    /// Folder with the truth of some frames: counts how often the expected errors hold there.
+    /// Folder with the truth of some frames: tests the expected errors against it.
     #[arg(long, value_name = "DIR")]
     pub truth: Option<PathBuf>,
 }
@@ -39,10 +39,10 @@ impl Default for ConfidenceSettings {
     }
 }
 
-/// Estimates how far predictions can be trusted, and writes it into the project.
+/// Estimates the confidence in predictions and writes it into the project.
 ///
 /// # Errors
-/// When files cannot be read or written, the shoot has fewer than two poses, or a stop was asked for.
+/// When files cannot be read or written, the shoot has fewer than two poses, or the user stops it.
 pub fn confidence(
     project: &Project,
     settings: &ConfidenceSettings,
@@ -54,10 +54,10 @@ pub fn confidence(
     if count < 2 {
         return Err(Error::invalid(
             format!(
-                "{} has {count} pose; errors are estimated by predicting each pose from the others",
+                "{} has {count} pose; error estimates predict each pose from the others",
                 project.root.display()
             ),
-            "Photograph two poses or more",
+            "Photograph at least two poses",
         ));
     }
     let transfer = Transfer::open(project, &calibration)?;
@@ -122,7 +122,7 @@ impl Estimate<'_> {
         Frame::load(self.project, &self.calibration.response, frame)
     }
 
-    /// Results of steps that can be stopped, in their order.
+    /// Runs stoppable steps and collects their results in order.
     fn each<T>(
         &self,
         what: &'static str,
@@ -139,7 +139,7 @@ impl Estimate<'_> {
         results
     }
 
-    /// Test of a relation on the frames of a truth; None if it has no OLATs.
+    /// Tests a relation on the frames of a truth; None if the truth has no OLATs.
     fn judged(
         &self,
         folder: &Path,
@@ -160,7 +160,7 @@ impl Estimate<'_> {
     }
 }
 
-/// The estimate of one frame.
+/// Estimate for one frame.
 fn looked_at(report: &ConfidenceReport, frame: &Frame, carried: &Carried) -> FrameConfidence {
     let signs = signs(carried, &frame.mask);
     let mut found = FrameConfidence {

@@ -1,4 +1,4 @@
-//! Distances and relations on numbers that are known, and the whole way on a small shoot.
+//! Distances and relations on known numbers, and the complete estimate on a small shoot.
 
 use super::cells::{Differences, mean_of_cells};
 use super::missing::missing;
@@ -19,15 +19,15 @@ fn the_frame_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
     let places: [f64; 5] = [0.5, 4.0, 3.9, -2.0, 0.9];
     let mut frames: Vec<_> =
         places.iter().map(|place| at(place.abs().min((place - 1.0).abs()))).collect();
-    // A matte that shows a corner alone.
+    // A matte that shows only a corner.
     frames.push(at(99.0)[..3].to_vec());
     let apart = |a: usize, b: usize| Ok::<_, ()>(at(places[a] - places[b]));
     assert_eq!(missing(frames.clone(), 2, apart), Ok(vec![1, 3]));
     assert_eq!(missing(frames, 0, apart), Ok(Vec::new()));
     let known = vec![at(0.0), at(0.0)];
     assert_eq!(missing(known, 3, apart), Ok(Vec::new()));
-    let refused = missing(vec![at(1.0), at(2.0)], 2, |_, _| Err("a stop was asked for"));
-    assert_eq!(refused, Err("a stop was asked for"));
+    let refused = missing(vec![at(1.0), at(2.0)], 2, |_, _| Err("stopped"));
+    assert_eq!(refused, Err("stopped"));
 }
 
 /// A cell at a distance, with a spread of 1.
@@ -35,12 +35,12 @@ fn far(distance: f64) -> Sign {
     Sign { distance, spread: 1.0 }
 }
 
-/// Poses whose errors follow a law, each with a factor of its own.
+/// Poses whose errors follow a law, each with its own factor.
 fn poses_of(law: impl Fn(f64) -> f64, factors: &[f64]) -> Vec<PoseErrors> {
     with_spreads(|distance, _| law(distance), factors, |_| 1.0)
 }
 
-/// The same, of distance and spread; spreads do not go with distances.
+/// The same with distance and spread; spreads are independent of distances.
 fn with_spreads(
     law: impl Fn(f64, f64) -> f64,
     factors: &[f64],
@@ -88,7 +88,7 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
         assert!(-10.0 * mean.log10() >= least - 1e-9 && usual >= least);
     }
     assert_eq!(halves, 3);
-    // Farther away is never better, whatever the numbers.
+    // A greater distance never gives a smaller error.
     let falling = Relation::learn(&poses_of(|d| 0.02 / d, &factors), 0.8).unwrap();
     assert!(falling.cells(far(2.0))[0] >= falling.cells(far(0.5))[0]);
     assert!(Relation::learn(&poses[..1], 0.8).is_none());
@@ -108,8 +108,8 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
         zero.cells(far(0.0))[1].is_finite()
             && zero.decibels([far(0.0)].into_iter()).unwrap()[0].is_finite()
     );
-    test_support::shown!(Network, "Confidence from poses without error, at no distance, with NaN, or from one pose alone",
- danger: "logarithms of 0, a slope of ∞, a certainty from nothing", done: "floors under both, slopes from 0 to 2, and no word without two poses",
+    test_support::shown!(Network, "Confidence from poses without error, at zero distance, with NaN, or from a single pose",
+ danger: "logarithms of 0, a slope of ∞, a certainty from nothing", done: "floors under both, slopes from 0 to 2, and no estimate without two poses",
  bound: "finite, and growing with distance", measured: "holds");
 }
 
@@ -117,7 +117,7 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
 fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     let factors = [1.0, 0.7, 1.4, 1.1, 0.9];
     let relation = Relation::learn(&poses_of(|d| 0.02 * d.powf(0.8), &factors), 0.8).unwrap();
-    // Frames that follow the law that the poses followed.
+    // Frames that follow the same law as the poses.
     let alike = Judged::of(&relation, None, &poses_of(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
     for quarter in alike.quarters {
         let [usual, promised] = quarter.within;
@@ -127,7 +127,7 @@ fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     assert_eq!(cells, 200);
     let said = alike.quarters.map(|quarter| quarter.said);
     assert!(said.windows(2).all(|pair| pair[0][1] <= pair[1][0]), "{said:?}");
-    // Frames that are as wrong near the poses as far from them: the mean over all cells hides it.
+    // Frames that are as wrong near the poses as far from them: the mean over all cells hides this.
     let even = Judged::of(&relation, None, &poses_of(|_| 0.02, &[1.0])).unwrap();
     let [near, .., far] = even.quarters.map(|quarter| quarter.within[0]);
     assert!(near < 0.5 && far > 0.9, "{near} {far}");
@@ -150,7 +150,7 @@ fn the_spread_of_the_exemplars_tells_where_they_err() {
 fn errors_are_those_of_the_measure() {
     let truth = vec![Image::from_fn(32, 32, |x, y| [noise(x + 40 * y) + 0.6; 3]); 2];
     let mask = Mask::from_fn(32, 32, |x, _| f32::from(u8::from(x >= 16)));
-    // Twice the light is one factor, which is taken out.
+    // Doubled light is one common factor, which is removed.
     let twice: Vec<Image> = (truth.iter())
         .map(|image| Image {
             pixels: image.pixels.iter().map(|p| p.map(|v| 2.0 * v)).collect(),
@@ -169,7 +169,7 @@ fn errors_are_those_of_the_measure() {
     let inside = cells.iter().zip(&covered).filter(|(_, a)| **a > 0.0);
     let inside: Vec<f64> = inside.map(|(e, _)| *e).collect();
     let mean = inside.iter().sum::<f64>() / inside.len() as f64;
-    // One factor for all makes the other lamp a little wrong too.
+    // The common factor makes the other lamp slightly wrong too.
     assert!(lamps[0] > 100.0 * lamps[1], "{lamps:?}");
     assert!((0.5 * (lamps[0] + lamps[1]) / mean - 1.0).abs() < 1e-6);
     let db = evaluation::metrics::psnr(&[compared]).unwrap().mean_db;
@@ -201,7 +201,7 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
         assert!(frame.worst_lamp().unwrap().1 <= expected.psnr_db as f32);
     }
     assert!(report.sentence().contains("dB expected"), "{}", report.sentence());
-    // A promise for frames like the poses, under light that the lamps have.
+    // A bound only holds for frames like the poses, in light that the lamps cover.
     let promises = |far: f32, uncovered: f32| {
         let mut report = report.clone();
         (report.far, report.uncovered) = (far, uncovered);

@@ -22,53 +22,53 @@ use transfer::FineField;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The OLATs that are shown and exported: the exemplars carried over, corrected by the network if one is trained.
+    /// The displayed and exported OLATs: carried-over exemplars, corrected by the network if one is trained.
     Prediction,
     /// The exemplars carried over, without training (reflectance transfer).
     Transfer,
     /// The trained network alone.
     Network,
-    /// The true OLATs: the best that any sum over this rig's lamps can reach.
+    /// The true OLATs: the upper bound for any sum over this rig's lamps.
     TruthOlats,
     /// The most similar pose of the OLAT session, unchanged.
     Nearest,
-    /// That pose times frame / pose, both under the interview's light.
+    /// The nearest pose times frame / pose, both under the interview's light.
     Ratio,
-    /// The same, of the pose as nine lights of low order would have recorded it (spherical harmonics, Fyffe 2011).
+    /// The same ratio, with the pose as nine low-order lights would have recorded it (spherical harmonics, Fyffe 2011).
     Harmonics,
-    /// Few-shot patch-based training (Texler 2020): the poses, relit, are keyframes. It learns when it is evaluated.
+    /// Few-shot patch-based training (Texler 2020): the relit poses are keyframes. Trained during evaluation.
     Texler,
-    /// Single image portrait relighting (Sun 2019), trained on the poses. It learns when it is evaluated.
+    /// Single image portrait relighting (Sun 2019), trained on the poses during evaluation.
     Sun,
 }
 
 impl Method {
-    /// True for the methods that an [`OlatPredictor`](transfer::OlatPredictor) has.
+    /// True for the methods of an [`OlatPredictor`](transfer::OlatPredictor).
     pub fn predicts(self) -> bool {
         matches!(self, Self::Prediction | Self::Transfer | Self::Network)
     }
 
-    /// True if it learns when it is evaluated.
+    /// True if the method is trained during evaluation.
     pub fn learns(self) -> bool {
         matches!(self, Self::Texler | Self::Sun)
     }
 }
 
-/// A method's prediction of a frame.
+/// A method's output for a frame.
 pub enum Predicted {
-    /// Its OLATs, of which all else is summed, and what light does within their pixels.
+    /// OLATs to sum, and light within their pixels.
     Field(ReflectanceField, Option<FineField>),
-    /// The pictures themselves.
+    /// Finished pictures.
     Pictures(Pictures),
 }
 
-/// Pictures of a frame, linear, at the working size.
+/// Linear pictures of a frame at the working size.
 pub struct Pictures {
     /// Environment → the frame under it.
     pub relit: BTreeMap<String, Image>,
-    /// The frame under each lamp, if it was asked for.
+    /// The frame under each lamp, if requested.
     pub olats: Option<Vec<Image>>,
-    /// Milliseconds that one relit picture took.
+    /// Time of one relit picture in milliseconds.
     pub picture_ms: f64,
 }
 
@@ -79,7 +79,7 @@ pub struct Scores {
     /// Part of the plate and resolution of the measured pictures.
     #[serde(default = "working_size")]
     pub at: PictureSize,
-    /// Frames that were measured.
+    /// Measured frames.
     pub frames: Vec<usize>,
     /// Environment → mean PSNR over the frames in decibels.
     pub relit_psnr_db: BTreeMap<String, f64>,
@@ -88,29 +88,29 @@ pub struct Scores {
     /// Environment → the error in each region of the subject.
     #[serde(default)]
     pub relit_regions: BTreeMap<String, Vec<RegionScore>>,
-    /// Mean PSNR of the OLATs over the frames whose true OLATs are known.
+    /// Mean PSNR of the OLATs over the frames with true OLATs.
     pub olat_psnr_db: Option<f64>,
     /// Frame → PSNR of its OLATs.
     pub olat_psnr_by_frame_db: BTreeMap<usize, f64>,
-    /// Frame → PSNR of the OLAT of each lamp, at the frame's exposure.
+    /// Frame → PSNR of each lamp's OLAT, at the frame's exposure.
     pub olat_psnr_by_lamp_db: BTreeMap<usize, Vec<f64>>,
-    /// The OLATs at the edges of shadows, over all those frames.
+    /// OLATs at shadow edges, over all those frames.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub olat_shadow_edges: Option<ShadowEdges>,
-    /// Median time in milliseconds in which the method makes a frame's OLATs; of one that makes none, a relit picture.
+    /// Median time in milliseconds for a frame's OLATs, or for a relit picture if the method makes no OLATs.
     #[serde(default)]
     pub frame_ms: Option<f64>,
 }
 
-/// Size at which scores without that entry were measured.
+/// Size for scores saved without one.
 fn working_size() -> PictureSize {
     PictureSize::Square
 }
 
-/// Refuses to evaluate a network on frames that it was trained on.
+/// Refuses to evaluate a network on its training frames.
 ///
 /// # Errors
-/// Names the frames and the option that keeps them out.
+/// When some are among `truth_frames`; the message names them and the option that keeps them out.
 pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Result<()> {
     let list = |frames: &[usize]| frames.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
     let seen: Vec<usize> =
@@ -120,7 +120,7 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
     }
     Err(Error::invalid(
         format!(
-            "the network was trained on the truth frames {}, so they cannot judge it",
+            "the network was trained on the truth frames {}, so they cannot test it",
             list(&seen)
         ),
         (
@@ -130,12 +130,12 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
     ))
 }
 
-/// Scores `method` under the shoot's environments, with pictures as large as `at` says. There the true OLATs are summed at
-/// that size, all else at the working size. `predict` is called only for [`Method::Network`] and those that
-/// [learn](Method::learns), with whether the frame's OLATs are compared.
+/// Scores `method` under the shoot's environments, at the picture size `at`. The true OLATs are summed at that size,
+/// all else at the working size. `predict` is called only for [`Method::Network`] and the methods that
+/// [learn](Method::learns); its flag is true if the frame's OLATs are compared.
 ///
 /// # Errors
-/// When a picture cannot be read, `predict` fails, or the method has no truth to work with.
+/// When a picture cannot be read, `predict` fails, or the method lacks the truth that it needs.
 pub fn score(
     project: &Project,
     calibration: &Calibration,
@@ -168,7 +168,7 @@ pub fn truth_weights(
     weights.collect()
 }
 
-/// [`score`] with the lamps' weights under each environment given, in any unit.
+/// [`score`] with given lamp weights under each environment, in any unit.
 ///
 /// # Errors
 /// As [`score`].
@@ -185,7 +185,7 @@ pub fn score_under(
 }
 
 impl Predicted {
-    /// The picture under a light; pictures that were made know it by its name.
+    /// Picture under a light, summed from OLATs or found by name.
     pub(super) fn relit(&self, name: &str, weights: &[[f32; 3]]) -> Result<Image> {
         match self {
             Self::Field(field, _) => {
@@ -197,7 +197,7 @@ impl Predicted {
         }
     }
 
-    /// The pictures under each lamp, if they were made.
+    /// Pictures under each lamp, if available.
     pub(super) fn olats(&self) -> Option<Box<dyn Iterator<Item = Image> + '_>> {
         match self {
             Self::Field(field, _) => Some(Box::new((0..field.lamps).map(|lamp| field.olat(lamp)))),
@@ -215,7 +215,7 @@ fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
     }
     Err(Error::invalid(
         format!(
-            "the reflectance field has {} lamps, but the calibration has {}",
+            "the reflectance field has {} lamps, the calibration {}",
             field.lamps,
             weights.len()
         ),
@@ -240,11 +240,10 @@ mod tests {
         hdri_bank_weights: BTreeMap<String, Weights>,
     }
 
-    /// Figures of an independent program (numpy, OpenCV) for this shoot at 128 × 128 by the definition of
-    /// the measure, with the true response and the true weights. Without the one scale per environment the program
-    /// gives the baselines that were published for this shoot: 30.9 and 38.4 dB for the true OLATs,
-    /// 22.7 and 22.9 for the nearest pose, 24.2 and 31.1 for the ratio. The scale moves the first of
-    /// them most, by 0.44 dB; none of the others by more than 0.14.
+    /// Figures of an independent program (numpy, OpenCV) for this shoot at 128 × 128, by the same definition of the
+    /// measure, with the true response and weights. Without the common scale per environment, the program reproduces
+    /// the published baselines for this shoot: 30.9 and 38.4 dB for the true OLATs, 22.7 and 22.9 for the nearest pose,
+    /// 24.2 and 31.1 for the ratio. The scale moves the first by 0.44 dB and no other by more than 0.14.
     #[test]
     fn the_scores_agree_with_an_independent_program() {
         let Some(shoot) = test_support::shared("data/stage") else {
@@ -299,7 +298,7 @@ mod tests {
                 scores.olat_psnr_db.unwrap(),
             ];
             println!("{method:?}: {found:.3?} dB");
-            // Both programs work on the same 8-bit files; what differs is f32 against f64.
+            // Both programs read the same 8-bit files; the difference is f32 against f64.
             for (found, wanted) in found.into_iter().zip([grace, pisa, olats]) {
                 assert!(
                     (found - wanted).abs() < 0.01,

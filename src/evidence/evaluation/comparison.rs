@@ -1,4 +1,4 @@
-//! Pictures that a method makes, beside their truths: what is measured, and what people are shown of it.
+//! A method's pictures beside their truths: the basis of the scores and of the pictures shown.
 
 use super::accuracy::{Method, Predicted, Scores};
 use super::exemplars::Nearest;
@@ -23,20 +23,20 @@ use std::path::Path;
 use std::time::Instant;
 use transfer::FineField;
 
-/// A method's pictures of the frames of a truth.
+/// A method's pictures of the truth's frames.
 pub struct Comparison {
     method: Method,
     at: PictureSize,
     frames: Vec<usize>,
     /// Environment → each frame under it.
     relit: BTreeMap<String, Vec<FramePictures>>,
-    /// Frames under each lamp alone, of those whose OLATs are known.
+    /// Frames under single lamps, for those with true OLATs.
     olats: Vec<FramePictures>,
-    /// Milliseconds of each frame.
+    /// Time of each frame in milliseconds.
     times: Vec<f64>,
 }
 
-/// Makes the pictures of `method` under each environment, with the lamps' weights given in any unit, and reads their truths.
+/// Renders the pictures of `method` under each environment, with lamp weights in any unit, and reads their truths.
 ///
 /// # Errors
 /// As [`score`](super::score).
@@ -58,7 +58,7 @@ pub fn compare(
         .collect();
     if frames.is_empty() {
         return Err(Error::missing(
-            "the truth has no OLATs of any frame",
+            "the truth has no OLATs",
             "Evaluate another method: --with network, nearest or ratio",
         ));
     }
@@ -157,7 +157,7 @@ impl Comparison {
         Ok(scores)
     }
 
-    /// Writes each relit frame as it is measured, `ENVIRONMENT-FRAME.png`, and its truth, `ENVIRONMENT-FRAME-truth.png`: the
+    /// Writes each measured frame as `ENVIRONMENT-FRAME.png` and its truth as `ENVIRONMENT-FRAME-truth.png`: the
     /// measure's codes, over black.
     ///
     /// # Errors
@@ -183,7 +183,8 @@ impl Comparison {
     }
 }
 
-/// A sum of lamps by `weights` at the size of its plate, as the compositor makes it, but not premultiplied; itself without one.
+/// A sum of lamps by `weights` at its plate's size, as in the compositor but not premultiplied; unchanged without a
+/// plate.
 pub fn at_plate(
     mut sum: Image,
     (plate, mask): (Option<&Plate>, &Mask),
@@ -221,7 +222,7 @@ struct FramePictures {
 }
 
 impl FramePictures {
-    /// Averages the pictures down to the truths' size, if these show the same in fewer pixels.
+    /// Averages the pictures down to the truths' size, if the truths show the same framing in fewer pixels.
     fn shrink_to_truth(&mut self) {
         if let Some(size) = self.truths.first().map(Image::size) {
             at_truths_size(&mut self.pictures, &mut self.mask, size);
@@ -240,7 +241,8 @@ fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {
     psnr(&compared(set))
 }
 
-/// Averages pictures of the matte's size, and the matte, down to a truth's size, if that shows the same in fewer pixels.
+/// Averages pictures of the matte's size, and the matte, down to a truth's size, if it has the same aspect ratio and
+/// fewer pixels.
 pub fn at_truths_size(pictures: &mut [Image], mask: &mut Mask, (narrow, low): (usize, usize)) {
     let (width, height) = mask.size();
     if narrow >= width || narrow * height != low * width {
@@ -306,7 +308,7 @@ mod tests {
                     .collect();
                 let mean = errors.iter().sum::<f64>() / errors.len() as f64;
                 let shown = -10.0 * mean.log10();
-                // Codes of 8 bits, and mattes a little below 1.
+                // Tolerance for 8-bit codes and mattes slightly below 1.
                 assert!((shown - measured).abs() < 0.2, "{name} {frame}: {shown} {measured}");
             }
             let shares: f64 = scores.relit_regions[name].iter().map(|part| part.share).sum();

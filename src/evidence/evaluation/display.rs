@@ -3,10 +3,10 @@
 use compositor::reference::{SOLID, extend_edges, view};
 use imaging::{Encoded, Image, Mask, color::luminance};
 
-/// The subject's mean luminance over a displayed set of OLATs.
+/// Mean luminance of the subject over a displayed set of OLATs.
 const DISPLAY_LEVEL: f32 = 0.12;
 
-/// The gain that brings a set of OLATs to `DISPLAY_LEVEL`.
+/// Gain that brings a set of OLATs to `DISPLAY_LEVEL`.
 pub fn display_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> f32 {
     let (mut sum, mut count) = (0f64, 0u64);
     for olat in olats {
@@ -40,7 +40,7 @@ mod tests {
 
     #[test]
     fn a_set_has_one_exposure_and_its_edges_no_fringe() {
-        // The matte's edge is dark in the picture, as a network leaves it.
+        // The picture is dark at the matte's edge, as a network leaves it.
         let mask: Mask = Raster::from_fn(4, 1, |x, _| [1.0, 1.0, 0.5, 0.0][x]);
         let olat = |level: f32| Raster::from_fn(4, 1, |x, _| [[level, level, 0.0, 9.0][x]; 3]);
         let olats = [olat(0.1), olat(0.3), olat(f32::NAN)];

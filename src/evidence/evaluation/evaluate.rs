@@ -28,43 +28,43 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use transfer::{FineField, OlatPredictor};
 
-/// Allowed minutes of learning for methods that learn when they are evaluated.
+/// Allowed training minutes of methods that are trained during evaluation.
 pub const MINUTES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
-/// As `quick`.
+/// As in the preset `quick`.
 const DEFAULT_MINUTES: f64 = 10.0;
 
-/// Settings of an evaluation and of its files.
+/// Settings of an evaluation and its output files.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct EvaluateSettings {
-    /// A folder with truth.json and truth/.
+    /// Folder with truth.json and truth/.
     #[arg(long, value_name = "DIR")]
     pub truth: PathBuf,
     /// Method that predicts the OLATs.
     #[arg(long = "with", value_enum, default_value_t = Method::Prediction)]
     pub method: Method,
-    /// Part of the plate and resolution of the measured pictures.
+    /// Part and resolution of the plate for the measured pictures.
     #[arg(long, value_enum, default_value_t)]
     pub at: PictureSize,
     /// Weighting of the lamps for an environment.
     #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
-    /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
+    /// Training minutes for texler and sun, which are trained now [default: as long as the project's network, else 10].
     #[arg(long, value_parser = within(MINUTES))]
     pub minutes: Option<f64>,
-    /// Seed of what texler and sun draw at random [default: the project's].
+    /// Random seed for texler and sun [default: the project's].
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Also measure all methods and write their table into this Markdown file, in the shoot's section. Those that learn now
-    /// are measured only if --minutes says how long.
+    /// Also measure all methods and write their table into this Markdown file, in the shoot's section. Texler and sun
+    /// are included only if --minutes is given.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// Also write a contact sheet of predicted beside true OLATs.
+    /// Also write a contact sheet of predicted and true OLATs side by side.
     #[arg(long, value_name = "FILE.png")]
     pub sheet: Option<PathBuf>,
-    /// Also write a contact sheet of the 20 lamps and frames whose OLATs are furthest from the truth.
+    /// Also write a contact sheet of the 20 OLATs furthest from the truth.
     #[arg(long, value_name = "FILE.png")]
     pub worst: Option<PathBuf>,
-    /// Also write each relit frame as it is measured, and its truth, into this folder.
+    /// Also write each measured frame and its truth into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
     /// Device of the network.
@@ -77,17 +77,17 @@ pub struct EvaluateSettings {
 pub struct EvaluateReport {
     #[serde(flatten)]
     pub scores: Scores,
-    /// Steps and seconds of training of the network that was evaluated; of texler, of that for the environments.
+    /// Training steps and seconds of the evaluated network; for texler, of the network for the environments.
     pub training_steps: Option<u64>,
     pub training_seconds: Option<f64>,
-    /// Flicker of the interview, relit by the network under the truth's first environment.
+    /// Flicker of the interview relit by the network under the truth's first environment.
     pub flicker: Option<ClipFlicker>,
 }
 
-/// Measures `settings.method`, and all methods where a table is asked for.
+/// Measures `settings.method`, and all methods if a table is requested.
 ///
 /// # Errors
-/// When something is missing, or the network was trained on a frame of the truth.
+/// When input is missing, or the network was trained on a frame of the truth.
 pub fn evaluate(
     project: &Project,
     settings: &EvaluateSettings,
@@ -215,7 +215,7 @@ pub fn evaluate(
     })
 }
 
-/// Opens what predicts OLATs, and refuses a network that was trained on the truth's frames.
+/// Opens the OLAT predictor, and refuses a network that was trained on the truth's frames.
 fn open_predictor(
     project: &Project,
     calibration: &Calibration,
@@ -239,7 +239,7 @@ fn open_predictor(
     Ok(predictor)
 }
 
-/// OLATs of a frame by a method that [predicts](Method::predicts).
+/// A frame's OLATs by a method that [predicts](Method::predicts).
 fn predicted(
     predictor: &OlatPredictor,
     method: Method,
@@ -259,14 +259,14 @@ fn predicted(
     }
 }
 
-/// The training of the network that a method uses.
+/// Training record of a method's network.
 fn training_of(predictor: &OlatPredictor, method: Method) -> Option<Spent> {
     let uses = matches!(method, Method::Network | Method::Prediction);
     let info = predictor.network().filter(|_| uses)?.info();
     Some(Spent { steps: info.step, seconds: info.seconds })
 }
 
-/// Minutes of learning for methods that learn now: as asked, or as long as the project's network did.
+/// Training minutes during evaluation: as set, or as long as the project's network was trained.
 pub fn learning_minutes(project: &Project, asked: Option<f64>) -> f64 {
     let trained = || reflectance::checkpoint::info(&project.checkpoint_path()).ok();
     let minutes = asked.or_else(|| Some(trained()?.seconds / 60.0));
@@ -274,7 +274,7 @@ pub fn learning_minutes(project: &Project, asked: Option<f64>) -> f64 {
     minutes.clamp(*MINUTES.start(), *MINUTES.end())
 }
 
-/// Cost of a training, in words.
+/// Cost of a training in words.
 fn cost(spent: Spent, device: &str) -> String {
     let minutes = spent.seconds / 60.0;
     format!("{minutes:.1} min of training, {} steps, {device}", spent.steps)
@@ -295,7 +295,7 @@ fn row<'a>(scores: &'a Scores, trained: &'a str) -> Row<'a> {
     Row { name, cost, scores }
 }
 
-/// Replaces the section headed `## title` of a Markdown file, or adds it at the end.
+/// Replaces the section headed `## title` of a Markdown file, or appends it.
 fn write_section(path: &Path, title: &str, table: &str) -> Result<()> {
     let old = match files::read_text(path, files::MOST_TEXT) {
         Ok(text) => text,
@@ -320,7 +320,7 @@ fn with_section(text: &str, title: &str, body: &str) -> String {
     }
 }
 
-/// A truth frame's OLATs, predicted and true, as contact sheets show them.
+/// Predicted and true OLATs of a truth frame, as in contact sheets.
 struct OlatPictures {
     predicted: Vec<Encoded>,
     truth: Vec<Encoded>,
@@ -346,13 +346,13 @@ impl OlatPictures {
     }
 }
 
-/// Lays labelled pictures out in rows of `columns`.
+/// Arranges labelled pictures in rows of `columns`.
 fn sheet_of(tiles: &[(String, Encoded)], columns: usize) -> Result<Encoded> {
     let tiles: Vec<Tile> = tiles.iter().map(|(label, picture)| Tile { label, picture }).collect();
     contact_sheet(&tiles, columns)
 }
 
-/// Eight lamps of one truth frame that no training saw, spread over the rig: true above predicted.
+/// Eight lamps spread over the rig in a truth frame outside the training: true above predicted.
 fn sheet(
     project: &Project,
     calibration: &Calibration,
@@ -375,8 +375,8 @@ fn sheet(
     sheet_of(&tiles, count)
 }
 
-/// The lamps and frames whose OLATs score lowest, worst first: true, predicted, and four times their
-/// difference in display codes about a middle grey.
+/// OLATs with the lowest scores, worst first: true, predicted, and four times their difference in display codes about a
+/// middle grey.
 fn worst(
     project: &Project,
     calibration: &Calibration,
@@ -415,7 +415,7 @@ fn worst(
 }
 
 fn no_true_olats() -> Error {
-    Error::missing("the truth has no OLATs of any frame", "Leave out the contact sheet")
+    Error::missing("the truth has no OLATs", "Leave out the contact sheet")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Methods without a network: the most similar pose of the OLAT session, as it is or times a ratio.
+//! Methods without a network: the nearest pose of the OLAT session, unchanged or times a ratio.
 
 use super::accuracy::Method;
 use super::harmonics::of_low_order;
@@ -9,15 +9,15 @@ use imaging::{Image, Mask};
 use project::Project;
 use reflectance::ReflectanceField;
 
-/// The poses that a method takes frames' OLATs from.
+/// Poses that supply the OLATs of frames.
 pub struct Nearest {
     poses: Vec<Pose>,
-    /// They are multiplied by frame / pose.
+    /// True to multiply the OLATs by frame / pose.
     ratio: bool,
 }
 
 impl Nearest {
-    /// The poses for a method without a network; None for the others.
+    /// Reads the poses for a method without a network; None for other methods.
     ///
     /// # Errors
     /// When a picture cannot be read.
@@ -45,7 +45,7 @@ impl Nearest {
         Ok(Some(Self { poses, ratio }))
     }
 
-    /// A frame's OLATs.
+    /// OLATs of a frame.
     ///
     /// # Errors
     /// When there is no pose.
@@ -59,7 +59,7 @@ impl Nearest {
     }
 }
 
-/// A pose of the OLAT session, and what it looks like under the interview's light.
+/// A pose of the OLAT session, and its picture under the interview's light.
 struct Pose {
     exemplar: Exemplar,
     interview: Image,
@@ -105,7 +105,7 @@ impl Pose {
     }
 }
 
-/// The pose whose picture under the interview's light is nearest to the frame's in square error.
+/// The pose whose picture under the interview's light has the smallest square error from the frame.
 fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
     let there = encoded_plate(&frame.plate, &frame.mask);
     let distance = |pose: &Pose| -> f64 {
@@ -117,7 +117,7 @@ fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
     })
 }
 
-/// An encoding whose slope at black is finite, cut out by the matte.
+/// Encoded, with a finite slope at black, and cut out by the matte.
 fn encoded_plate(linear: &Image, mask: &Mask) -> Image {
     let encode = |v: f32| (v.max(0.0) + 0.01).powf(1.0 / 2.2) - 0.01f32.powf(1.0 / 2.2);
     let pixels = linear

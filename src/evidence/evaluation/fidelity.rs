@@ -1,4 +1,4 @@
-//! Accuracy of relit pictures by several measures, all at the exposure and on the codes of the [measure](super::metrics).
+//! Accuracy of relit pictures by several metrics, all on the exposure and codes of the [measure](super::metrics).
 
 use super::flip::{PIXELS_PER_DEGREE, flip};
 use super::metrics::{Compared, check, encoded, mean_inside, psnr};
@@ -10,17 +10,17 @@ use serde::{Deserialize, Serialize};
 /// Accuracy of pictures, as means over frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fidelity {
-    /// PSNR of the subject in decibels.
+    /// PSNR over the subject in decibels.
     pub psnr_db: f64,
     /// SSIM over the subject, 1 for equal pictures.
     pub ssim: f64,
-    /// FLIP over the subject, 0 for equal pictures and at most 1.
+    /// FLIP over the subject, from 0 for equal pictures to 1.
     pub flip: f64,
-    /// LPIPS of the subject over black, 0 for equal pictures, if it can be measured.
+    /// LPIPS of the subject over black, 0 for equal pictures; None without its weights.
     pub lpips: Option<f64>,
 }
 
-/// A perceptual distance of two pictures: the truth, and what is compared with it.
+/// Perceptual distance from the truth, the first picture, to the second.
 pub type Distance<'a> = &'a dyn Fn(&Encoded, &Encoded) -> Result<f64>;
 
 /// Compares the frames under one environment, one picture each.

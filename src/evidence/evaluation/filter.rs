@@ -1,14 +1,14 @@
-//! Separable filters over planes, with edges repeated.
+//! Separable filters over planes, with repeated edges.
 
 use imaging::Raster;
 use rayon::prelude::*;
 
-/// One dimension of a filter: an odd number of weights, the middle one for the pixel itself. It is not
-/// mirrored: the first weight is that of the leftmost, or topmost, neighbour.
+/// One dimension of a filter: an odd number of weights, centred on the pixel. Not mirrored: the first weight belongs to
+/// the leftmost or topmost neighbour.
 pub struct Kernel(Vec<f32>);
 
 impl Kernel {
-    /// The weights of the places −`radius` to `radius`.
+    /// Weights at offsets −`radius` to `radius`.
     pub fn new(radius: usize, weight: impl Fn(f64) -> f64) -> Self {
         let places = (0..=2 * radius).map(|i| i as f64 - radius as f64);
         Self(places.map(|x| weight(x) as f32).collect())
@@ -28,7 +28,7 @@ impl Kernel {
         })
     }
 
-    /// A Gaussian of this standard deviation in pixels, whose weights add up to 1.
+    /// Gaussian of a standard deviation in pixels, with weights that sum to 1.
     pub fn gaussian(radius: usize, deviation: f64) -> Self {
         Self::normalized(radius, |x| (-0.5 * (x / deviation).powi(2)).exp())
     }
@@ -38,7 +38,7 @@ impl Kernel {
     }
 }
 
-/// The plane filtered along rows by `across`, then along columns by `down`.
+/// Filters the plane along rows by `across`, then along columns by `down`.
 pub fn filtered(plane: &Raster<f32>, across: &Kernel, down: &Kernel) -> Raster<f32> {
     let (width, height) = plane.size();
     let mut rows = Raster::filled(width, height, 0.0);
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn weights_fall_where_they_belong_and_edges_repeat() {
-        // A point right of and below the middle, by a kernel that looks one to the left and one up.
+        // A point right of and below the middle, with a kernel that looks one pixel left and one up.
         let point = Raster::from_fn(5, 4, |x, y| if (x, y) == (3, 2) { 1.0 } else { 0.0 });
         let before = Kernel::new(1, |x| if x < 0.0 { 2.0 } else { 0.0 });
         let found = filtered(&point, &before, &before);

@@ -1,13 +1,14 @@
-//! Flicker: how far the light on the subject jumps from frame to frame, beyond what motion explains.
+//! Flicker: jumps of the light on the subject from frame to frame that motion does not explain.
 //!
-//! Motion between frames is looked for in the plates, and the frames before and after are brought to where the subject is.
-//! With L a block's light, j = (L − ½ (L before + L after)) / L is its jump: what changes evenly, as shading does on a head
-//! that turns, cancels. Where each frame's light is off by a random share σ, j has the deviation σ·√1.5, so flicker is the
-//! root mean square of j / √1.5, weighted by the relit light, in per cent.
+//! Motion between frames is estimated in the plates, and the frames before and after are warped to the current one.
+//! With L a block's light, its jump is j = (L − ½ (L before + L after)) / L: even changes cancel, such as shading on a
+//! turning head. If each frame's light is off by a random share σ, j has the standard deviation σ·√1.5. So flicker is
+//! the root mean square of j / √1.5, weighted by the relit light, in per cent.
 //!
-//! The plate jumps too: it has noise, a lamp may hum, and texture that moves is never found exactly. The relit clip shows
-//! the same jumps times β, from 0 if the network evens them out to 1 if it hands them on, as texture always is. So what the
-//! network adds is what j of the relit clip has beyond β times j of the plate, with β by least squares over the clip.
+//! The plate jumps too: it has noise, a lamp may hum, and motion of texture is never found exactly. The relit clip
+//! shows the same jumps times β, from 0 if the network evens them out to 1 if it passes them on, as texture always is.
+//! So the network's own flicker is the part of j in the relit clip beyond β times j of the plate, with β by least
+//! squares over the clip.
 
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -25,46 +26,46 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Coverage above which a pixel is the subject's in all three frames.
+/// Least coverage of a subject pixel, in all three frames.
 const SOLID: f32 = 0.95;
-/// Motion that is believed less than this is not used.
+/// Least confidence of usable motion.
 const TRUSTED: f32 = 0.3;
-/// Blocks along the longer side.
+/// Number of blocks along the longer side.
 const BLOCKS: usize = 24;
-/// Deviation of L − ½ (before + after) where each is off by 1.
+/// Standard deviation of L − ½ (before + after) if each term has 1.
 const SECOND_DIFFERENCE: f64 = 1.5;
-/// Frames of a clip that are looked at, at most.
+/// Largest number of measured frames of a clip.
 pub const MOST_FRAMES: usize = 16;
 
 /// A frame of a clip.
 #[derive(Clone, Debug)]
 pub struct Moment {
-    /// The plate and the relit picture, linear, of one size, which all frames share.
+    /// Plate and relit picture, linear, with one size for the whole clip.
     pub plate: Image,
     pub relit: Image,
     pub mask: Mask,
 }
 
-/// The flicker of a clip in per cent of the light.
+/// Flicker of a clip in per cent of the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flicker {
-    /// Of the plate, with what texture that moves adds.
+    /// Plate, including the effect of moving texture.
     pub plate: f64,
-    /// Of the relit clip, with the same.
+    /// Relit clip, including the effect of moving texture.
     pub relit: f64,
-    /// Flicker of the relit clip beyond the plate's.
+    /// Relit clip beyond the plate's own flicker.
     pub beyond: f64,
 }
 
-/// A block's jump in one channel, and what it weighs.
+/// Jump of a block in one channel, and its weight.
 struct Jump {
     relit: f64,
     plate: f64,
-    /// The square of its relit light.
+    /// Square of the relit light.
     weight: f64,
 }
 
-/// The flicker of consecutive frames; None for fewer than three, or where the subject cannot be followed.
+/// Flicker of consecutive frames; None for fewer than three, or where the subject cannot be tracked.
 pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
     let pictures: Vec<Encoded> = frames.iter().map(to_follow).collect();
     let mut all: Vec<Jump> = Vec::new();
@@ -94,7 +95,7 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
     })
 }
 
-/// The plate as motion is looked for in it.
+/// The plate prepared for motion estimation.
 fn to_follow(moment: &Moment) -> Encoded {
     let brightest = moment.plate.pixels.iter().zip(&moment.mask.pixels);
     let brightest = brightest.filter(|&(_, &alpha)| alpha > SOLID);
@@ -108,12 +109,12 @@ fn to_follow(moment: &Moment) -> Encoded {
     flow_picture(&Encoded(moment.plate.map(|pixel| pixel.map(code))))
 }
 
-/// Pixels at which the subject is solid now and, by motion that is believed, before and after.
+/// Pixels where the subject is solid now and, by reliable motion, before and after.
 fn followed(now: &Moment, others: [(&Flow, &Moment); 2]) -> Vec<bool> {
     let (width, height) = now.mask.size();
     let mut solid: Vec<bool> = now.mask.pixels.iter().map(|&alpha| alpha > SOLID).collect();
     for (flow, other) in others {
-        // Beyond the border the other frame shows nothing: what went there is read at its outermost pixels.
+        // Beyond its border the other frame shows nothing, so its outermost pixels are read instead.
         let mut inside = other.mask.clone();
         for (i, alpha) in inside.pixels.iter_mut().enumerate() {
             let (x, y) = (i % width, i / width);
@@ -132,13 +133,13 @@ fn followed(now: &Moment, others: [(&Flow, &Moment); 2]) -> Vec<bool> {
     solid
 }
 
-/// The jumps of the blocks that are solid for the most part. The pictures are those now, before and after.
+/// Jumps of the mostly solid blocks. Pictures are in the order now, before, after.
 fn jumps(plates: [&Image; 3], relit: [&Image; 3], solid: &[bool]) -> Vec<Jump> {
     let (width, height) = plates[0].size();
     let side = (width.max(height) / BLOCKS).max(2);
     let columns = width.div_ceil(side);
     let pictures = [plates, relit].concat();
-    // Of each block the light of the six pictures, and how many pixels were added.
+    // Per block, the light of the six pictures and the number of added pixels.
     let mut blocks = vec![([[0f64; 3]; 6], 0usize); columns * height.div_ceil(side)];
     for (i, _) in solid.iter().enumerate().filter(|(_, solid)| **solid) {
         let is_light = |picture: &&Image| picture.pixels[i].iter().all(|v| v.is_finite());
@@ -167,10 +168,10 @@ fn jumps(plates: [&Image; 3], relit: [&Image; 3], solid: &[bool]) -> Vec<Jump> {
     found
 }
 
-/// The flicker of an interview under an environment, and what smoothing leaves of it.
+/// Flicker of an interview under an environment, without and with smoothing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipFlicker {
-    /// The frames that were looked at: the first, and the first after them.
+    /// Measured frames: the first, and the one after the last.
     pub frames: (usize, usize),
     #[serde(flatten)]
     pub plain: Flicker,
@@ -179,26 +180,26 @@ pub struct ClipFlicker {
 }
 
 impl ClipFlicker {
-    /// A sentence about it.
+    /// Summary in one sentence.
     pub fn sentence(&self) -> String {
         let Flicker { plate, relit, beyond } = self.plain;
         let smoothed = self.beyond_smoothed;
         let (first, end) = self.frames;
         let last = end.saturating_sub(1);
         let rest = if beyond < 0.2 {
-            "no more than can be seen".to_owned()
+            "too little to see".to_owned()
         } else if smoothed < 0.8 * beyond {
             format!("{smoothed:.2} % with smoothing at 1")
         } else {
-            format!("of which smoothing takes little away: {smoothed:.2} % are left")
+            format!("still {smoothed:.2} % with smoothing at 1")
         };
         format!(
-            "Flicker, frames {first} to {last}: the plate {plate:.2} %, relit {relit:.2} %; {beyond:.2} % are the prediction's, {rest}"
+            "Flicker, frames {first} to {last}: the plate {plate:.2} %, relit {relit:.2} %; {beyond:.2} % from the prediction, {rest}"
         )
     }
 }
 
-/// So many consecutive frames in the middle of an interview as are looked at.
+/// The middle frames of an interview, at most [`MOST_FRAMES`].
 pub fn middle(project: &Project) -> Range<usize> {
     let all = project.settings.shoot.frames.len();
     let count = all.min(MOST_FRAMES);
@@ -206,10 +207,10 @@ pub fn middle(project: &Project) -> Range<usize> {
     first..first + count
 }
 
-/// [`of_clip`] for those who measure more: what cannot be read is said and leaves the flicker unknown.
+/// Result of [`of_clip`] as an extra figure: an unreadable frame is reported and leaves the flicker unknown.
 ///
 /// # Errors
-/// When a stop was asked for, or the GPU is lost.
+/// When the user stops it, or the GPU is lost.
 pub fn if_possible(
     found: Result<Option<ClipFlicker>>,
     progress: &Progress,
@@ -217,18 +218,18 @@ pub fn if_possible(
     match found {
         Err(e @ (Error::Cancelled { .. } | Error::GpuLost)) => Err(e),
         Err(e) => {
-            progress.report(format!("The flicker is not known: {e}"), &e);
+            progress.report(format!("The flicker was not measured: {e}"), &e);
             Ok(None)
         }
         found => found,
     }
 }
 
-/// Measures consecutive frames of the interview at the working size, predicted by `predict` and lit by `environment`, whose
-/// front is brought to the front by `yaw_deg`. None where [`flicker`] has none.
+/// Measures consecutive interview frames at the working size, predicted by `predict` and lit by `environment`, whose
+/// front `yaw_deg` turns to the front. None where [`flicker`] gives None.
 ///
 /// # Errors
-/// When a frame cannot be read or predicted, or a stop was asked for.
+/// When a frame cannot be read or predicted, or the user stops it.
 pub fn of_clip(
     project: &Project,
     calibration: &Calibration,
@@ -290,7 +291,7 @@ mod tests {
     use imaging::Raster;
     use test_support::shown;
 
-    /// A textured disc that moves and whose shading turns, `gain` on the relit light of each frame.
+    /// A textured disc with motion and turning shading; the relit light of each frame is multiplied by `gain`.
     fn clip(gains: &[[f32; 2]], moves: f32, noise: f32) -> Vec<Moment> {
         const SIDE: usize = 96;
         let moment = |(t, [left, right]): (usize, &[f32; 2])| {
@@ -303,7 +304,7 @@ mod tests {
             });
             let plate = Raster::from_fn(SIDE, SIDE, |px, py| {
                 let (x, y) = at(px, py);
-                // Waves of 16 to 100 pixels, the longer the stronger, as in natural pictures.
+                // Waves of 16 to 100 pixels, stronger with length, as in natural pictures.
                 let octave = |k: i32| {
                     let (f, turn) = (0.0625 * 1.6f32.powi(k), 2.4 * k as f32);
                     0.12 / 1.6f32.powi(k) * (f * (x * turn.cos() + y * turn.sin()) + turn).sin()
@@ -324,7 +325,7 @@ mod tests {
         gains.iter().enumerate().map(moment).collect()
     }
 
-    /// Gains that are off by σ per cent, at random.
+    /// Random gains with a deviation of σ per cent.
     fn gains(percent: f32, count: usize) -> Vec<f32> {
         let mut state = 7u64;
         let mut draw = || {
@@ -346,7 +347,7 @@ mod tests {
         }
         shown!(Pictures, "A relit clip whose subject moves and turns without flicker",
             danger: "motion is taken for flicker",
-            done: "frames are compared where the subject moved to, and what changes evenly cancels",
+            done: "frames are compared along the motion, and even changes cancel",
             bound: "0.3 % of the light",
             measured: format!("{worst_motion:.2} %"));
         assert!(worst_motion < 0.3, "{worst_motion}");
@@ -354,7 +355,7 @@ mod tests {
         for percent in [1.0f32, 3.0, 8.0] {
             for moves in [0.0, 0.9] {
                 let all: Vec<[f32; 2]> = gains(percent, 60).into_iter().map(|g| [g, g]).collect();
-                // Of the gains as they were drawn.
+                // Measured on the gains as drawn.
                 let mean = all.iter().map(|g| f64::from(g[0])).sum::<f64>() / 60.0;
                 let drawn = all
                     .windows(3)
@@ -366,8 +367,8 @@ mod tests {
             }
         }
         shown!(Pictures, "Flicker of 1 to 8 % is added to a clip with and without motion",
-            danger: "a figure that says nothing about what is seen",
-            done: "the flicker that was added is found",
+            danger: "a figure unrelated to the visible flicker",
+            done: "the measure finds the added flicker",
             bound: "12 % of it",
             measured: format!("off by at most {:.1} % of it", 100.0 * worst));
         assert!(worst < 0.12, "{worst}");
@@ -380,7 +381,7 @@ mod tests {
         let left: Vec<[f32; 2]> = off.iter().map(|&g| [g, 1.0]).collect();
         let [both, left] = [both, left].map(|g| flicker(&clip(&g, 0.5, 0.0)).unwrap().beyond);
         assert!(left < 0.85 * both && left > 0.4 * both, "{left} of {both}");
-        // Where the plate flickers as much, the network adds nothing.
+        // If the plate flickers as much, the network adds nothing.
         let mut shared = clip(&[[1.0; 2]; 40], 0.5, 0.02);
         for (moment, gain) in shared.iter_mut().zip(&off) {
             for picture in [&mut moment.plate, &mut moment.relit] {

@@ -1,4 +1,4 @@
-//! FLIP: how different two pictures look when one is flipped into the other on a screen.
+//! FLIP: visible difference between two pictures that alternate on a screen.
 //!
 //! LDR-FLIP of Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference
 //! Evaluator for Alternating Images" (HPG 2020). Numbers in the comments are the paper's sections.
@@ -11,10 +11,10 @@ use imaging::{Encoded, Raster};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Pixels per degree of the viewer's field: a screen of 3840 pixels over 0.7 m, seen from 0.7 m.
+/// Pixels per degree of the viewer's field: a 3840-pixel screen, 0.7 m wide, seen from 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = 67.020_64;
 
-/// Pixels per degree for which the filters have a sensible size.
+/// Pixels per degree at which the filters have a sensible size.
 const PIXELS_PER_DEGREE_RANGE: std::ops::RangeInclusive<f32> = 1.0..=1000.0;
 
 /// A difference between two pictures.
@@ -22,15 +22,14 @@ const PIXELS_PER_DEGREE_RANGE: std::ops::RangeInclusive<f32> = 1.0..=1000.0;
 pub struct FlipMap {
     /// Each pixel's error, from 0 (equal) to 1 (the largest difference).
     pub error: Raster<f32>,
-    /// Mean over all pixels; [`super::metrics::mean_inside`] has that of a subject.
+    /// Mean over all pixels; see [`super::metrics::mean_inside`] for the mean over a subject.
     pub mean: f64,
 }
 
-/// The difference between two pictures with sRGB codes. Values beyond `[0, 1]` are clipped to it and NaN
-/// counts as 0.
+/// Difference between two pictures with sRGB codes. Values are clipped to `[0, 1]`, and NaN counts as 0.
 ///
 /// # Errors
-/// When the pictures differ in size or have no pixel, or `pixels_per_degree` is not from 1 to 1000.
+/// When the pictures differ in size or have no pixels, or `pixels_per_degree` is not from 1 to 1000.
 pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Result<FlipMap> {
     check_pair(reference, test)?;
     let (width, height) = reference.0.size();
@@ -50,7 +49,7 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
     let pixels: Vec<f32> = (pairs.zip(features))
         .map(|((&a, &b), (&[edge_a, point_a], &[edge_b, point_b]))| {
             let color = spread(hyab(a, b).powf(COLOR_POWER), most);
-            // 4.3: the larger difference of edges and points.
+            // 4.3: the larger of the differences of edges and points.
             let change = (edge_a - edge_b).abs().max((point_a - point_b).abs());
             let feature = (change * std::f32::consts::FRAC_1_SQRT_2).sqrt().min(1.0);
             // 4.4
@@ -62,12 +61,12 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
     Ok(FlipMap { error, mean })
 }
 
-/// 4.1.3: the power that large colour differences are compressed by.
+/// 4.1.3: power that compresses large colour differences.
 const COLOR_POWER: f32 = 0.7;
 /// Colour differences below this share of the largest take up this share of the scale.
 const SMALL_DIFFERENCES: (f32, f32) = (0.4, 0.95);
 
-/// 4.1.3: a colour difference of at most `most` on a scale from 0 to 1.
+/// 4.1.3: maps a colour difference of at most `most` to a scale from 0 to 1.
 fn spread(difference: f32, most: f32) -> f32 {
     let (share, scale) = SMALL_DIFFERENCES;
     let knee = share * most;
@@ -79,15 +78,15 @@ fn spread(difference: f32, most: f32) -> f32 {
     value.min(1.0)
 }
 
-/// A picture as the eye perceives it.
+/// A picture as seen by the eye.
 struct PerceivedPicture {
-    /// L*a*b* after the eye's blur, by Hunt's adjustment.
+    /// L*a*b* after the eye's blur, with Hunt's adjustment.
     color: Vec<[f32; 3]>,
     /// Strength of edges and of points.
     features: Vec<[f32; 2]>,
 }
 
-/// The filters of one viewing distance.
+/// Filters for one viewing distance.
 struct Filters {
     /// 4.1.1: contrast sensitivity of the achromatic, red–green and blue–yellow channel, as sums of
     /// Gaussians, each with its share.
@@ -167,7 +166,7 @@ impl Filters {
     }
 }
 
-/// CIE XYZ of sRGB's red, green and blue, and of its white (D65), in the digits that the authors compute with.
+/// CIE XYZ of the sRGB primaries and white (D65), to the authors' digits.
 const RED: [f32; 3] = [0.412_386_56, 0.212_636_82, 0.019_330_62];
 const GREEN: [f32; 3] = [0.357_591_5, 0.715_183, 0.119_197_16];
 const BLUE: [f32; 3] = [0.180_450_5, 0.072_180_2, 0.950_372_6];
@@ -206,7 +205,7 @@ fn lab(linear: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// 4.1.2: Hunt's adjustment: colours are less colourful in the dark.
+/// 4.1.2: Hunt's adjustment: colours look less saturated in the dark.
 fn hunt([l, a, b]: [f32; 3]) -> [f32; 3] {
     [l, 0.01 * l * a, 0.01 * l * b]
 }
@@ -223,7 +222,7 @@ pub(super) mod tests {
     use imaging::Mask;
     use std::process::Command;
 
-    /// 8-bit codes that every program computes alike.
+    /// 8-bit codes that are the same in every program.
     pub fn pattern(width: usize, height: usize, seed: u64) -> Encoded {
         let code = |x: usize, y: usize, c: usize| {
             let place = (x as u64 / 3) * 7 + (y as u64 / 2) * 131 + c as u64 * 29 + seed * 977;
@@ -275,7 +274,7 @@ pub(super) mod tests {
         assert!(mean_inside(&found.error, &Mask::filled(9, 10, 1.0)).is_err());
     }
 
-    /// Figures of `flip_evaluator` 1.7, the authors' package, for these pictures.
+    /// Figures of the authors' package `flip_evaluator` 1.7 for these pictures.
     #[test]
     fn errors_are_those_of_the_authors_program() {
         let even = |[r, g, b]: [f32; 3]| Encoded(Raster::filled(16, 16, [r, g, b]));

@@ -1,26 +1,26 @@
-//! Spherical harmonics: what nine lights in place of all lamps would have recorded.
+//! Spherical harmonics: a recording with nine lights in place of all lamps.
 //!
-//! Fyffe et al. ("Comprehensive facial performance capture", CGF 2011) light a performance by spherical gradients; what they
-//! record of how a pixel answers light are its harmonics of low order. Here each pixel's answer to a lamp of unit energy, as a
-//! function of the lamp's direction, is fitted by the nine real harmonics up to order 2, by least squares over the lamps, and
-//! read again at each lamp. Matte surfaces keep nearly all (Ramamoorthi and Hanrahan 2001: 99 % of the energy), highlights and
-//! cast shadows blur.
+//! Fyffe et al. ("Comprehensive facial performance capture", CGF 2011) light a performance by spherical gradients,
+//! which record the low-order harmonics of a pixel's response to light. Here each pixel's response to a lamp of unit
+//! energy, as a function of the lamp's direction, is fitted by the nine real harmonics up to order 2, by least squares
+//! over the lamps, and evaluated again at each lamp. Matte surfaces keep nearly everything (Ramamoorthi and Hanrahan
+//! 2001: 99 % of the energy); highlights and cast shadows blur.
 
 use imaging::Image;
 use light::Rig;
 use rayon::prelude::*;
 
-/// Harmonics up to order 2.
+/// Number of harmonics up to order 2.
 const COUNT: usize = 9;
-/// Keeps the fit of few or clustered lamps finite, as a share of the mean of its diagonal.
+/// Ridge that keeps the fit of few or clustered lamps finite, as a share of the diagonal's mean.
 const RIDGE: f64 = 1e-4;
 
-/// The nine real harmonics in a direction, without their constant factors, which a fit does not need.
+/// The nine real harmonics in a direction, without constant factors: a fit does not need them.
 fn harmonics([x, y, z]: [f64; 3]) -> [f64; COUNT] {
     [1.0, x, y, z, x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0]
 }
 
-/// Shares of all lamps in each lamp's fitted answer: `[to][from]`, a projection.
+/// Share of each lamp in each fitted response: `[to][from]`, a projection.
 fn projection(directions: &[[f64; 3]]) -> Vec<Vec<f64>> {
     let rows: Vec<[f64; COUNT]> = directions.iter().copied().map(harmonics).collect();
     let mut normal = [[0.0; COUNT]; COUNT];
@@ -43,7 +43,7 @@ fn projection(directions: &[[f64; 3]]) -> Vec<Vec<f64>> {
     rows.iter().map(|to| rows.iter().map(|from| of(to, from)).collect()).collect()
 }
 
-/// The inverse of a symmetric positive definite matrix, by Gauss and Jordan without pivots, which it does not need.
+/// Inverse of a symmetric positive definite matrix by Gauss–Jordan elimination, which needs no pivots here.
 fn inverse(mut matrix: [[f64; COUNT]; COUNT]) -> [[f64; COUNT]; COUNT] {
     let mut inverse = [[0.0; COUNT]; COUNT];
     for (i, line) in inverse.iter_mut().enumerate() {
@@ -66,8 +66,8 @@ fn inverse(mut matrix: [[f64; COUNT]; COUNT]) -> [[f64; COUNT]; COUNT] {
     inverse
 }
 
-/// A pose's OLATs as their harmonics up to order 2 give them. Behind a surface they swing below zero; sums of many lamps even
-/// that out. Lamps without energy stay as they are.
+/// A pose's OLATs reproduced by their harmonics up to order 2. Behind a surface they ring below zero; sums of many
+/// lamps average that out. Lamps without energy are unchanged.
 pub fn of_low_order(olats: &[Image], rig: &Rig) -> Vec<Image> {
     let energies: Vec<[f32; 3]> = rig.lamps.iter().map(|lamp| lamp.energy).collect();
     let lit: Vec<usize> =
@@ -124,7 +124,7 @@ mod tests {
         Rig { lamps: (0..count).map(lamp).collect() }
     }
 
-    /// A ball under each lamp: matte, or with a highlight.
+    /// A ball under each lamp, matte or with a highlight.
     fn ball(rig: &Rig, shine: f32) -> Vec<Image> {
         const SIDE: usize = 24;
         let olat = |lamp: &Lamp| {
@@ -145,7 +145,7 @@ mod tests {
         rig.lamps.iter().map(olat).collect()
     }
 
-    /// Relative error of the sum under a light that changes slowly with direction.
+    /// Relative error of the sum under light that changes slowly with direction.
     fn error(rig: &Rig, olats: &[Image]) -> f64 {
         let fitted = of_low_order(olats, rig);
         let weight = |lamp: &Lamp| 1.0 + 0.5 * lamp.direction.x + 0.3 * lamp.direction.y;

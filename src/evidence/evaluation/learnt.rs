@@ -1,4 +1,4 @@
-//! Methods that learn when they are evaluated: Texler 2020 and Sun 2019, in the lights that are asked for.
+//! Methods trained during evaluation, for the requested lights: Texler 2020 and Sun 2019.
 
 use super::accuracy::{Method, Pictures};
 use base::error::{Error, Result};
@@ -12,10 +12,10 @@ use rivals::{Effort, PatchStyle, Portrait, Poses, Spent};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// Weights on the OLATs of each lamp.
+/// Weights on each lamp's OLAT.
 type Light = Vec<[f32; 3]>;
 
-/// A method that has learnt to show frames in some lights.
+/// A method trained to show frames in certain lights.
 pub struct Learnt {
     names: Vec<String>,
     lights: Vec<Light>,
@@ -23,18 +23,17 @@ pub struct Learnt {
 }
 
 enum Kind {
-    /// The looks, and those of single lamps.
+    /// The networks for the lights and for single lamps.
     Texler(Box<PatchStyle>, Option<Box<PatchStyle>>),
     Sun(Box<Portrait>),
 }
 
 impl Learnt {
-    /// Learns from the project's poses. `lights` are those that will be asked for, by name; `olats` says whether single lamps
-    /// will be too. Texler's network has to be trained for the lights that it shows: single lamps are learnt by a second one,
-    /// in as much time again.
+    /// Trains on the project's poses. `lights` are the lights to show, by name; `olats` adds single lamps. Texler's
+    /// network is trained for its lights: single lamps need a second one, trained for as long again.
     ///
     /// # Errors
-    /// When `method` does not learn, a picture cannot be read, it is stopped, or it fails.
+    /// When `method` does not learn, a picture cannot be read, the user stops it, or the training fails.
     pub fn learn(
         method: Method,
         (project, calibration): (&Project, &Calibration),
@@ -65,7 +64,7 @@ impl Learnt {
         Ok(Self { names, lights, kind })
     }
 
-    /// Cost of learning: of Texler's, the network for the lights, not the one for single lamps.
+    /// Training cost; for Texler, of the network for the lights, not the one for single lamps.
     pub fn spent(&self) -> Spent {
         match &self.kind {
             Kind::Texler(looks, _) => looks.spent,
@@ -84,13 +83,13 @@ impl Learnt {
         }
     }
 
-    /// A frame in each light, and under each lamp if that was learnt and is asked for.
+    /// A frame in each light, and under each lamp if trained and requested.
     ///
     /// # Errors
     /// When the device fails.
     pub fn predict(&self, frame: &Frame, olats: bool) -> Result<Pictures> {
         let began = Instant::now();
-        // One picture is timed, as a person would ask for it; all looks of Texler's come at once.
+        // One picture is timed, as for a user; Texler's looks all come at once.
         let relit = match &self.kind {
             Kind::Texler(..) => self.relit(frame)?,
             Kind::Sun(portrait) => {
@@ -111,7 +110,7 @@ impl Learnt {
     }
 }
 
-/// Each lamp alone.
+/// Unit weights of each single lamp.
 pub fn single_lamps(lamps: usize) -> Vec<Light> {
     let alone = |lit: usize| (0..lamps).map(move |lamp| [f32::from(u8::from(lamp == lit)); 3]);
     (0..lamps).map(|lit| alone(lit).collect()).collect()

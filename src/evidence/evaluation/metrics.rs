@@ -1,25 +1,25 @@
-//! The measure: PSNR of encoded pictures inside the subject.
+//! The measure: PSNR of encoded pictures over the subject.
 //!
-//! A picture is compared where its matte exceeds [`SUBJECT`]. An HDRI has no absolute scale, so one
-//! factor for all frames of an environment makes the mean luminance equal to the truth's. Each frame's
-//! exposure is e = 0.5 / (95th percentile of the truth's values); both pictures become
-//! clip(e·x, 0, 1)^(1/2.2). PSNR is over all channels with peak 1, and the mean is over frames.
+//! Pictures are compared where the matte exceeds [`SUBJECT`]. An HDRI has no absolute scale, so one factor for all
+//! frames of an environment matches the mean luminance to the truth's. Each frame's exposure is e = 0.5 / (95th
+//! percentile of the truth's values); both pictures become clip(e·x, 0, 1)^(1/2.2). PSNR is over all channels with peak
+//! 1, and the mean is over frames.
 
 use base::error::{Error, Result};
 use imaging::color::{luminance, unit};
 use imaging::{Encoded, Image, Mask, Raster};
 
-/// Coverage above which a pixel counts as subject.
+/// Coverage above which a pixel belongs to the subject.
 pub const SUBJECT: f32 = 0.98;
 
-/// The power that pictures are encoded by before they are compared.
+/// Exponent that encodes pictures before the comparison.
 const GAMMA: f64 = 2.2;
 
-/// The largest PSNR: pictures that are more alike count as equal, so that reports hold only finite numbers.
+/// Upper limit of PSNR: closer pictures count as equal, so that reports hold only finite numbers.
 pub const MAX_DECIBELS: f64 = 120.0;
 
-/// Pictures of one frame that are measured together, with their truths: one relit picture, or the
-/// frame under every lamp. All have the size of the matte.
+/// Pictures of one frame that are measured together, with their truths: one relit picture, or the frame under every
+/// lamp. All have the matte's size.
 #[derive(Clone, Copy, Debug)]
 pub struct Compared<'a> {
     pub pictures: &'a [Image],
@@ -36,15 +36,15 @@ pub struct Psnr {
     pub frames_db: Vec<f64>,
     /// Each of a frame's pictures in decibels, at the frame's exposure.
     pub pictures_db: Vec<Vec<f64>>,
-    /// The factor that all pictures were multiplied by.
+    /// Factor applied to all pictures.
     pub scale: f64,
 }
 
-/// PSNR of the frames. The pictures of one frame share an exposure, and the error is pooled over them:
-/// so the bright OLATs of a frame count, where a mean of decibels would reward black ones.
+/// PSNR of the frames. The pictures of one frame share an exposure, and the error is pooled over them: the bright OLATs
+/// of a frame count, while a mean of decibels would reward black ones.
 ///
 /// # Errors
-/// When there is no frame, shapes differ, or no pixel is subject.
+/// When there is no frame, shapes differ, or no pixel belongs to the subject.
 pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     if frames.is_empty() {
         return Err(Error::missing("the truth has no frames", "Give another truth folder"));
@@ -54,7 +54,7 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     let luminances = frames.iter().map(Compared::luminances).fold([0.0; 2], total);
     let scale = scale(luminances);
     let pictures_db: Vec<Vec<f64>> = frames.iter().map(|f| f.pictures_db(scale)).collect();
-    // The pictures of a frame have as many pixels each: their errors' mean is the frame's.
+    // All pictures of a frame have the same number of pixels, so the mean of their errors is the frame's.
     let frames_db: Vec<f64> = pictures_db.iter().map(|p| pooled(p.iter().copied())).collect();
     Ok(Psnr {
         mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64,
@@ -64,7 +64,7 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     })
 }
 
-/// The subject's pixels of all pictures. NaN counts as black.
+/// Subject pixels of all pictures; NaN counts as black.
 fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
     let inside = |image: &Image| {
         let pairs = image.pixels.iter().zip(&mask.pixels);
@@ -83,7 +83,7 @@ impl Compared<'_> {
         })
     }
 
-    /// The factor that the truths are encoded at.
+    /// Exposure that encodes the truths.
     pub fn exposure(&self) -> f64 {
         let truths = subject(self.truths, self.mask);
         0.5 / percentile(truths.as_flattened(), 95.0)
@@ -108,7 +108,7 @@ impl Compared<'_> {
     }
 }
 
-/// The measure's code of a value at its exposure.
+/// Code of a value at its exposure.
 pub(super) fn code(exposed: f64) -> f64 {
     exposed.clamp(0.0, 1.0).powf(1.0 / GAMMA)
 }
@@ -116,12 +116,11 @@ pub(super) fn code(exposed: f64) -> f64 {
 /// Factor of the pictures, from the luminances of pictures and truths.
 pub(super) fn scale([pictures, truths]: [f64; 2]) -> f64 {
     let ratio = truths / pictures;
-    // A black prediction cannot be scaled to anything.
+    // A black prediction cannot be scaled.
     if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
 }
 
-/// A picture encoded as for the measure, over black: clip(gain·x, 0, 1)^(1/2.2) where it is covered.
-/// NaN counts as black.
+/// A picture encoded for the measure, over black: clip(gain·x, 0, 1)^(1/2.2) where it is covered. NaN counts as black.
 pub fn encoded(picture: &Image, mask: &Mask, gain: f32) -> Encoded {
     let pairs = picture.pixels.iter().zip(&mask.pixels);
     let code = |v: f32| unit(v).powf(1.0 / GAMMA as f32);
@@ -129,7 +128,7 @@ pub fn encoded(picture: &Image, mask: &Mask, gain: f32) -> Encoded {
     Encoded(Raster { pixels, ..*picture })
 }
 
-/// PSNR of several pictures of one size together.
+/// Pooled PSNR of several pictures of one size.
 pub(super) fn pooled(decibels_of: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = decibels_of.len();
     let errors = decibels_of.map(|db| 10f64.powf(-db / 10.0));
@@ -141,7 +140,8 @@ pub(super) fn decibels(error: f64) -> f64 {
     (-10.0 * error.log10()).min(MAX_DECIBELS)
 }
 
-/// The percentile of the values, interpolated linearly as numpy does. At least the smallest normal number, so that black truth has an exposure.
+/// Percentile of the values, interpolated linearly as in numpy. At least the smallest normal number, so that a black
+/// truth has an exposure.
 fn percentile(values: &[f32], percent: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
@@ -156,7 +156,7 @@ fn percentile(values: &[f32], percent: f64) -> f64 {
     value.max(f64::from(f32::MIN_POSITIVE))
 }
 
-/// Mean of a map over the pixels that a matte calls subject.
+/// Mean of a map over the subject's pixels of a matte.
 ///
 /// # Errors
 /// When the matte has another size or no such pixel.
@@ -262,8 +262,8 @@ mod tests {
 
     #[test]
     fn a_known_error_has_its_decibels() {
-        // The 95th percentile of an even truth is its value, so it encodes to 0.5^(1/2.2); with equal
-        // means, half of the pixels at 0.9 and half at 1.1 encode to 0.45 and 0.55 to that power.
+        // The 95th percentile of a uniform truth is its value, so it encodes to 0.5^(1/2.2). With equal means, pixels
+        // that are half at 0.9 and half at 1.1 encode to 0.45 and 0.55 to that power.
         let truth = Image::filled(10, 10, [3.0; 3]);
         let wrong = Raster::from_fn(10, 10, |x, _| [if x % 2 == 0 { 0.9 } else { 1.1 }; 3]);
         let found = one(&wrong, &truth, &Mask::filled(10, 10, 1.0));

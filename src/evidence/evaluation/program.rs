@@ -1,10 +1,10 @@
-//! Build of the program that measures: figures of two builds may differ because the code does.
+//! Build of the measuring program: figures of two builds may differ because of the code.
 
 use std::io::Read;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// Names the build that runs, as [`build_of`] does; `unknown` where its file cannot be read.
+/// Identifies the running build as [`build_of`] does; `unknown` if its file cannot be read.
 pub fn build() -> &'static str {
     static BUILD: OnceLock<String> = OnceLock::new();
     BUILD.get_or_init(|| {
@@ -13,7 +13,7 @@ pub fn build() -> &'static str {
     })
 }
 
-/// Names the build of a program: the CRC-32 of its file, in eight hexadecimal digits.
+/// Identifies a program's build: the CRC-32 of its file in eight hexadecimal digits.
 ///
 /// # Errors
 /// When the file cannot be read.

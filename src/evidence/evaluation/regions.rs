@@ -1,28 +1,28 @@
-//! Places of errors: the measure's error in the regions of the subject that light makes.
+//! Error by region of the subject: lit, shadow, highlights and edge.
 
 use super::metrics::{Compared, SUBJECT, code, decibels};
 use imaging::Mask;
 use imaging::color::luminance;
 use serde::{Deserialize, Serialize};
 
-/// Luminances at the truth's exposure, where 95 of 100 values are below 0.5: above the first are highlights, below the
-/// second, a tenth of it, is shadow.
+/// Luminance limits at the truth's exposure, where 95 of 100 values are below 0.5: highlights are above the first,
+/// shadow is below the second, a tenth of it.
 const HIGHLIGHT: f32 = 0.5;
 const SHADOW: f32 = 0.05;
-/// The edge is as wide as this share of the picture's longer side, at least a pixel.
+/// Width of the edge as a share of the picture's longer side; at least a pixel.
 const EDGE: f64 = 1.0 / 64.0;
 
-/// A part of the subject. The regions cover it, and none covers another.
+/// Part of the subject. The regions are disjoint and cover the subject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Region {
     /// Neither bright nor dark in the truth.
     Lit,
-    /// In the truth less than a tenth as bright as highlights.
+    /// Less than a tenth of the highlights' luminance in the truth.
     Shadow,
-    /// The brightest in the truth.
+    /// Brightest in the truth.
     Highlights,
-    /// Along the matte's edge, however bright.
+    /// Along the matte's edge, whatever the luminance.
     Edge,
 }
 
@@ -30,7 +30,7 @@ impl Region {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Lit, Self::Shadow, Self::Highlights, Self::Edge];
 
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lit => "lit",
@@ -45,13 +45,13 @@ impl Region {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionScore {
     pub region: Region,
-    /// Its share of the subject's pixels, over all frames.
+    /// Share of the subject's pixels, over all frames.
     pub share: f64,
-    /// PSNR over its pixels in all frames, in decibels.
+    /// PSNR over the region's pixels in all frames, in decibels.
     pub psnr_db: f64,
 }
 
-/// The regions that the frames under one environment have. `scale` is what the pictures are multiplied by.
+/// Regions present in the frames under one environment. `scale` is the factor on the pictures.
 pub fn regions(frames: &[Compared], scale: f64) -> Vec<RegionScore> {
     let mut sums = [(0.0f64, 0u64); Region::ALL.len()];
     for frame in frames {
@@ -91,12 +91,12 @@ pub fn regions(frames: &[Compared], scale: f64) -> Vec<RegionScore> {
         .collect()
 }
 
-/// For each pixel, true if something that is not the subject is near. The picture's border does not count as an edge.
+/// True for each pixel near one outside the subject. The picture's border does not count as an edge.
 fn edge(mask: &Mask) -> Vec<bool> {
     let (width, height) = mask.size();
     let reach = ((EDGE * width.max(height) as f64).round() as usize).max(1);
     let outside: Vec<bool> = mask.pixels.iter().map(|&alpha| alpha <= SUBJECT).collect();
-    // A square is a row of columns.
+    // A square neighbourhood is a row of columns.
     let near = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
     let across: Vec<bool> = (0..width * height)
         .map(|i| near(i % width, width).any(|x| outside[i / width * width + x]))
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn an_error_is_found_where_it_is() {
         let (truth, mask) = scene();
-        // At its edge, in the dark, and in the light, one at a time.
+        // Errors at the edge, in the shadow and in the light, one at a time.
         for (at, worst) in [
             ((20, 2), Region::Edge),
             ((4, 10), Region::Shadow),

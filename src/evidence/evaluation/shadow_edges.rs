@@ -1,4 +1,4 @@
-//! OLATs where a shadow ends: a lamp's cast and attached shadows, which the picture of all lamps does not show.
+//! OLATs at shadow edges: a lamp's cast and attached shadows, which are not visible in the picture of all lamps.
 
 use super::metrics::{Compared, SUBJECT, code, decibels};
 use imaging::color::luminance;
@@ -6,27 +6,27 @@ use imaging::{Mask, Raster};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Slope of the measure's code over the picture's longer side from which a lamp's truth has an edge there.
+/// Least slope of the code across the picture's longer side that counts as an edge in a lamp's truth.
 const STEEP: f32 = 8.4;
-/// Steepness of an edge over that of the lamps' mean there, at least.
+/// Least ratio of an edge's slope to that of the mean over the lamps.
 const OWN: f32 = 2.0;
-/// Edges are looked for farther from the matte's edge than this share of the picture's longer side.
+/// Margin from the matte's edge without shadow edges, as a share of the picture's longer side.
 const INNER: f64 = 1.0 / 40.0;
 
-/// OLATs beside the truth at the edges of shadows.
+/// Accuracy of OLATs at shadow edges.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShadowEdges {
-    /// Their share of the pixels, over all lamps, away from the subject's outline.
+    /// Share of the pixels that are edges, over all lamps, away from the subject's outline.
     pub share: f64,
-    /// Their share of the squared error there.
+    /// Share of the squared error at the edges, away from the outline.
     pub error_share: f64,
     /// PSNR at the edges.
     pub psnr_db: f64,
 }
 
-/// The OLATs of frames at the edges of shadows, predictions multiplied by `scale`; None where no lamp's truth has such an edge.
+/// Measures frames' OLATs at shadow edges, with predictions multiplied by `scale`; None if the truth has no such edge.
 pub fn shadow_edges(frames: &[Compared], scale: f64) -> Option<ShadowEdges> {
-    // Pixels and squared errors, of edges and of all.
+    // Pixels and squared errors, at edges and in total.
     let mut sums = [[0.0f64; 2]; 2];
     for frame in frames {
         let exposure = frame.exposure();
@@ -84,7 +84,7 @@ fn inner(mask: &Mask) -> Vec<bool> {
     let (width, height) = mask.size();
     let reach = ((width.max(height) as f64 * INNER) as usize).max(1);
     let solid: Vec<bool> = mask.pixels.iter().map(|&alpha| alpha > SUBJECT).collect();
-    // A square is solid if its columns are, and they are if their pixels are.
+    // A square is solid if its columns are, and columns are if their pixels are.
     let shrunk = |solid: &[bool], length: usize, step: usize, at: &dyn Fn(usize) -> usize| {
         let within = |p: usize| {
             let place = at(p);
@@ -98,7 +98,7 @@ fn inner(mask: &Mask) -> Vec<bool> {
     shrunk(&columns, width, 1, &|p| p % width.max(1))
 }
 
-/// Slope of codes at a pixel away from the borders, over a pixel, by Sobel's operator; 0 at others.
+/// Slope of the codes per pixel, by Sobel's operator; 0 at the borders.
 fn slope(codes: &Raster<f32>, p: usize, inner: bool) -> f32 {
     if !inner {
         return 0.0;
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use imaging::Image;
 
-    /// Light that ends at column `end`, over a texture that all lamps show.
+    /// Light that ends at column `end`, over a texture common to all lamps.
     fn lit_up_to(end: usize) -> Image {
         Raster::from_fn(80, 80, |x, y| {
             let texture = if y % 16 < 8 { 0.4 } else { 0.3 };
@@ -135,17 +135,17 @@ mod tests {
         // Two columns of 76 in two of four pictures.
         assert!((exact.share - 2.0 / 76.0 / 2.0).abs() < 0.003, "{exact:?}");
         assert_eq!((exact.error_share, exact.psnr_db), (0.0, 120.0));
-        // Shadows that end five pixels from where they should are wrong next to the true edge too.
+        // Shadows that end five pixels off are wrong at the true edge too.
         let moved = [lit_up_to(35), lit_up_to(55), lit_up_to(80), lit_up_to(80)];
         let moved = measured(&moved, &truths).unwrap();
         assert!(moved.error_share > 0.1 && moved.psnr_db < 12.0, "{moved:?}");
-        // An error elsewhere is none of theirs.
+        // Errors away from the edges do not count.
         let dark = truths.clone().map(|olat| {
             Raster::from_fn(80, 80, |x, y| olat.at(x, y).map(|v| if x < 20 { 0.5 * v } else { v }))
         });
         let dark = measured(&dark, &truths).unwrap();
         assert_eq!((dark.error_share, dark.psnr_db), (0.0, 120.0));
-        // Texture that all lamps show is no shadow.
+        // Texture common to all lamps is not a shadow.
         let even = [lit_up_to(80), lit_up_to(80)];
         assert!(measured(&even, &even).is_none());
         let small = Mask::filled(80, 80, 0.0);

@@ -1,8 +1,8 @@
-//! SSIM: how alike the structure of two pictures is.
+//! SSIM: structural similarity of two pictures.
 //!
-//! Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural
-//! Similarity" (IEEE TIP 2004), with their window, a Gaussian of 11 × 11 pixels and deviation 1.5, and their
-//! constants, K1 = 0.01 and K2 = 0.03, on the luma of the codes.
+//! Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity" (IEEE
+//! TIP 2004), with their window, a Gaussian of 11 × 11 pixels and standard deviation 1.5, and their constants K1 = 0.01
+//! and K2 = 0.03, on the luma of the codes.
 
 use super::filter::{Kernel, filtered};
 use super::metrics::check_pair;
@@ -16,11 +16,11 @@ const DEVIATION: f64 = 1.5;
 const C1: f32 = 0.01 * 0.01;
 const C2: f32 = 0.03 * 0.03;
 
-/// Each pixel's similarity, 1 where its surroundings are the same and at least −1. Beyond the edges the
-/// pictures repeat their outermost pixels; values beyond `[0, 1]` are clipped to it and NaN counts as 0.
+/// Similarity of each pixel, from −1 to 1 for identical surroundings. Edge pixels are repeated beyond the border;
+/// values are clipped to `[0, 1]`, and NaN counts as 0.
 ///
 /// # Errors
-/// When the pictures differ in size or have no pixel.
+/// When the pictures differ in size or have no pixels.
 pub fn ssim(reference: &Encoded, test: &Encoded) -> Result<Raster<f32>> {
     check_pair(reference, test)?;
     let window = Kernel::gaussian(RADIUS, DEVIATION);
@@ -62,7 +62,7 @@ mod tests {
         assert!(ssim(&a, &pattern(30, 21, 1)).is_err());
     }
 
-    /// Figures of scikit-image 0.26 with its Gaussian window, away from the edges, where it reflects.
+    /// Figures of scikit-image 0.26 with its Gaussian window, away from the edges, where its border handling differs.
     #[test]
     fn values_are_those_of_scikit_image() {
         let a = pattern(48, 32, 1);

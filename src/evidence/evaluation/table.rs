@@ -9,12 +9,12 @@ use std::collections::BTreeSet;
 pub struct Row<'a> {
     /// Name of the measured method.
     pub name: &'a str,
-    /// Cost of the method in words: `18 min of training`. May be empty.
+    /// Cost of the method in words, such as `18 min of training`. May be empty.
     pub cost: &'a str,
     pub scores: &'a Scores,
 }
 
-/// A table with a column per environment, one for the OLATs and one for the cost.
+/// Table with a column per environment, one for the OLATs and one for the cost.
 pub fn markdown(rows: &[Row]) -> String {
     let environments: BTreeSet<&String> =
         rows.iter().flat_map(|r| r.scores.relit_psnr_db.keys()).collect();

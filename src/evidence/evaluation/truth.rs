@@ -1,12 +1,12 @@
-//! The ground truth of a rendered shoot: some interview frames as they really look under the shoot's
-//! environments and under each lamp. For evaluation only; nothing is ever fitted to it.
+//! Ground truth of a rendered shoot: some interview frames as they really look under the shoot's environments and under
+//! each lamp. For evaluation only; nothing is ever fitted to it.
 //!
 //! ```text
 //! truth/FRAME_relit_ENVIRONMENT.exr     linear light
 //! truth/FRAME_olat/LAMP.exr             linear light, of some frames only
 //! ```
 //!
-//! Pictures may be smaller than the interview's frames: those of the same shape show the same.
+//! Pictures may be smaller than the interview's frames; the same aspect ratio means the same framing.
 
 use base::error::{Error, Result};
 use footage::{PictureSize, cut_picture, dimensions};
@@ -22,21 +22,21 @@ pub struct Truth {
     folder: PathBuf,
     size: usize,
     framings: Framings,
-    /// The square of the interview's frames that the network sees; None if there is no frame.
+    /// Square of the interview's frames that the network sees; None if there is no frame.
     framing: Option<Framing>,
     frame_names: Vec<String>,
     lamps: Vec<String>,
-    /// Frames of the project with relit truth, ascending.
+    /// Project frames with relit truth, ascending.
     pub frames: Vec<usize>,
-    /// The environments that they are relit under; `file` is relative to the shoot's folder.
+    /// Environments of the relit truth; `file` is relative to the shoot's folder.
     pub environments: Vec<NamedEnvironment>,
 }
 
 impl Truth {
-    /// Finds the truth for `project` in `folder`: the `truth` folder itself or the shoot that has one.
+    /// Finds the truth for `project` in `folder`: the `truth` folder itself, or a shoot that contains one.
     ///
     /// # Errors
-    /// When there is no truth, or a frame is relit under one environment and not under another.
+    /// When there is no truth, or a frame lacks one of the environments.
     pub fn open(project: &Project, folder: &Path) -> Result<Self> {
         let shoot = &project.settings.shoot;
         let inside = folder.join("truth");
@@ -96,7 +96,7 @@ impl Truth {
         self.relit_at(frame, environment, PictureSize::Square)
     }
 
-    /// A frame under an environment, linear: what a picture of that size shows, at the truth's own resolution.
+    /// A frame under an environment, linear, with the framing of `at` and the truth's own resolution.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -104,7 +104,7 @@ impl Truth {
         self.read(&self.relit_path(frame, environment), at)
     }
 
-    /// True if the frame's OLATs are known.
+    /// True if the frame has true OLATs.
     pub fn has_olats(&self, frame: usize) -> bool {
         self.olat_folder(frame).is_dir()
     }
@@ -112,15 +112,15 @@ impl Truth {
     /// A frame under each lamp alone, linear, at the working size.
     ///
     /// # Errors
-    /// When one cannot be read.
+    /// When a picture cannot be read.
     pub fn olats(&self, frame: usize) -> Result<Vec<Image>> {
         self.olats_at(frame, PictureSize::Square)
     }
 
-    /// A frame under each lamp alone, linear: what pictures of that size show, at the truth's own resolution.
+    /// A frame under each lamp alone, linear, with the framing of `at` and the truth's own resolution.
     ///
     /// # Errors
-    /// When one cannot be read.
+    /// When a picture cannot be read.
     pub fn olats_at(&self, frame: usize, at: PictureSize) -> Result<Vec<Image>> {
         let folder = self.olat_folder(frame);
         self.lamps
@@ -146,7 +146,7 @@ impl Truth {
         })
     }
 
-    /// The square that the network sees.
+    /// Square that the network sees.
     fn square(&self, truth: Image) -> Image {
         let same_shape = |framing: &Framing| {
             let [width, height] = framing.source;
@@ -197,7 +197,7 @@ mod tests {
         };
         let alike = shown(Framing::whole((24, 48)))?;
         assert_eq!(alike.size(), (16, 16));
-        // Frames of twice the size; then a square whose edges are within pixels of the truth, at two sizes of the frames.
+        // Frames of twice the size; then a square whose edges fall inside the truth's pixels, at two frame sizes.
         let odd = |(width, height): (usize, usize), side| Framing {
             side,
             ..Framing::whole((width, height))

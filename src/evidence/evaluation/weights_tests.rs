@@ -1,5 +1,5 @@
-//! Effect of the kinds of weights on the true OLATs of the shared head scan: on its truth frames, under a slow turn of a
-//! sunny park, and under every available panorama.
+//! Effect of the kinds of weights on the true OLATs of the shared head scan: on its truth frames, under a slow turn of
+//! a sunny park, and under every available panorama.
 
 use super::{Method, Truth, score};
 use base::progress::Progress;
@@ -23,7 +23,7 @@ struct Shoot {
     _folder: tempfile::TempDir,
 }
 
-/// The shoot; None if it is missing, and the test returns.
+/// The shoot; if it is missing, the result is None and the test returns.
 fn shoot() -> Option<&'static Shoot> {
     static SHOOT: OnceLock<Shoot> = OnceLock::new();
     let stage = shared("data/stage")?;
@@ -66,19 +66,19 @@ fn the_true_olats_reach_the_rigs_limit_and_the_default_loses_nothing_to_cells() 
         assert!(fit > cells - 0.3, "{fit} dB, cells {cells}");
     }
     assert!(fit[0] >= 30.0 && fit[1] >= 37.0, "{fit:?}");
-    // A small sun on three banks of lamps: why `smooth` is not the default.
+    // A small sun on three banks of lamps is the reason why `smooth` is not the default.
     assert!(smooth[0] < cells[0] - 0.3, "{smooth:?}");
 }
 
 /// Frame-to-frame differences of a clip in 8-bit codes, root-mean-square over the subject.
 struct Flicker {
-    /// Of a frame to the next: on average, and at most.
+    /// Difference from one frame to the next: mean and maximum.
     change: [f64; 2],
-    /// Of a change to the next one: nothing where all moves evenly.
+    /// Difference between successive changes: zero for even motion.
     jerk: [f64; 2],
 }
 
-/// The flicker of OLATs under a whole turn in a minute at 24 frames a second, a quarter of a degree a frame.
+/// Flicker of OLATs over a whole turn in a minute at 24 frames a second, a quarter of a degree per frame.
 fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f32) -> Flicker {
     let shown = |frame: usize| -> Vec<f64> {
         let weights = table.at(0.25 * frame as f32).per_lamp;
@@ -130,7 +130,7 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
             frame.mask.at(i % SIZE * step + step / 2, i / SIZE * step + step / 2) > 0.98
         })
         .collect();
-    // One exposure for all: the subject's mean at middle grey, seen from the front.
+    // One exposure for all: the subject's mean at middle grey, lit from the front.
     let partitions = KINDS.map(|kind| Partition::of(kind, &shoot.calibration.rig));
     let weights = partitions[2].weights(&park, 0.0).per_lamp;
     let front = relight(&field, &weights, &lit_lamps(&weights));
@@ -142,7 +142,7 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
     let [cells, smooth, fit] = [0, 1, 2].map(|kind| {
         let flicker = flicker(&field, &subject, &YawTable::new(&partitions[kind], &park), gain);
         println!(
-            "{:?}: a frame differs from the last by {:.3} codes on average, {:.2} at most; a change from the last by \
+            "{:?}: frame-to-frame difference {:.3} codes on average, {:.2} at most; between changes \
              {:.4} and {:.2}",
             KINDS[kind], flicker.change[0], flicker.change[1], flicker.jerk[0], flicker.jerk[1]
         );
@@ -182,7 +182,7 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
         let relit = relight(&field, &weights.per_lamp, &lit_lamps(&weights.per_lamp));
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
         assert!(relit.pixels.iter().flatten().all(is_light), "{}", path.display());
-        // No brighter than what all of the light could make from the one lamp that lights the pixel most.
+        // At most what all the light could give from the lamp that lights the pixel most.
         let most = (0..relit.pixels.len()).all(|i| {
             let lamps = olats.iter().zip(&rig.lamps);
             let best = lamps.map(|(olat, lamp)| olat.pixels[i][1] / lamp.energy[1]);

@@ -1,4 +1,4 @@
-//! A rung taken over into the project: its network, and what it changes about size and lamps.
+//! Applies a rung to the project: its network, and its changes to size and lamps.
 
 use super::judge::Against;
 use super::ladder::{Rung, Show};
@@ -13,35 +13,35 @@ use serde::Serialize;
 use std::path::PathBuf;
 use training::checkpoints;
 
-/// Settings that the project took over.
+/// Settings taken over by the project.
 #[derive(Clone, Debug, Serialize)]
 pub struct Applied {
     pub rung: String,
     /// Storage and lighting of its predictions.
     pub show: Show,
-    /// New place of the project's calibration and network, if they were for another size or other lamps. A network of the
-    /// same shape is set aside among the checkpoints.
+    /// New location of the project's calibration and network, if they were for another size or other lamps. A network
+    /// of the same shape is kept among the saved checkpoints instead.
     pub aside: Option<PathBuf>,
 }
 
 impl Applied {
-    /// A sentence about it.
+    /// Summary in one sentence.
     pub fn sentence(&self) -> String {
         let aside = match &self.aside {
             Some(aside) => {
-                format!("; the calibration and network that were there are in {}", aside.display())
+                format!("; the previous calibration and network are in {}", aside.display())
             }
-            None => "; the network that was there is among the saved checkpoints".to_owned(),
+            None => "; the previous network is among the saved checkpoints".to_owned(),
         };
-        format!("The project uses the setting {} now{aside}", self.rung)
+        format!("The project now uses the setting {}{aside}", self.rung)
     }
 }
 
-/// Makes the project use the network of the rung `name`, with the lowest seed that it was measured with. What was there is
-/// set aside. If the process is killed meanwhile, one of the two networks is there, whole.
+/// Gives the project the network of the rung `name`, trained with the lowest measured seed. The previous network is set
+/// aside. If the process is killed meanwhile, one complete network remains in place.
 ///
 /// # Errors
-/// When no such rung was measured, the project is no longer the one that was measured, or files cannot be written.
+/// When no such rung was measured, the project has changed since, or files cannot be written.
 pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Applied> {
     let Some(mut ledger) = Ledger::load(project)? else {
         return Err(Error::missing(
@@ -54,7 +54,7 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     let Some(found) = named.min_by_key(|m| m.seed).cloned() else {
         let names: Vec<&str> = ledger.rungs.iter().map(|m| m.rung.name.as_str()).collect();
         return Err(Error::missing(
-            format!("no setting is called {name}; there are {}", names.join(", ")),
+            format!("there is no setting {name}; the settings are {}", names.join(", ")),
             "Give one of these names",
         ));
     };
@@ -62,7 +62,7 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     let from = mark(project, network, *minutes, found.seed);
     let is_trained = *minutes > 0.0;
     if is_trained {
-        // Refused before anything is changed.
+        // Refused before anything changes.
         checkpoint::info(&from)?;
     }
     let base = ledger.base.project(project);
@@ -77,7 +77,7 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
     if is_trained {
         checkpoint::link(&from, &present)?;
     } else if present.exists() {
-        // It is among the saved ones.
+        // The network is already among the saved ones.
         std::fs::remove_dir_all(&present).map_err(|e| {
             Error::io("remove", &present, e, "Check that the folder can be written")
         })?;

@@ -1,4 +1,4 @@
-//! The ladder as a table for other programs.
+//! The ladder as a CSV table.
 
 use super::front::front;
 use super::ledger::Ledger;
@@ -10,7 +10,7 @@ disk_bytes,training_seconds,training_minutes_asked,steps,psnr_db,ssim,flip,lpips
 size,lamps,width,most_channels,depth,lamps_per_step,precision,against,device,processor,threads,system,version,build,\
 rendering,rendering_end,perceptual,pixel,features,steadiness,storage,components,weights,environment_columns,effects";
 
-/// A line for each rung, with machine, version, seed and settings. Unknown figures are empty.
+/// One line per rung, with machine, version, seed and settings. Unknown figures are empty.
 pub fn csv(ledger: &Ledger) -> String {
     let mut text = format!("{COLUMNS}\n");
     let known = |value: Option<f64>, digits: usize| {
@@ -77,13 +77,13 @@ pub fn csv(ledger: &Ledger) -> String {
     text
 }
 
-/// A value's name on the command line.
+/// Name of a value on the command line.
 fn name(value: impl ValueEnum) -> String {
     let value = value.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// The effects that are not off, such as `glare=0.5`.
+/// The active effects, such as `glare=0.5`.
 fn effects(of: &Effects) -> String {
     let mut of = *of;
     let strengths = STRENGTHS.iter().filter_map(|strength| {
@@ -93,7 +93,7 @@ fn effects(of: &Effects) -> String {
     strengths.collect::<Vec<_>>().join(" ")
 }
 
-/// A field as RFC 4180 has it.
+/// A field quoted as in RFC 4180.
 fn quoted(text: &str) -> String {
     if text.contains(['"', ',', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

@@ -1,8 +1,8 @@
-//! The rungs that are worth their time, and the one that a person wants.
+//! Rungs that are worth their time, and the choice among them.
 
 use super::measure::Measured;
 
-/// For each rung, true if it is on the Pareto front: no other is both faster and nearer to the truth, or as good in one and
+/// True for each rung on the Pareto front: no other rung is both faster and closer to the truth, or equal in one and
 /// better in the other. Rungs with effects are left out, since they show another picture.
 pub fn front(rungs: &[Measured]) -> Vec<bool> {
     let place = |measured: &Measured| {
@@ -17,16 +17,16 @@ pub fn front(rungs: &[Measured]) -> Vec<bool> {
     all.iter().map(on).collect()
 }
 
-/// A person's demand on a rung.
+/// Requirement for a rung.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pick {
-    /// The nearest to the truth in at most so many milliseconds a frame.
+    /// The most accurate one within this many milliseconds a frame.
     Within(f64),
     /// The fastest with at least this PSNR in decibels.
     AtLeast(f64),
 }
 
-/// The rung that does what is asked; None if none does.
+/// The rung that meets a requirement; None if no rung does.
 pub fn pick(rungs: &[Measured], pick: Pick) -> Option<usize> {
     let comparable = (0..rungs.len()).filter(|&i| rungs[i].changes_db.is_none());
     match pick {

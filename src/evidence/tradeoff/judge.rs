@@ -1,4 +1,4 @@
-//! References for predictions: frames whose truth is known, or a pose that no network has seen.
+//! References for predictions: frames with a truth, or a pose that no network was trained on.
 
 use super::ladder::TradeoffSettings;
 use base::error::{Error, Result};
@@ -16,12 +16,12 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// True OLATs that are kept in memory, in bytes: frames beyond that are compared relit alone.
+/// Memory limit for true OLATs in bytes: frames beyond it are compared only relit.
 const MOST_OLATS: usize = 1 << 30;
-/// Environments that a held-out pose is relit under.
+/// Number of environments for relighting a held-out pose.
 const ENVIRONMENTS: usize = 3;
 
-/// Reference for a project's rungs.
+/// Reference of a project's rungs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Against {
@@ -32,13 +32,13 @@ pub enum Against {
 }
 
 impl Against {
-    /// The reference that the settings ask for; without a wish the middle pose.
+    /// Reference from the settings; by default the middle pose.
     ///
     /// # Errors
-    /// When there are too few poses, or no such pose.
+    /// When there are too few poses, or the pose does not exist.
     pub fn of(project: &Project, settings: &TradeoffSettings) -> Result<Self> {
         if let Some(folder) = &settings.truth {
-            // The project may be opened from elsewhere next time.
+            // The project may be opened from another working directory next time.
             let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
             return Ok(Self::Truth(folder));
         }
@@ -55,7 +55,7 @@ impl Against {
         ))
     }
 
-    /// A sentence's part.
+    /// Description for use in a sentence.
     pub fn words(&self, project: &Project) -> String {
         match self {
             Self::Truth(folder) => format!("the truth in {}", folder.display()),
@@ -68,50 +68,50 @@ impl Against {
     }
 }
 
-/// An environment that pictures are compared under.
+/// Environment of the compared pictures.
 pub struct Lit {
     pub name: String,
     pub environment: Arc<Environment>,
-    /// The yaw that brings its front to the front.
+    /// Yaw that turns its front to the front.
     pub yaw_deg: f32,
 }
 
-/// The compared pictures and their true looks.
+/// Test cases and their true pictures.
 pub struct Judge {
     pub lit: Vec<Lit>,
     pub subject: Subject,
-    /// Of each case, its truth under each of `lit`, at the size that is compared.
+    /// Truth of each case under each of `lit`, at the compared size.
     truths: Vec<Vec<Image>>,
-    /// Of each case that has them, its OLATs.
+    /// True OLATs of each case, where known.
     olats: Vec<Option<Vec<Image>>>,
 }
 
-/// Whose pictures are compared.
+/// Source of the compared pictures.
 pub enum Subject {
     Truth(Truth, PictureSize),
-    /// The pose, its plate and its matte as large as is compared.
+    /// The pose, its plate and its matte at the compared size.
     Pose(usize, Image, Mask),
 }
 
-/// One picture that a network is asked for.
+/// One picture to predict.
 pub struct Case {
     pub frame: Frame,
-    /// If it is compared at another size than the network's.
+    /// Set if the picture is compared at another size than the network's.
     pub plate: Option<Plate>,
 }
 
 impl Case {
-    /// The subject's coverage at the size that is compared.
+    /// Subject coverage at the compared size.
     pub fn matte(&self) -> &Mask {
         (self.plate.as_ref()).map_or(&self.frame.mask, |plate| &plate.matte)
     }
 }
 
 impl Judge {
-    /// Reads the truth; of a pose, at no more than `most` pixels.
+    /// Reads the truth; for a pose, at `most` pixels at most.
     ///
     /// # Errors
-    /// When something of it is missing or cannot be read.
+    /// When part of it is missing or cannot be read.
     pub fn open(
         project: &Project,
         calibration: &Calibration,
@@ -183,7 +183,7 @@ impl Judge {
         })
     }
 
-    /// Numbers of the frames that no network may be trained on.
+    /// Frame numbers excluded from training.
     pub fn frames(&self) -> Vec<usize> {
         match &self.subject {
             Subject::Truth(truth, _) => truth.frames.clone(),
@@ -191,7 +191,7 @@ impl Judge {
         }
     }
 
-    /// The pose that no network may be trained on.
+    /// Pose excluded from training.
     pub fn held_out(&self) -> Option<usize> {
         match &self.subject {
             Subject::Truth(..) => None,
@@ -199,22 +199,22 @@ impl Judge {
         }
     }
 
-    /// Number of pictures of each environment.
+    /// Number of pictures per environment.
     pub fn count(&self) -> usize {
         self.truths.len()
     }
 
-    /// True look of case `case` under environment `lit`.
+    /// True picture of case `case` under environment `lit`.
     pub fn relit(&self, case: usize, lit: usize) -> &Image {
         &self.truths[case][lit]
     }
 
-    /// True look of case `case` under each lamp of the project, if that is known.
+    /// True picture of case `case` under each lamp of the project, if known.
     pub fn olats(&self, case: usize) -> Option<&[Image]> {
         self.olats[case].as_deref()
     }
 
-    /// Case `case` as a network of `variant` sees it, which is the project at a size and with lamps of its own.
+    /// Case `case` as seen by a network of `variant`: the project with another size and other lamps.
     ///
     /// # Errors
     /// When a picture cannot be read.
@@ -246,7 +246,7 @@ impl Judge {
     }
 }
 
-/// Rows of the square that the network sees of the exemplars, down to a power of two.
+/// Height of the network's square in the exemplars, rounded down to a power of two.
 ///
 /// # Errors
 /// When the first OLAT cannot be read.
@@ -256,7 +256,7 @@ pub fn exemplar_size(project: &Project) -> Result<usize> {
     Ok(1 << side.max(1).ilog2())
 }
 
-/// The environments that a pose is relit under: the project's first, or built-in ones.
+/// Environments for relighting a pose: the project's first ones, or built-in ones.
 fn environments(project: &Project) -> Result<Vec<Lit>> {
     let there = project.environments().into_iter().filter(|known| !known.missing);
     let own = there.take(ENVIRONMENTS).map(|known| {

@@ -1,4 +1,4 @@
-//! The rungs: which there are, and in which order they are measured.
+//! The rungs and the order in which they are measured.
 
 use base::error::{Error, Result};
 use clap::ValueEnum;
@@ -13,44 +13,45 @@ use std::ops::Range;
 use std::path::PathBuf;
 use training::{Preset, TrainingConfig};
 
-/// Settings of a measurement and its reference.
+/// Settings of a measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct TradeoffSettings {
-    /// Compare with the truth in this folder, which has truth.json and truth/.
+    /// Compare with the truth in this folder, which contains truth.json and truth/.
     #[arg(long, value_name = "DIR", conflicts_with = "hold_out")]
     pub truth: Option<PathBuf>,
-    /// Compare with this pose, from 0, which no network is trained on [default: the middle one, if there is no truth].
+    /// Compare with this pose, from 0, which is held out of all training [default: the middle one, if there is no
+    /// truth].
     #[arg(long, value_name = "POSE")]
     pub hold_out: Option<usize>,
-    /// Minutes of training for all networks together. The measuring itself takes some seconds a rung more.
+    /// Minutes of training for all networks together. Measuring takes a few seconds more per rung.
     #[arg(long, value_name = "MINUTES", default_value_t = 60.0, value_parser = minutes)]
     pub budget: f64,
-    /// Minutes of training for the base, in place of a share of the budget.
+    /// Minutes of training for the base, instead of a share of the budget.
     #[arg(long, value_name = "MINUTES", value_parser = base_minutes, conflicts_with = "budget")]
     #[serde(default)]
     pub base_minutes: Option<f64>,
-    /// Start no new setting after this many minutes; run again to go on. The base is measured in any case.
+    /// Start no new setting after this many minutes; run again to continue. The base is always measured.
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     #[serde(skip)]
     pub within: Option<f64>,
     /// Vary only these settings [default: all].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KNOB")]
     pub knobs: Vec<Knob>,
-    /// Train and measure each rung with so many seeds, 1 to 20; the budget is shared among them. The base and its lengths of
-    /// training come first, with all seeds, then all other rungs with the first seed, then the rest.
+    /// Train and measure each rung with this many seeds, 1 to 20; the budget is shared among them. The base and its
+    /// training times come first, with all seeds, then the other rungs with the first seed, then the rest.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=20))]
     pub seeds: u64,
-    /// Part of the plate in the compared pictures, at the plate's resolution: the whole plate, or the square that the network
-    /// sees (box).
+    /// Part of the plate to compare, at the plate's resolution: the whole plate, or the square that the network sees
+    /// (box).
     #[arg(long, value_enum, default_value_t)]
     pub at: PictureSize,
-    /// Also train with the features of the network in this file.
+    /// Also train with features from the network in this file.
     #[arg(long, value_name = "FILE")]
     pub features: Option<PathBuf>,
     /// Also measure LPIPS, with the weights in this file: SqueezeNet 1.1 and lpips.lin0 to lpips.lin6.
     #[arg(long, value_name = "FILE")]
     pub lpips: Option<PathBuf>,
-    /// Set aside what was measured before, and begin again.
+    /// Set earlier measurements aside and start again.
     #[arg(long)]
     #[serde(skip)]
     pub fresh: bool,
@@ -79,62 +80,62 @@ impl Default for TradeoffSettings {
     }
 }
 
-/// A budget in minutes: 0.05 to 100,000.
+/// Parses a budget in minutes: 0.05 to 100,000.
 fn minutes(text: &str) -> std::result::Result<f64, String> {
     base::numbers::within(0.05f64..=1e5)(text)
 }
 
-/// The base's minutes: 0.001 to 10,000.
+/// Parses the base's minutes: 0.001 to 10,000.
 fn base_minutes(text: &str) -> std::result::Result<f64, String> {
     base::numbers::within(0.001f64..=1e4)(text)
 }
 
-/// The setting that a rung changes.
+/// Setting that a rung changes.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Knob {
-    /// Training time of the network; 0: exemplars carried over alone.
+    /// Training time of the network; 0: carried-over exemplars alone.
     Minutes,
-    /// The size that the network sees; light is brought to the plate's size from there.
+    /// Working size of the network; light is transferred from there to the plate's size.
     Size,
     /// Channels of the network.
     Width,
     /// Blocks of the network.
     Depth,
-    /// Lamps that a step of training compares.
+    /// Lamps compared in a training step.
     LampsPerStep,
-    /// Features by which training compares pictures.
+    /// Features for comparing pictures in training.
     Features,
-    /// Weight of relit pictures in training, beside OLATs.
+    /// Training weight of relit pictures, next to OLATs.
     Rendering,
-    /// Weight in training of light that changes with small movements.
+    /// Training weight of steadiness: penalizes light that changes with small movements.
     Steadiness,
     /// Precision of the network's products.
     Precision,
-    /// Lamps that the network predicts.
+    /// Lamps in the prediction.
     Lamps,
     /// Storage of predicted OLATs.
     Field,
     /// Weighting of the lamps for an environment.
     Weights,
-    /// Texels of the environment that the light is taken from.
+    /// Size of the environment in texels.
     Environment,
-    /// Each effect at half of its largest strength.
+    /// Each effect at half strength.
     Effects,
-    /// Changes that paid by themselves, together.
+    /// All changes that paid off individually, combined.
     Together,
 }
 
 impl Knob {
-    /// Its name on the command line and in files.
+    /// Name on the command line and in files.
     pub fn name(self) -> String {
         let value = self.to_possible_value();
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Name for people.
+    /// Display name.
     pub fn label(self) -> &'static str {
         match self {
             Self::Minutes => "Training time",
@@ -155,20 +156,20 @@ impl Knob {
         }
     }
 
-    /// True if it asks for a network of its own.
+    /// True if the setting needs a network of its own.
     pub fn trains(self) -> bool {
         !matches!(self, Self::Field | Self::Weights | Self::Environment | Self::Effects)
     }
 }
 
-/// A network that is trained.
+/// A network to train.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Network {
-    /// Names its folder.
+    /// Name of its folder.
     pub name: String,
-    /// The size that it sees, in pixels.
+    /// Working size in pixels.
     pub size: usize,
-    /// Lamps that it predicts.
+    /// Number of predicted lamps.
     pub lamps: usize,
     pub config: TrainingConfig,
 }
@@ -177,42 +178,42 @@ pub struct Network {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Show {
     pub storage: Storage,
-    /// So many principal components over the lamps, in place of `storage`.
+    /// Number of principal components over the lamps, instead of `storage`.
     pub components: Option<usize>,
     pub weighting: Weighting,
-    /// Columns that the environment is averaged down to before it is used.
+    /// Columns of the environment after averaging down.
     pub environment_columns: Option<usize>,
     pub effects: Effects,
 }
 
-/// One way to go.
+/// One combination of settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rung {
     /// Name of its change, such as `size=64`; `base` changes nothing.
     pub name: String,
-    /// None of the base.
+    /// None for the base.
     pub knob: Option<Knob>,
     pub network: Network,
-    /// Minutes of its network's training.
+    /// Minutes of training for its network.
     pub minutes: f64,
     pub show: Show,
 }
 
-/// The name of the rung that all others are compared with.
+/// Name of the reference rung.
 pub const BASE: &str = "base";
 
-/// Facts of a project that decide its rungs.
+/// Properties of a project that determine its rungs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
     /// The project's working size in pixels.
     pub size: usize,
-    /// Rows of the square that the network sees, in the smaller of the plate's and the exemplars' pixels.
+    /// Height of the network's square in pixels of the plate or of the exemplars, whichever is smaller.
     pub source: usize,
     /// Lamps of the project.
     pub lamps: usize,
-    /// Poses to train with.
+    /// Poses for training.
     pub poses: usize,
-    /// The weights' kinds can be told apart: only a truth can do so.
+    /// True if kinds of weights can be compared, which needs a truth.
     pub has_truth: bool,
     /// Columns of the largest environment.
     pub environment_columns: usize,
@@ -220,17 +221,18 @@ pub struct Facts {
     pub precisions: Vec<Precision>,
 }
 
-/// A smaller working size is of no use.
+/// Smallest useful working size.
 const LEAST_SIZE: usize = 16;
-/// Shares of the base's time that are rungs too: none, shorter runs of their own, and longer ones that go on from the base.
+/// Training times of further rungs, as shares of the base's: none, shorter runs of their own, and longer ones that
+/// continue the base.
 const SHORTER: [f64; 3] = [0.0, 0.25, 0.5];
 const LONGER: [f64; 2] = [2.0, 4.0];
-/// Networks that are trained with what paid.
+/// Number of networks that combine the changes that paid off.
 const TOGETHER: usize = 2;
 
-/// The rungs before it is known what pays: what needs no training first, then what is likely to show most.
+/// Rungs known in advance: first those without training, then the most informative ones.
 pub fn rungs(facts: &Facts, settings: &TradeoffSettings) -> Vec<Rung> {
-    // Minutes are shared out once it is known how many networks there are.
+    // Minutes are divided once the number of networks is known.
     let mut all = with_minutes(facts, settings, 1.0);
     let units: f64 = {
         let mut trained: Vec<(&str, f64)> = Vec::new();
@@ -253,12 +255,12 @@ fn asks(settings: &TradeoffSettings, knob: Knob) -> bool {
     settings.knobs.is_empty() || settings.knobs.contains(&knob)
 }
 
-/// Training of the base, but for its minutes.
+/// Training settings of the base, without its minutes.
 pub(crate) fn base_config() -> TrainingConfig {
     TrainingConfig { minutes: None, ..Preset::Quick.config() }
 }
 
-/// The rungs, with `unit` minutes of training for the base.
+/// Rungs with `unit` minutes of training for the base.
 fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Rung> {
     let config = base_config();
     let base = Rung {
@@ -281,7 +283,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
         if is_another {
             rung.network.name.clone_from(&rung.name);
         }
-        // A knob that already stands there is no rung.
+        // A knob that already has this value gives no rung.
         if is_another || rung.show != base.show || rung.minutes != base.minutes {
             all.push(rung);
         }
@@ -379,8 +381,8 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
     all
 }
 
-/// In which order rungs are measured, with which seeds: the base, its lengths of training, all others with the first seed; and
-/// what can wait. A run that is stopped early knows how much seeds differ before it knows all rungs.
+/// Order of rungs and seeds: the base, its training times, all others with the first seed; second, what can wait. A run
+/// that is stopped early knows the spread between seeds before it knows all rungs.
 pub fn order(rungs: &[Rung], seeds: Range<u64>) -> [Vec<(Rung, u64)>; 2] {
     let with = |wanted: &dyn Fn(&Rung) -> bool, seeds: Range<u64>| -> Vec<(Rung, u64)> {
         let of_seed = move |seed| {
@@ -399,7 +401,7 @@ pub fn order(rungs: &[Rung], seeds: Range<u64>) -> [Vec<(Rung, u64)>; 2] {
 }
 
 impl Rung {
-    /// True if a step of its training does the same work as `other`'s.
+    /// True if a training step does the same work as one of `other`.
     pub(crate) fn steps_as(&self, other: &Self) -> bool {
         let work = |rung: &Self| {
             let network = rung.network.clone();
@@ -409,7 +411,7 @@ impl Rung {
         work(self) == work(other)
     }
 
-    /// This with what `other` changes of `base`, which must not be the same knob.
+    /// Combines this rung with the change from `base` to `other`, which must be another knob.
     #[must_use]
     pub(crate) fn and(mut self, other: &Self, base: &Self) -> Self {
         let (mine, theirs, plain) =
@@ -432,7 +434,7 @@ impl Rung {
         }
         if other.network.size != base.network.size {
             self.network.size = other.network.size;
-            // Blocks that were chosen for a larger picture may be too many.
+            // The number of blocks chosen for a larger picture may be too high.
             let most = self.network.size.ilog2() as usize + 1;
             self.network.config.depth = self.network.config.depth.map(|depth| depth.min(most));
         }
@@ -458,7 +460,7 @@ impl TradeoffSettings {
     /// Refuses settings that cannot be compared.
     ///
     /// # Errors
-    /// Then.
+    /// When pictures would be compared at the working size, which differs between rungs.
     pub fn check(&self) -> Result<()> {
         if self.at == PictureSize::Square {
             return Err(Error::invalid(

@@ -1,4 +1,4 @@
-//! Measured rungs on disk: `tradeoff/ladder.json` in the project's folder, with a table for other programs beside it.
+//! Measured rungs on disk: `tradeoff/ladder.json` in the project's folder, with a CSV table beside it.
 
 use super::csv::csv;
 use super::judge::Against;
@@ -13,16 +13,16 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// 1 measured the network alone, without the exemplars.
+/// Format 1 measured the network alone, without the exemplars.
 const FORMAT: u32 = 3;
 const NAME: &str = "ladder.json";
 
-/// A project's folder of measured rungs: `ladder.json`, `ladder.csv`, `pictures/`, and the networks in `runs/`.
+/// Folder of a project's measured rungs: `ladder.json`, `ladder.csv`, `pictures/`, and the networks in `runs/`.
 pub fn folder(project: &Project) -> PathBuf {
     project.root.join("tradeoff")
 }
 
-/// The rungs that were measured, and what the figures belong to.
+/// Measured rungs and the conditions of their figures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     pub format: u32,
@@ -33,26 +33,26 @@ pub struct Ledger {
     pub against: Against,
     /// [`Self::against`] in words.
     pub compared_with: String,
-    /// The project's size and lamps when the first rung was measured: a rung that is applied changes them.
+    /// Size and lamps of the project at the first measurement; applying a rung changes them.
     pub base: Base,
-    /// Milliseconds of a step of the base's training when nothing slowed it down: networks are trained for as many steps as
-    /// fit into their minutes then, so that other work on the machine costs none of them steps. None before the first
-    /// training; ladders of older versions have none.
+    /// Milliseconds of a training step of the base on a quiet machine. Networks are trained for as many steps as fit
+    /// into their minutes at this pace, so that other work on the machine costs them no steps. None before the first
+    /// training and in ladders of older versions.
     #[serde(default)]
     pub base_step_ms: Option<f64>,
-    /// CRC-32 of the project's settings and calibration: of another project the figures say nothing.
+    /// CRC-32 of the project's settings and calibration: figures do not carry over to another project.
     pub basis: u32,
-    /// In the order in which they were measured.
+    /// In measuring order.
     pub rungs: Vec<Measured>,
-    /// Rungs that could not be measured, and why.
+    /// Rungs that failed, and the reasons.
     pub failures: Vec<Failure>,
     /// Number of planned rungs.
     pub planned: usize,
-    /// The rung that the project uses now, if one was applied.
+    /// The rung in use, if one was applied.
     pub applied: Option<String>,
 }
 
-/// A rung that could not be measured.
+/// A rung that failed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     pub rung: String,
@@ -80,7 +80,7 @@ impl Base {
         }
     }
 
-    /// The project as it was, with results of its own in the ladder's folder.
+    /// The unchanged project, with its results in the ladder's folder.
     pub(crate) fn project(&self, project: &Project) -> Project {
         let mut base = project.variant(folder(project));
         base.settings.size = self.size;
@@ -93,7 +93,7 @@ impl Base {
 }
 
 impl Ledger {
-    /// An empty one for a project as it is.
+    /// An empty ledger for a project.
     ///
     /// # Errors
     /// When the project's files cannot be read.
@@ -120,10 +120,10 @@ impl Ledger {
         })
     }
 
-    /// The ledger of a project; None if nothing was measured.
+    /// Ledger of a project; None if nothing was measured.
     ///
     /// # Errors
-    /// When the file cannot be read, or is of another version.
+    /// When the file cannot be read, or has another format version.
     pub fn load(project: &Project) -> Result<Option<Self>> {
         const REMEDY: (&str, &str) = ("Measure again", "afterlight tradeoff PROJECT --fresh");
         let path = folder(project).join(NAME);
@@ -147,7 +147,7 @@ impl Ledger {
         Ok(Some(ledger))
     }
 
-    /// Writes it, and the table.
+    /// Writes the ledger and the table.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -161,7 +161,7 @@ impl Ledger {
         write(&folder.join("ladder.csv"), &csv(self))
     }
 
-    /// Adds a rung, and brings all times to the moment when the machine was quietest: when the base was fastest.
+    /// Adds a rung, and scales all times to the quietest moment of the machine: the base's fastest time.
     pub(crate) fn add(&mut self, measured: Measured) {
         self.rungs.push(measured);
         let bases = self.rungs.iter().map(|measured| measured.base_ms);
@@ -180,7 +180,8 @@ impl Ledger {
         }
     }
 
-    /// True if the measurements under `other` go on under this: all but machine, rungs and the applied rung is equal.
+    /// True if measurements under `other` continue this ledger: everything but machine, rungs and the applied rung is
+    /// equal.
     pub(crate) fn continues(&self, other: &Self) -> bool {
         let asked = |settings: &TradeoffSettings| TradeoffSettings {
             fresh: false,
@@ -196,51 +197,51 @@ impl Ledger {
             && self.machine == other.machine
             // Older versions trained by the clock.
             && (self.base_step_ms.is_some() || self.rungs.is_empty())
-            // Another version of the program may train in another way.
+            // Another version of the program may train differently.
             && (self.rungs.iter().find(|m| m.rung.name == BASE))
                 .is_none_or(|base| base.rung.network.config == base_config())
     }
 
-    /// Refuses a project whose pictures, lamps or calibration are others than those that were measured.
+    /// Refuses a project whose pictures, lamps or calibration changed since the measurement.
     ///
     /// # Errors
-    /// Then.
+    /// When they have.
     pub(crate) fn check_basis(&self, project: &Project) -> Result<()> {
         if self.basis == basis(project)? {
             return Ok(());
         }
         Err(Error::invalid(
-            "the project has changed since its settings were measured: other pictures, another square or other lamps",
+            "the project has changed since its settings were measured: pictures, crop square or lamps differ",
             ("Measure again", "afterlight tradeoff PROJECT --fresh"),
         ))
     }
 
-    /// The rung that the project uses; None if none was applied.
+    /// The rung in use; None if none was applied.
     pub fn in_use(&self) -> Option<&Measured> {
         let name = self.applied.as_ref()?;
         self.rungs.iter().find(|measured| measured.rung.name == *name)
     }
 
-    /// Rungs that are planned and not measured.
+    /// Number of planned rungs that are not measured yet.
     pub fn left(&self) -> usize {
         let tried = self.rungs.len() + self.failures.len();
         self.planned.saturating_sub(tried)
     }
 
-    /// A rung that was measured.
+    /// A measured rung, by name and seed.
     pub fn measured(&self, name: &str, seed: u64) -> Option<&Measured> {
         let same = |measured: &&Measured| measured.rung.name == name && measured.seed == seed;
         self.rungs.iter().find(same)
     }
 
-    /// Moves a project's measurements into a folder of their own, which is returned; nothing is lost.
+    /// Moves a project's measurements into a folder of their own and returns it; nothing is lost.
     ///
     /// # Errors
     /// When the folder cannot be moved.
     pub(crate) fn set_aside(project: &Project) -> Result<PathBuf> {
         let from = folder(project);
         let free = (1..).map(|n| project.root.join(format!("tradeoff-aside-{n}")));
-        // The names do not end.
+        // The numbers never run out.
         let to = free.into_iter().find(|to| !to.exists()).unwrap_or_default();
         std::fs::rename(&from, &to).map_err(|e| {
             Error::io("move", &from, e, "Check that the project's folder can be written")
@@ -249,10 +250,10 @@ impl Ledger {
     }
 }
 
-/// Mark of all that the figures depend on besides the settings: the used pictures, the lamps and the camera's response.
+/// Fingerprint of everything that the figures depend on besides the settings: used pictures, lamps and camera response.
 fn basis(project: &Project) -> Result<u32> {
     let mut settings = project.settings.clone();
-    // What an applied rung changes, and names, change nothing.
+    // Names, and the changes of an applied rung, do not count.
     settings.name.clear();
     settings.size = 0;
     settings.environments.clear();

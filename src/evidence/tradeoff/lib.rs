@@ -1,8 +1,8 @@
-//! Cost of accuracy in time, measured on a person's own footage and machine.
+//! Cost of accuracy in time, measured on the user's own footage and machine.
 //!
-//! A *rung* is one way to go: a network of some shape, trained for some minutes, and how its predictions are kept and
-//! lit. The rungs turn one knob at a time, then those that pay together. Each is measured: how long a frame takes, what
-//! it needs of memory and disk, and how near it comes to the truth or to a pose that was held out.
+//! A *rung* is one combination of settings: a network's shape, its training time, and the storage and lighting of its
+//! predictions. Rungs vary one knob at a time, then combine those that pay off. Each is measured: time per frame,
+//! memory and disk space, and distance from the truth or from a held-out pose.
 
 mod apply;
 mod csv;

@@ -1,4 +1,4 @@
-//! One rung measured: what a frame takes, and how near it comes to the truth.
+//! Measurement of one rung: time per frame, and distance from the truth.
 
 use super::judge::{Case, Judge, Lit};
 use super::ladder::{Rung, Show};
@@ -25,20 +25,20 @@ use std::time::{Duration, Instant};
 use training::features::Lpips;
 use transfer::{FineField, OlatPredictor};
 
-/// Frames that are timed: at least and at most so many, for no longer than this.
+/// Fewest and most timed frames, and the time limit.
 const TIMED: std::ops::RangeInclusive<usize> = 3..=15;
 const TIMED_FOR: Duration = Duration::from_secs(6);
-/// Turn of the light from one timed frame to the next, in degrees.
+/// Rotation of the light between timed frames, in degrees.
 const TURN_DEG: f32 = 7.0;
 
 /// Cost of a rung.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Milliseconds for a frame: prediction, weights, picture.
+    /// Milliseconds per frame: prediction, weights, picture.
     pub frame_ms: f64,
     /// Bytes of the exemplars, the network's weights and one frame's OLATs.
     pub memory_bytes: u64,
-    /// Bytes of the checkpoint, with all that training needs to go on.
+    /// Bytes of the checkpoint, including the training state.
     pub disk_bytes: u64,
 }
 
@@ -46,7 +46,7 @@ pub struct Cost {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     pub median: f64,
-    /// The tenth and the ninetieth of a hundred.
+    /// 10th and 90th percentiles.
     pub low: f64,
     pub high: f64,
     /// Number of timed frames.
@@ -54,7 +54,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// These times `factor` times as long.
+    /// Scales the times by `factor`.
     #[must_use]
     pub(crate) fn times(self, factor: f64) -> Self {
         Self {
@@ -75,21 +75,21 @@ impl Spread {
     }
 }
 
-/// A rung that was measured.
+/// A measured rung.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     pub rung: Rung,
     pub seed: u64,
-    /// Its cost as predicted before, from the base's and the networks' shapes.
+    /// Cost predicted before the measurement, from the base's cost and the networks' shapes.
     pub predicted: Option<Cost>,
     pub cost: Cost,
-    /// Times of a frame as on the machine when it was quietest: [`Self::timed`], less what the base was slower in turn.
+    /// Frame times on a quiet machine: [`Self::timed`], less the slowdown of the base that was timed in turn.
     pub frame: Spread,
-    /// Of the median, the prediction.
+    /// Prediction's part of the median.
     pub predict_ms: f64,
-    /// Times of a frame as they were taken, the base's in turn with them.
+    /// Frame times as measured, in turn with the base's.
     pub timed: Spread,
-    /// Median of the base's times in turn with these.
+    /// Median of the base's times in turn.
     pub base_ms: f64,
     pub training_seconds: f64,
     pub steps: u64,
@@ -97,39 +97,39 @@ pub struct Measured {
     pub fidelity: Fidelity,
     /// Environment and PSNR in decibels.
     pub relit_psnr_db: Vec<(String, f64)>,
-    /// Of the OLATs, if the rung predicts those of the project and their truth is known.
+    /// PSNR of the OLATs, if the rung predicts the project's lamps and their truth is known.
     pub olat_psnr_db: Option<f64>,
-    /// Change of the picture by its effects: PSNR of the codes beside those without, in decibels.
+    /// Change by the effects: PSNR of the codes against those without effects, in decibels.
     pub changes_db: Option<f64>,
-    /// Flicker beyond the interview's own, in per cent, over consecutive frames.
+    /// Flicker beyond the interview's own over consecutive frames, in per cent.
     pub flicker: Option<f64>,
     /// Device of the network.
     pub device: String,
-    /// Build of the program that measured it; empty in ladders of older versions.
+    /// Build of the measuring program; empty in ladders of older versions.
     #[serde(default)]
     pub build: String,
-    /// A picture of the first frame under the first environment, in the folder `pictures`.
+    /// Picture of the first frame under the first environment, in the folder `pictures`.
     pub picture: String,
 }
 
 impl Measured {
-    /// The error that is drawn: the root mean square of the codes' differences, 0 to 1.
+    /// Error for plots: root mean square difference of the codes, 0 to 1.
     pub fn error(&self) -> f64 {
         10f64.powf(-self.fidelity.psnr_db / 20.0)
     }
 }
 
-/// A prediction that is measured: exemplars, and their network if it is trained.
+/// Prediction to measure: exemplars, and their network if trained.
 pub struct Trained {
     pub variant: Project,
     pub calibration: Calibration,
     pub predictor: OlatPredictor,
 }
 
-/// Keeps predictions as a rung wants them.
+/// Stores predictions as the rung does.
 enum Keeper {
     Storage(FieldEncoder),
-    /// Components are chosen on the first frame.
+    /// Components are derived from the first frame.
     Components(usize, Option<LampBasis>),
 }
 
@@ -158,11 +158,11 @@ impl Keeper {
     }
 }
 
-/// Results for a rung.
+/// Results of a rung.
 pub struct Found {
     pub timed: Spread,
     pub base_ms: f64,
-    /// Of the median, the prediction.
+    /// Prediction's part of the median.
     pub predict_ms: f64,
     pub field_bytes: u64,
     pub fidelity: Fidelity,
@@ -170,15 +170,15 @@ pub struct Found {
     pub olat_psnr_db: Option<f64>,
     pub changes_db: Option<f64>,
     pub flicker: Option<f64>,
-    /// The first frame under the first environment, as it was compared, and its truth.
+    /// The first frame under the first environment at the compared size, and its truth.
     pub picture: Encoded,
     pub truth: Encoded,
 }
 
-/// Measures a rung; its times are taken in turn with those of the base.
+/// Measures a rung; its times are taken in turn with the base's.
 ///
 /// # Errors
-/// When a picture cannot be read, the device fails, or a stop was asked for.
+/// When a picture cannot be read, the device fails, or the user stops it.
 pub fn measure(
     rung: &Rung,
     trained: &Trained,
@@ -199,7 +199,7 @@ pub fn measure(
     let mut field_bytes = 0;
     let mut timed = None;
     for index in 0..judge.count() {
-        progress.check("What was measured before is kept")?;
+        progress.check("Earlier measurements are kept")?;
         let (case, predicted) = predicted_case(trained, judge, index)?;
         let field = keeper.keep(predicted, compute)?;
         field_bytes = field.bytes() as u64;
@@ -275,7 +275,7 @@ pub fn measure(
     })
 }
 
-/// The environment at the size that the rung uses.
+/// The environment at the rung's size.
 fn reduced(lit: &Lit, show: &Show) -> Lit {
     let columns =
         show.environment_columns.filter(|&columns| columns < lit.environment.radiance.width);
@@ -310,7 +310,7 @@ impl Pair {
     }
 }
 
-/// The first frame of an environment as it is compared, and its truth.
+/// First frame of an environment at the compared size, and its truth.
 fn shown(pairs: &[Pair]) -> Result<[Encoded; 2]> {
     let compared: Vec<Compared> = pairs.iter().map(Pair::compared).collect();
     let scale = psnr(&compared)?.scale;
@@ -340,7 +340,7 @@ struct Timed {
     changes_db: Option<f64>,
 }
 
-/// Makes one picture after the other, from the plate on, with the light turned for each, as in an export of a turntable.
+/// Renders one picture after another, from the plate on, turning the light each time as in a turntable export.
 struct Timer<'a> {
     show: &'a Show,
     trained: &'a Trained,
@@ -350,7 +350,7 @@ struct Timer<'a> {
     keeper: Keeper,
     series: Series,
     light: Option<EnvironmentLight>,
-    /// Pictures that were made.
+    /// Rendered pictures.
     turn: usize,
 }
 
@@ -375,7 +375,7 @@ impl<'a> Timer<'a> {
         }
     }
 
-    /// The next picture with these effects, the milliseconds that it took, and those of its prediction.
+    /// Next picture with these effects, its time in milliseconds, and that of its prediction.
     fn picture(&mut self, effects: Effects) -> Result<(f64, f64, Picture)> {
         let frame = &self.case.frame;
         let scene = Scene {
@@ -412,10 +412,10 @@ impl<'a> Timer<'a> {
     }
 }
 
-/// Times a rung and the base in turn, so that what else the machine does slows both.
+/// Times a rung and the base in turn, so that other work on the machine slows both.
 fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
     let effects = rung.show.effects;
-    // The first picture pays for what is kept; two at the same light show what the effects change.
+    // The first picture warms up; two under the same light show the change by the effects.
     let (.., with) = rung.picture(effects)?;
     let changes_db = if effects == Effects::default() {
         None
@@ -430,7 +430,7 @@ fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
     while times.len() < *TIMED.end()
         && (times.len() < *TIMED.start() || began.elapsed() < TIMED_FOR)
     {
-        progress.check("What was measured before is kept")?;
+        progress.check("Earlier measurements are kept")?;
         let (whole, predict, _) = rung.picture(effects)?;
         times.push(whole);
         predictions.push(predict);
@@ -444,7 +444,7 @@ fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
     })
 }
 
-/// Difference between the codes of two pictures, as PSNR in decibels; 120 without one.
+/// Difference between the codes of two pictures, as PSNR in decibels; 120 for equal pictures.
 fn change(a: &Picture, b: &Picture) -> Option<f64> {
     let (a, b) = (a.display.as_ref()?, b.display.as_ref()?);
     let pairs = a.0.pixels.iter().flatten().zip(b.0.pixels.iter().flatten());

@@ -1,4 +1,4 @@
-//! Folders in which a rung's network is trained and kept, and the project that it is trained in.
+//! Folders of a rung's training and weights, and the project for its training.
 
 use super::ladder::Network;
 use super::ledger::folder;
@@ -14,15 +14,16 @@ pub fn run_folder(project: &Project, network: &Network, seed: u64) -> PathBuf {
     folder(project).join("runs").join(name)
 }
 
-/// Folder of a network's weights after so many minutes.
+/// Folder of a network's weights after `minutes` of training.
 pub fn mark(project: &Project, network: &Network, minutes: f64, seed: u64) -> PathBuf {
     run_folder(project, network, seed).join(format!("at-{minutes:.4}-minutes"))
 }
 
-/// The project at the network's size and with its lamps, and its calibration. `base` is as the first rung found it.
+/// The project at the network's size and with its lamps, and its calibration. `base` is the project at the first
+/// measurement.
 ///
 /// # Errors
-/// When the balls cannot be read, or files not written.
+/// When the balls cannot be read, or files cannot be written.
 pub fn variant(
     base: &Project,
     project: &Project,
@@ -49,7 +50,7 @@ pub fn variant(
     Ok((variant, calibration))
 }
 
-/// A rung's name as that of a file.
+/// A rung's name as a file name.
 pub(super) fn file_name(name: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
     name.chars().map(|c| if is_plain(c) { c } else { '-' }).collect()

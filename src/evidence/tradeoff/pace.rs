@@ -1,5 +1,5 @@
-//! Time of training steps, so that networks are trained by steps: a clock would take them away from whichever network is in
-//! training while the machine has other work.
+//! Time of training steps. Training is limited by steps: a time limit would cost steps of whichever network is training
+//! while the machine has other work.
 
 use super::ladder::Rung;
 use base::error::Result;
@@ -8,19 +8,19 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 use training::{Trainer, steps_ms};
 
-/// Steps are timed for this share of a rung's minutes, and for no longer than this.
+/// Share of a rung's minutes for timing its steps, and its upper limit.
 const SHARE: f64 = 0.03;
 const MOST: Duration = Duration::from_secs(3);
 
-/// Times of steps.
+/// Step times.
 #[derive(Default)]
 pub struct Pace {
-    /// Networks' names, and how many times as long as the base's their steps take.
+    /// Names of networks, and their step times as multiples of the base's.
     times: BTreeMap<String, f64>,
 }
 
 impl Pace {
-    /// Milliseconds of a step of the base.
+    /// Milliseconds of a training step of the base.
     ///
     /// # Errors
     /// When the network's features cannot be read, or the device fails.
@@ -29,7 +29,7 @@ impl Pace {
         Ok(once.min(again))
     }
 
-    /// Time of a rung's steps as a multiple of the base's.
+    /// Step time of a rung as a multiple of the base's.
     ///
     /// # Errors
     /// As [`Self::base_ms`].
@@ -46,7 +46,7 @@ impl Pace {
     }
 }
 
-/// Milliseconds of a step of each of two rungs, in turn.
+/// Milliseconds of a training step of each of two rungs, timed in turn.
 fn timed(one: &Rung, other: &Rung, compute: &ComputeDevice) -> Result<[f64; 2]> {
     let trainer = |rung: &Rung| {
         let network = &rung.network;

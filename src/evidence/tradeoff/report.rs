@@ -1,4 +1,4 @@
-//! Words and table of a ladder's measurement for people and for other programs.
+//! Summary and table of a measurement.
 
 use super::ledger::Failure;
 use super::measure::Measured;
@@ -8,17 +8,17 @@ use std::path::PathBuf;
 /// Results of a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct TradeoffReport {
-    /// The table for other programs.
+    /// Path of the CSV table.
     pub table: PathBuf,
     pub compared_with: String,
     pub rungs: Vec<Measured>,
-    /// For each of them, true if it is on the Pareto front.
+    /// True for each rung on the Pareto front.
     pub on_front: Vec<bool>,
     pub failures: Vec<Failure>,
 }
 
 impl TradeoffReport {
-    /// The rungs as a table for people, and what stands out.
+    /// Table of the rungs and summary.
     pub fn sentence(&self) -> String {
         let mut text = format!("Compared with {}:\n", self.compared_with);
         text += "  setting                     ms a frame      PSNR, dB   FLIP   trained  front\n";
@@ -45,14 +45,14 @@ impl TradeoffReport {
             text += &format!("  {} was left out: {}\n", failure.rung, failure.sentence);
         }
         text += &format!(
-            "* no other setting is both faster and nearer to the truth. Table: {}",
+            "* no other setting is both faster and closer to the truth. Table: {}",
             self.table.display()
         );
         text
     }
 }
 
-/// Seed of a rung, if there are several.
+/// Seed of a rung, if there is more than one.
 fn seed_words(all: &[Measured], of: &Measured) -> String {
     if all.iter().any(|m| m.seed != of.seed) {
         format!(" (seed {})", of.seed)

@@ -1,4 +1,4 @@
-//! The ladder climbed: networks trained, rungs measured, figures kept.
+//! Measures the ladder: trains networks, measures rungs, saves the figures.
 
 use super::front::front;
 use super::judge::{Against, Judge, exemplar_size};
@@ -25,12 +25,12 @@ use training::features::Lpips;
 use training::{TrainSettings, train};
 use transfer::OlatPredictor;
 
-/// Measures a project's rungs, as far as they were not measured before. What is measured is kept at once: a run that was
-/// stopped goes on where it was.
+/// Measures the project's rungs that are not measured yet. Each figure is saved at once, so a stopped run can be
+/// continued.
 ///
 /// # Errors
-/// When the project has no calibration, there is nothing to compare with, files cannot be read or written, or a stop was
-/// asked for. A rung that fails by itself is left out and named.
+/// When the project has no calibration, there is no reference, files cannot be read or written, or the user stops it. A
+/// rung that fails alone is left out and listed.
 pub fn tradeoff(
     project: &Project,
     settings: &TradeoffSettings,
@@ -54,10 +54,10 @@ pub fn tradeoff(
     })
 }
 
-/// The measurement of a project while it goes on.
+/// Measurement in progress.
 struct Climb<'a> {
     project: &'a Project,
-    /// The project as its first rung found it.
+    /// The project at its first measurement.
     base: Project,
     settings: &'a TradeoffSettings,
     compute: &'a ComputeDevice,
@@ -65,7 +65,7 @@ struct Climb<'a> {
     judge: Judge,
     rungs: Vec<Rung>,
     lpips: Option<Lpips>,
-    /// The base's network, which is timed in turn with each rung's.
+    /// The base's network, timed in turn with each rung's.
     timed_base: Option<Trained>,
     pace: Pace,
     began: Instant,
@@ -116,7 +116,7 @@ impl<'a> Climb<'a> {
         let rungs = rungs(&facts, settings);
         ledger.planned = rungs.len() * settings.seeds as usize;
         progress.say(format!(
-            "Compares {} with {}; {} of them are measured already",
+            "Compares {} with {}; {} already measured",
             counted(ledger.planned, "setting"),
             ledger.compared_with,
             ledger.rungs.len()
@@ -136,7 +136,7 @@ impl<'a> Climb<'a> {
         })
     }
 
-    /// Earlier measurements, if they go on, or nothing.
+    /// Earlier measurements if they can be continued, or an empty ledger.
     fn ledger(
         project: &Project,
         settings: &TradeoffSettings,
@@ -155,14 +155,14 @@ impl<'a> Climb<'a> {
         let aside = aside.display();
         match old {
             Ok(()) => progress.say(format!(
-                "What was measured before, with other settings or on another machine, is in {aside} now"
+                "Moved earlier measurements, with other settings or from another machine, to {aside}"
             )),
-            Err(e) => progress.report(format!("{e}. It is in {aside} now"), &e),
+            Err(e) => progress.report(format!("{e}. Moved to {aside}"), &e),
         }
         Ok(new)
     }
 
-    /// Measures in the order that [`order`] gives, until everything is measured or the time is over.
+    /// Measures in the order of [`order`] until everything is measured or the time is up.
     fn all(&mut self, progress: &Progress) -> Result<()> {
         let first = self.project.settings.seed;
         let seeds = first..first + self.settings.seeds;
@@ -183,7 +183,7 @@ impl<'a> Climb<'a> {
         self.ledger.save(self.project)
     }
 
-    /// Measures these rungs; false if the time is over before.
+    /// Measures these rungs; false if the time ran out.
     fn some(&mut self, rungs: Vec<(Rung, u64)>, progress: &Progress) -> Result<bool> {
         let time = self.settings.within.map(|minutes| 60.0 * minutes);
         for (rung, seed) in rungs {
@@ -199,7 +199,7 @@ impl<'a> Climb<'a> {
         Ok(true)
     }
 
-    /// Measures a rung unless that was done. A rung that fails by itself does not end the run.
+    /// Measures a rung unless it is already measured. A rung that fails alone does not end the run.
     fn rung(&mut self, rung: &Rung, seed: u64, progress: &Progress) -> Result<()> {
         if self.ledger.measured(&rung.name, seed).is_some() {
             return Ok(());
@@ -219,7 +219,7 @@ impl<'a> Climb<'a> {
             Ok(measured) => self.ledger.add(measured),
             Err(stopped @ (Error::Cancelled { .. } | Error::GpuLost)) => return Err(stopped),
             Err(e) => {
-                progress.report(format!("{} is left out: {e}", rung.name), &e);
+                progress.report(format!("Left out {}: {e}", rung.name), &e);
                 self.ledger.failures.push(Failure {
                     rung: rung.name.clone(),
                     seed,
@@ -230,7 +230,7 @@ impl<'a> Climb<'a> {
         self.ledger.save(self.project)
     }
 
-    /// Training time of the rungs that are not measured.
+    /// Training time left.
     fn left(&self) -> String {
         let first = self.project.settings.seed;
         let mut minutes = 0.0;
@@ -255,7 +255,7 @@ impl<'a> Climb<'a> {
         format!("; at most {minutes:.1} min of training are left")
     }
 
-    /// A rung's network, trained, and where its weights are.
+    /// Trained network of a rung, and the folder of its weights.
     fn trained(
         &mut self,
         rung: &Rung,
@@ -280,7 +280,7 @@ impl<'a> Climb<'a> {
         let (trained, mark) = self.trained(rung, seed, progress)?;
         let base = match self.timed_base.take() {
             Some(base) => base,
-            // The first rung is the base of the first seed.
+            // The first rung is always the base with the first seed.
             None => {
                 let first = self.project.settings.seed;
                 let base = self.rungs[0].clone();
@@ -354,7 +354,7 @@ impl<'a> Climb<'a> {
         let (mine, bases) = (shape(&rung.network), shape(&base.rung.network));
         let share = |mine: u64, of: u64| mine as f64 / of.max(1) as f64;
         let area = |network: &Network| (network.size * network.size) as u64;
-        // Exemplars take most of the time, and it grows with the pixels.
+        // Exemplars take most of the time, which grows with the number of pixels.
         let predict_ms = base.predict_ms * share(area(&rung.network), area(&base.rung.network));
         let picture_ms = base.frame.median - base.predict_ms;
         let own = |network: &Network, show: &Show, parameters: u64| {
@@ -382,7 +382,7 @@ impl<'a> Climb<'a> {
         })
     }
 
-    /// Number of steps that fit into a rung's minutes when nothing slows them down.
+    /// Number of training steps that fit into a rung's minutes on a quiet machine.
     fn steps(&mut self, rung: &Rung) -> Result<u64> {
         let base = &self.rungs[0];
         let base_ms = match self.ledger.base_step_ms {
@@ -398,7 +398,7 @@ impl<'a> Climb<'a> {
         Ok((60e3 * rung.minutes / (base_ms * times)).ceil() as u64)
     }
 
-    /// Trains a rung's network as far as it is not trained, and returns where its weights are.
+    /// Trains a rung's network as far as needed, and returns the folder of its weights.
     fn train(
         &mut self,
         rung: &Rung,
@@ -424,16 +424,16 @@ impl<'a> Climb<'a> {
             device: self.settings.device,
         };
         train(variant, calibration, &settings, progress)?;
-        // A training that was stopped goes on the next time.
+        // A stopped training continues in the next run.
         progress.check(
-            "What was measured before is kept, and so is the network that was in training",
+            "All earlier measurements are kept, and so is the network that was being trained",
         )?;
         checkpoint::link(&variant.checkpoint_path(), &mark)?;
         Ok(mark)
     }
 }
 
-/// The precisions that differ on the device.
+/// Precisions with distinct results on the device.
 fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
     if reflectance::predictor::predicts_in_half(&compute.device) {
         vec![Precision::Half]
@@ -444,7 +444,7 @@ fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
     }
 }
 
-/// Bytes of a folder's files.
+/// Size of a folder's files in bytes.
 fn bytes(folder: &Path) -> u64 {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
     files.filter_map(|file| file.metadata().ok()).map(|data| data.len()).sum()

@@ -1,4 +1,4 @@
-//! The ladder on a tiny shoot, stopped and taken up again; picks and fronts on made-up figures.
+//! The ladder on a tiny shoot, stopped and continued; choices and fronts on made-up figures.
 
 use super::front::{Pick, front, pick};
 use super::ladder::{Facts, order, rungs};
@@ -11,7 +11,7 @@ use project::Project;
 use std::path::Path;
 use virtual_stage::{StageSettings, write_shoot};
 
-/// A calibrated project of 16 × 16 on a shoot of 32 × 32 with few lamps.
+/// A calibrated project of 16 × 16 from a shoot of 32 × 32 with few lamps.
 fn project(folder: &Path) -> Result<Project> {
     let (shoot, silent) = (folder.join("shoot"), Progress::silent());
     let stage = StageSettings { frames: 3, size: 32, lamps: 8, ..StageSettings::default() };
@@ -62,14 +62,14 @@ fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
     ] {
         assert!(names.contains(&expected), "{expected} is not in {names:?}");
     }
-    // What is the base already, or more than the pictures hold, is no rung.
+    // The base's own values, and sizes beyond the pictures, give no rung.
     for absent in ["field=f16", "size=128", "size=512", "width=16"] {
         assert!(!names.contains(&absent), "{absent}");
     }
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), all.len());
-    // Each network is trained once, to the longest time of all settings; two more are kept for what pays together.
+    // Each network is trained once, to the longest time of all settings; two more are reserved for combinations.
     let mut networks = std::collections::BTreeMap::<&str, f64>::new();
     for rung in &all {
         let most = networks.entry(&rung.network.name).or_default();
@@ -83,7 +83,7 @@ fn every_knob_is_turned_alone_and_the_budget_is_shared_out() {
             || rung.show != base.show
             || rung.minutes != base.minutes;
         assert!(changed, "{}", rung.name);
-        // A network of another shape never shares a folder with the base.
+        // A network of another shape never shares the base's folder.
         let same_shape = (&rung.network.config, rung.network.size, rung.network.lamps)
             == (&base.network.config, base.network.size, base.network.lamps);
         assert!(same_shape || rung.network.name != "base", "{}", rung.name);
@@ -113,7 +113,7 @@ fn the_base_comes_first_with_all_seeds_and_other_seeds_of_other_knobs_last() {
     ];
     assert_eq!(first, expected.map(|(name, seed)| (name.to_owned(), seed)));
     assert!(later.iter().all(|(_, seed)| *seed != 7));
-    // Nothing is left out, and nothing comes twice.
+    // Nothing is missing, and nothing comes twice.
     let mut both: Vec<(String, u64)> = sooner.iter().chain(&later).map(named).collect();
     both.sort_unstable();
     both.dedup();
@@ -155,7 +155,7 @@ fn a_ladder_keeps_its_time_and_the_base_is_measured_in_any_case() -> Result<()> 
     let found: Vec<(&str, u64)> =
         (report.rungs.iter()).map(|m| (m.rung.name.as_str(), m.seed)).collect();
     assert_eq!(found, [("base", 1), ("base", 2)]);
-    // However busy the machine is, networks of the same minutes make the same steps.
+    // However busy the machine is, networks with equal minutes get equal steps.
     assert_eq!(report.rungs[0].steps, report.rungs[1].steps);
     let ledger = Ledger::load(&project)?.unwrap();
     assert!(ledger.left() > 0 && ledger.base_step_ms.is_some());
@@ -167,7 +167,7 @@ fn a_ladder_keeps_its_time_and_the_base_is_measured_in_any_case() -> Result<()> 
         before.map(|m| m.timed).collect::<Vec<_>>()
     });
     assert_eq!(Ledger::load(&project)?.unwrap().left(), 0);
-    // A ladder that was trained by the clock is set aside.
+    // A ladder trained by the clock is set aside.
     let path = super::folder(&project).join("ladder.json");
     let mut old = Ledger::load(&project)?.unwrap();
     old.base_step_ms = None;
@@ -218,7 +218,7 @@ proptest::proptest! {
             let beaten = (0..all.len()).any(|j| beats(j, i));
             proptest::prop_assert_eq!(on, !beaten);
         }
-        // What is picked does what was asked, and nothing does it better.
+        // The choice meets the requirement, and no other rung does so better.
         let picked = pick(&all, Pick::Within(10.0));
         let within = |i: &usize| places[*i].0 <= 10;
         let best = (0..all.len()).filter(within).map(|i| places[i].1).max();
@@ -285,20 +285,20 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
         assert_eq!(measured.cost.disk_bytes > 0, is_trained, "{name}");
         let picture = super::folder(&project).join("pictures").join(&measured.picture);
         assert!(picture.exists(), "{name}");
-        // All have the same truth's size, whatever their own.
+        // All are compared at the truth's size.
         let size = image::image_dimensions(picture).unwrap();
         assert_eq!(size, (32, 32), "{name}");
         let is_base = name == "base";
         assert_eq!(measured.predicted.is_none(), is_base, "{name}");
     }
     let of = |name: &str| report.rungs.iter().find(|m| m.rung.name == name).unwrap();
-    // Half the bytes cost next to nothing; more pixels of light and fewer lamps are other networks.
+    // Half the bytes cost next to nothing; a larger size and fewer lamps mean other networks.
     let (half, full) = (of("base"), of("field=f32"));
     assert!((half.fidelity.psnr_db - full.fidelity.psnr_db).abs() < 0.05);
     assert!(half.cost.memory_bytes < full.cost.memory_bytes);
     assert!(of("lamps=6").olat_psnr_db.is_none() && full.olat_psnr_db.is_some());
     let table = std::fs::read_to_string(&report.table).unwrap();
-    // A round of epochs may be more than was asked for.
+    // A round of epochs may exceed the requested steps.
     let [once, twice] = ["base", "minutes=2x"].map(|name| of(name).steps as f64);
     assert!((twice - 2.0 * once).abs() <= 20.0, "{once} {twice}");
     let none = of("minutes=0x");
@@ -309,7 +309,7 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     let columns = table.lines().next().unwrap().split(',').count();
     assert!(table.contains(&Machine::this().version) && columns > 30);
 
-    // The project itself was not touched, until a rung is applied.
+    // The project itself is unchanged until a rung is applied.
     assert_eq!(Project::open(&project.root)?, project);
     assert!(!project.checkpoint_path().exists());
     let applied = apply(&project, "lamps=6", &Progress::silent())?;
@@ -329,7 +329,7 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     // Without training the project has no network.
     apply(&back, "minutes=0x", &Progress::silent())?;
     assert!(!project.checkpoint_path().exists());
-    // With one applied, the ladder still goes on, and nothing is left to do.
+    // The ladder continues with an applied rung, and nothing is left to measure.
     apply(&back, "size=32", &Progress::silent())?;
     let large = Project::open(&project.root)?;
     assert_eq!(large.settings.size, 32);
@@ -356,7 +356,7 @@ fn a_pose_is_held_out_where_there_is_no_truth_and_other_settings_set_aside() -> 
     let poses = project.settings.shoot.poses.len();
     let held_out = &project.settings.shoot.poses[poses / 2];
     assert!(report.compared_with.contains(held_out.as_str()), "{}", report.compared_with);
-    // Kinds of weights cannot be told apart without a truth.
+    // Kinds of weights cannot be compared without a truth.
     assert!(report.rungs.iter().all(|m| m.rung.knob != Some(Knob::Weights)));
     let effects: Vec<&Measured> =
         report.rungs.iter().filter(|m| m.rung.knob == Some(Knob::Effects)).collect();

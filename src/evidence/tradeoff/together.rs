@@ -1,17 +1,17 @@
-//! Rungs that change several knobs, made from what each of them alone is worth.
+//! Rungs that combine several knobs, chosen by the gain of each alone.
 
 use super::ladder::{BASE, Knob, Rung};
 use super::measure::Measured;
 
-/// A rung has to gain more than this to be taken into the best, in decibels: seeds differ by as much.
+/// Least gain in decibels for a change to join the best combination: seeds differ by as much.
 const GAIN_DB: f64 = 0.1;
-/// A rung may lose less than this to be taken into the fast, in decibels …
+/// Largest loss in decibels for a change to join the fast combination …
 const LOSS_DB: f64 = 0.3;
 /// … if it takes at most this share of the base's time.
 const FASTER: f64 = 0.95;
 
-/// Combined rungs that would pay: of changes that gain, and of changes that are faster without losing much. Only a rung that
-/// changes two knobs or more is new.
+/// Promising combinations: of changes that gain, and of changes that are faster without losing much. Only combinations
+/// of at least two knobs are new.
 pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
     let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Accessories of a subject beside the usual: glasses and hair (in the head's axes) and a raised hand (in the subject's).
+//! Optional accessories of the subject: glasses and hair (in the head's axes) and a raised hand (in the subject's).
 
 use super::head::EYE;
 use super::shape::{common, cut, ellipsoid, join, noise, rod};
@@ -35,14 +35,14 @@ fn bulge(p: Vec3) -> f32 {
     -0.5 * p.truncate().length_squared() / LENS_CURVE
 }
 
-/// Hit of a ray in the head's axes on a lens from in front: the distance along it, and the normal there.
+/// Intersection of a ray from in front with a lens, in the head's axes: the distance along it and the normal.
 pub fn lens(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
     if direction.z >= 0.0 {
         return None;
     }
     let sides = [LENS, Vec3::new(-LENS.x, LENS.y, LENS.z)];
     sides.into_iter().find_map(|centre| {
-        // A lens is nearly flat: its plane is close enough to find the place on it.
+        // A lens is nearly flat: its plane is close enough to locate the hit.
         let t = (centre.z - origin.z) / direction.z;
         let p = origin + direction * t - centre;
         let on_lens = p.truncate().length() < LENS_RADIUS;

@@ -57,8 +57,8 @@ fn opening(y: f32) -> f32 {
     0.40 * (y + 0.300)
 }
 
-/// The shirt: on the chest inside the jacket's opening, with a band collar about the neck whose
-/// distance is `neck`, open at the throat, and buttons.
+/// The shirt: on the chest inside the jacket's opening, with a band collar about the neck at distance `neck`, open at
+/// the throat, and buttons.
 pub fn shirt(p: Vec3, trunk: f32, neck: f32) -> f32 {
     let placket = if p.z > 0.0 { 0.0016 * (1.0 - ramp(0.009, 0.011, p.x.abs())) } else { 0.0 };
     let crease = 0.0016 * noise(p * Vec3::new(45.0, 16.0, 30.0));
@@ -67,7 +67,7 @@ pub fn shirt(p: Vec3, trunk: f32, neck: f32) -> f32 {
     let height = (p.y + 0.158 + 0.30 * p.z).abs() - 0.017;
     let band = common((neck - 0.0065).abs() - 0.0026, height, 0.003);
     let cloth = cut(join(front, band, 0.006), throat, 0.003);
-    // Every 36 millimetres a button, on the placket.
+    // A button every 36 millimetres, on the placket.
     let row = ((p.y + 0.204) / 0.036).round().min(0.0) * 0.036 - 0.204;
     let button = Vec3::new(p.x, p.y - row, 0.0).length() - 0.0042;
     join(cloth, common(button, (trunk - 0.0070).abs() - 0.0012, 0.001).max(-p.z), 0.0006)

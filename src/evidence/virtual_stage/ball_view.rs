@@ -1,4 +1,5 @@
-//! Reflections in a mirror ball beside the stage's lamps: the interview's own lamps, the room, the photographer, and dust.
+//! Reflections in a mirror ball other than the stage's lamps: the interview's own lamps, the room, the photographer,
+//! and dust.
 
 use super::dome::Dome;
 use super::interview_light::InterviewLight;
@@ -10,10 +11,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-/// Share of the light that dust sends back, of what it takes from the mirror.
+/// Share of the light that dust scatters back, out of what it blocks from the mirror.
 const DUST_ALBEDO: f32 = 0.5;
 
-/// Surroundings of the ball. The room shines by itself only in the interview.
+/// Surroundings of the ball. The room emits light only in the interview.
 pub struct Surroundings<'a> {
     pub dome: &'a Dome,
     pub light: &'a InterviewLight,
@@ -21,43 +22,43 @@ pub struct Surroundings<'a> {
     pub trouble: &'a Trouble,
 }
 
-/// View of them in each pixel of the ball's photograph.
+/// View of the surroundings in each pixel of the ball's photograph.
 pub struct Around {
     pixels: Vec<Pixel>,
-    /// Per bank its direction and the part of the sphere that its lamps fill.
+    /// Direction of each bank, and the solid angle of its lamps.
     banks: Vec<(Vec3, f32)>,
-    /// Irradiance that dust takes from the interview's own lamps and room, for each pixel.
+    /// Irradiance that dust receives from the interview's own lamps and room, per pixel.
     irradiance: Vec<Vec3>,
 }
 
-/// One pixel, weighted with the share of it that the ball covers.
+/// One pixel, weighted by the share of it that the ball covers.
 #[derive(Clone, Copy, Default)]
 struct Pixel {
     covered: f32,
     /// Radiance of the interview's lamps and room.
     interview: Vec3,
-    /// Reflectance of the room and the photographer, and the same times the direction in which it is seen.
+    /// Reflectance of the room and the photographer, and its product with the viewing direction.
     reflectance: Vec3,
     moments: [Vec3; 3],
-    /// Share of the light that dust takes.
+    /// Share of the light that dust blocks.
     dust: f32,
     normal: Vec3,
 }
 
-/// Light of a bank that a room reflects, `reflectance · (1 − bank · direction) · solid angle / 4π`: walls across from
-/// the bank are lit most, and a white room under all banks is a sphere of radiance 1.
+/// Light of a bank reflected by a room, `reflectance · (1 − bank · direction) · solid angle / 4π`: walls opposite the
+/// bank are lit most, and a white room under all banks is a sphere of radiance 1.
 pub fn bounce(reflectance: Vec3, bank: Vec3, direction: Vec3, solid_angle: f32) -> Vec3 {
     reflectance * ((1.0 - bank.dot(direction)) * solid_angle / (4.0 * PI))
 }
 
-/// The part of the sphere that each bank's lamps fill.
+/// Solid angle of each bank's lamps.
 pub fn bank_solid_angles(dome: &Dome) -> Vec<f32> {
     let counts = dome.bank_counts().into_iter();
     counts.map(|n| n as f32 * dome.lamp_solid_angle()).collect()
 }
 
 impl Surroundings<'_> {
-    /// Looks along `rays × rays` rays through each pixel of a photograph of `size × size`.
+    /// Traces `rays × rays` rays through each pixel of a photograph of `size × size`.
     pub fn trace(&self, size: usize, rays: usize) -> Around {
         let share = 1.0 / (rays * rays) as f32;
         let pixels: Vec<Pixel> = (0..size * size)
@@ -107,7 +108,7 @@ impl Surroundings<'_> {
         }
     }
 
-    /// Radiance of the interview's own lamps, or else the room's, along a reflected ray.
+    /// Radiance of the interview's own lamps, or otherwise the room's, along a reflected ray.
     fn interview(&self, place: Vec3, direction: Vec3, hidden: bool) -> Vec3 {
         let nearest = (self.light.panels.iter())
             .filter_map(|panel| panel.seen(place, direction))
@@ -119,7 +120,7 @@ impl Surroundings<'_> {
         }
     }
 
-    /// Share of the light that dust takes at a place of the ball: an even film, smears, and grains.
+    /// Share of the light that dust blocks at a place on the ball: an even film, smears, and grains.
     fn dust(&self, place: Vec3) -> f32 {
         let dust = self.trouble.dust;
         if dust == 0.0 {
@@ -135,9 +136,9 @@ impl Surroundings<'_> {
 }
 
 impl Around {
-    /// The photograph under `light`: from a pixel's place and what the clean ball mirrors of the lamps there, all of it.
+    /// The photograph under `light`, from a pixel's place and the clean ball's reflection of the lamps there.
     pub fn under(&self, light: &BallLight) -> impl Fn(usize, [f32; 3]) -> [f32; 3] {
-        // The sum over the banks of what the room reflects is linear in its direction.
+        // The room's reflection of the banks is linear in its direction, so it can be summed.
         let (mut level, mut slope) = (Vec3::ZERO, [Vec3::ZERO; 3]);
         for ((direction, solid_angle), weight) in self.banks.iter().zip(&light.banks) {
             let share = Vec3::from(*weight) * (solid_angle / (4.0 * PI));

@@ -1,4 +1,4 @@
-//! The camera: rays through pixels, and what the sensor makes of light.
+//! The camera: rays through pixels, and the sensor.
 
 use super::jpeg::through_jpeg;
 use super::trouble::Trouble;
@@ -10,11 +10,11 @@ use rand::{RngExt, SeedableRng};
 
 /// Position of the camera.
 pub const POSITION: Vec3 = Vec3::new(0.0, 0.0, 4.0);
-/// Height of what the camera sees at the subject, in metres.
+/// Height of the camera's view at the subject, in metres.
 pub const FRAME_HEIGHT_M: f32 = 0.44;
 
-/// Unit direction from the camera through (`x`, `y`), counted in pixels from the top left corner of
-/// a picture of so many columns and rows that shows `height_m` metres from top to bottom at the subject.
+/// Unit direction from the camera through (`x`, `y`), in pixels from the top left corner of a picture with these
+/// columns and rows, which shows `height_m` metres from top to bottom at the subject.
 pub fn ray(x: f32, y: f32, (width, height): (usize, usize), height_m: f32) -> Vec3 {
     let (width, height) = (width as f32, height as f32);
     let across = (x / height - 0.5 * (width / height)) * height_m;
@@ -30,16 +30,16 @@ pub fn field_of_view_deg() -> f64 {
 /// A camera's sensor: noise, response and eight bits.
 pub struct Sensor {
     pub response: Response,
-    /// Least linear value of every code but 0.
+    /// Smallest linear value of every code except 0.
     thresholds: Vec<f32>,
     seed: u64,
-    /// Factor on the usual noise.
+    /// Factor on the standard noise.
     noise: f32,
     jpeg: Option<u8>,
 }
 
 impl Sensor {
-    /// A sensor with the given response, or one drawn from the seed within what consumer cameras have.
+    /// A sensor with the given response, or one drawn from the seed within the range of consumer cameras.
     pub fn new(seed: u64, trouble: &Trouble) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6e73_6f72);
         let response = trouble.response.unwrap_or_else(|| {
@@ -54,11 +54,11 @@ impl Sensor {
         Self { response, thresholds, seed, noise: trouble.noise, jpeg: trouble.jpeg }
     }
 
-    /// The 8-bit photograph of linear light. The noise (usually σ = 0.003·√L + 5·10⁻⁵) depends on the seed
-    /// and on `name` alone, so the order in which pictures are taken does not matter.
+    /// The 8-bit photograph of linear light. The noise (by default σ = 0.003·√L + 5·10⁻⁵) depends only on the seed and
+    /// on `name`, so the order of the pictures does not matter.
     ///
     /// # Errors
-    /// When the JPEG fails, which it does for no picture of the stage.
+    /// When JPEG encoding fails, which never happens on the stage.
     pub fn photograph(&self, light: &Image, name: &str) -> Result<Encoded> {
         let picture = self.expose(light, name);
         match self.jpeg {
@@ -81,7 +81,7 @@ impl Sensor {
     }
 }
 
-/// The green cloth behind the interview, lit flat, a little darker towards the corners.
+/// The green cloth behind the interview, evenly lit, slightly darker towards the corners.
 pub fn green_screen((width, height): (usize, usize)) -> Image {
     let middle = [width, height].map(|side| side as f32 * 0.5);
     Raster::from_fn(width, height, |x, y| {
@@ -91,7 +91,7 @@ pub fn green_screen((width, height): (usize, usize)) -> Image {
     })
 }
 
-/// A draw from the normal distribution (Box and Muller 1958), which makes two at a time.
+/// A normal variate (Box and Muller 1958), which come in pairs.
 fn gaussian(random: &mut ChaCha8Rng, spare: &mut Option<f32>) -> f32 {
     if let Some(value) = spare.take() {
         return value;
@@ -103,7 +103,7 @@ fn gaussian(random: &mut ChaCha8Rng, spare: &mut Option<f32>) -> f32 {
     radius * cos
 }
 
-/// 64 bits of a name (FNV-1a).
+/// 64-bit hash of a name (FNV-1a).
 fn hash(name: &str) -> u64 {
     name.bytes()
         .fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))

@@ -10,24 +10,24 @@ use light::latlong::{texel_direction, texel_solid_angle};
 pub const RADIUS_M: f32 = 4.0;
 /// Radius of a lamp's disc in metres.
 pub const LAMP_RADIUS_M: f32 = 0.1;
-/// Lamps of the dome at most, as on the stage of the paper. In so many banks each lamp is a bank of its own.
+/// Most lamps of the dome, as on the paper's stage. With this many banks, each lamp is a bank of its own.
 pub(super) const MAX_LAMPS: usize = 931;
-/// Lamps per bank, as there: 931 lamps in 41 conditions.
+/// Lamps per bank, as in the paper: 931 lamps in 41 conditions.
 const LAMPS_PER_BANK: f64 = 931.0 / 41.0;
 
-/// Positions of the lamps, and the bank of each. Lamps are sorted by bank.
+/// Positions and banks of the lamps, sorted by bank.
 #[derive(Clone, Debug)]
 pub struct Dome {
     /// Unit directions of the lamps.
     pub lamps: Vec<Vec3>,
     /// Bank of every lamp.
     pub bank_of_lamp: Vec<usize>,
-    /// Unit directions of the banks: the mean of their lamps'.
+    /// Unit directions of the banks: the mean over their lamps.
     pub banks: Vec<Vec3>,
 }
 
 impl Dome {
-    /// A dome whose lamps switch in `banks` banks, from 1.
+    /// A dome whose lamps switch in `banks` banks, at least 1.
     pub fn new(banks: usize) -> Self {
         Self::with(banks, (banks as f64 * LAMPS_PER_BANK).round() as usize)
     }
@@ -58,7 +58,7 @@ impl Dome {
         Self { lamps, bank_of_lamp, banks }
     }
 
-    /// The share of the sphere that each lamp stands for, in steradians.
+    /// Solid angle per lamp, in steradians.
     pub fn lamp_solid_angle(&self) -> f32 {
         4.0 * std::f32::consts::PI / self.lamps.len() as f32
     }
@@ -70,8 +70,8 @@ impl Dome {
             .collect()
     }
 
-    /// Weights of the banks for the interview: soft, the same from left and right, from above and a
-    /// little from in front, with a tenth of fill from everywhere. The strongest weight is 1.
+    /// Weights of the banks for the interview: soft, symmetric, from above and slightly in front, with a tenth of fill
+    /// from everywhere. The strongest weight is 1.
     pub fn interview_bank_weights(&self) -> Vec<f32> {
         const FILL: f32 = 0.1;
         let raw: Vec<f32> = self
@@ -86,7 +86,7 @@ impl Dome {
         raw.into_iter().map(|w| w / strongest).collect()
     }
 
-    /// Per lamp, the mean radiance of `environment` over the directions nearest to that lamp.
+    /// Mean radiance of `environment` over the directions nearest to each lamp.
     pub fn lamp_weights(&self, environment: &Image) -> Vec<[f32; 3]> {
         let (width, height) = environment.size();
         let owners: Vec<usize> = (0..width * height)

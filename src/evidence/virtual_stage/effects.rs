@@ -1,4 +1,4 @@
-//! Effects that ran, with their share of the samples, and the reason for skipping the rest.
+//! Active effects with their share of the samples, and the reason for skipping the rest.
 
 use serde::Serialize;
 
@@ -6,26 +6,26 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
     pub name: &'static str,
-    /// Share of the samples it ran for, from 0 to 1.
+    /// Share of the samples with this effect, from 0 to 1.
     pub share: f64,
-    /// Name of a sample.
+    /// Unit of the samples.
     pub of: &'static str,
     /// Reason for skipping the rest.
     pub skipped: &'static str,
 }
 
-/// Counts of what was traced.
+/// Counts of traced items.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Pixels looked at, covered by the subject, and split because something changes inside them.
+    /// Pixels traced, covered by the subject, and split because of a change inside them.
     pub pixels: u64,
     pub covered: u64,
     pub split: u64,
     pub silhouette: u64,
-    /// Points of the surface that were lit, and those of them that lie in a crease.
+    /// Lit surface points, and the number of them in a crease.
     pub points: u64,
     pub creases: u64,
-    /// Pairs of a lit point and a lamp, and what was done for them.
+    /// Pairs of a lit point and a lamp, and the work done for them.
     pub lamp_samples: u64,
     pub shadow_rays: u64,
     pub highlights: u64,
@@ -71,7 +71,7 @@ impl Tally {
                 self.silhouette,
                 self.covered,
                 covered,
-                "the subject covers the pixel whole",
+                "the subject covers the whole pixel",
             ),
             effect(
                 "split shading",
@@ -127,7 +127,7 @@ impl Tally {
                 self.ball,
                 self.probe_pixels,
                 "pixels of the probe",
-                "only the mirror ball stands in it",
+                "it lights only the mirror ball",
             ),
         ]
     }

@@ -1,4 +1,4 @@
-//! The stage's environments: the nave and the courtyard of [`light::built_in`], which do not depend on lamps and
+//! Environments of the stage: the nave and the courtyard of [`light::built_in`], which are independent of lamps and
 //! weights.
 
 use imaging::Image;
@@ -7,7 +7,7 @@ use light::built_in;
 /// Columns of the panoramas.
 const WIDTH: usize = 256;
 
-/// The environments with the names of their files.
+/// The environments by file name.
 pub fn all() -> Vec<(&'static str, Image)> {
     ["nave", "courtyard"]
         .into_iter()
@@ -31,7 +31,7 @@ mod tests {
             levels.sort_by(f32::total_cmp);
             let (median, brightest) = (levels[levels.len() / 2], levels[levels.len() - 1]);
             assert!(brightest > 500.0 * median, "{name}: {brightest} over {median}");
-            // Half floats hold it.
+            // The value fits a half float.
             assert!(brightest < 65_504.0, "{name}: {brightest}");
         }
     }

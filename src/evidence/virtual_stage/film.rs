@@ -1,4 +1,4 @@
-//! A finished shoot's pictures as movies, through ffmpeg: what a camera would have handed over.
+//! A finished shoot as movies, made with ffmpeg: the form in which a camera would deliver it.
 
 use super::StageSettings;
 use base::error::{Error, Result};
@@ -6,22 +6,22 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Form in which the shoot's pictures are written.
+/// Form of the shoot's pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum WrittenAs {
-    /// A PNG for each picture.
+    /// One PNG per picture.
     #[default]
     Files,
-    /// ProRes 4444 through ffmpeg: `interview.mov` with sound and a time code, `exemplars/POSE.mov` with the lamps going
-    /// round, and `probes.mov`.
+    /// ProRes 4444 through ffmpeg: `interview.mov` with sound and time code, `exemplars/POSE.mov` with the lamps in
+    /// turn, and `probes.mov`.
     Movies,
 }
 
-/// The time code of the interview's first frame.
+/// Time code of the interview's first frame.
 const TIME_CODE: &str = "01:00:00:00";
 
-/// Replaces the pictures of the shoot in `folder` by movies. `before_lamp`: before which lamps each pose's tracking frames were
-/// taken. Mattes stay files, under the names of the movie's frames.
+/// Replaces the pictures of the shoot in `folder` with movies. `before_lamp` lists the lamps before which each pose's
+/// tracking frames were taken. Mattes stay files, renamed after the movie's frames.
 ///
 /// # Errors
 /// When ffmpeg is missing or fails, or a file cannot be replaced.
@@ -76,7 +76,7 @@ fn refused(action: &'static str, path: &Path, e: std::io::Error) -> Error {
     Error::io(action, path, e, "Check that the folder can be written")
 }
 
-/// Makes a movie of PNGs of one size, 24 a second; `with_sound`: with a tone and a time code.
+/// Encodes PNGs of one size at 24 frames a second; `with_sound` adds a tone and a time code.
 fn encode(pictures: &[PathBuf], movie: &Path, with_sound: bool) -> Result<()> {
     const REMEDY: &str = "Install ffmpeg with the encoder prores_ks, or write files";
     let mut command = Command::new("ffmpeg");
@@ -111,7 +111,7 @@ fn encode(pictures: &[PathBuf], movie: &Path, with_sound: bool) -> Result<()> {
     let child = command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).spawn();
     let mut child = child.map_err(|e| match e.kind() {
         ErrorKind::NotFound => {
-            Error::missing("movies are written with ffmpeg, which was not found", REMEDY)
+            Error::missing("ffmpeg was not found; it is needed for writing movies", REMEDY)
         }
         _ => Error::io("start", "ffmpeg", e, REMEDY),
     })?;

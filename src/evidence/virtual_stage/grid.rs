@@ -1,4 +1,4 @@
-//! Distances baked into a grid: coarse enough to be made for every pose, fine enough to trace rays through.
+//! Distances baked into a grid: coarse enough to bake for every pose, fine enough for tracing rays.
 
 use super::subject::{BOX_HIGH, BOX_LOW, Subject};
 use glam::Vec3;
@@ -8,11 +8,11 @@ use rayon::prelude::*;
 pub const CELL_M: f32 = 0.004;
 /// Fine cells along the edge of a coarse one.
 const COARSE: usize = 6;
-/// If the coarse grid's distance is less than this, the surface can be within the coarse cell: half its diagonal,
-/// and a margin for blends, which distort distances a little.
+/// Distance of the coarse grid below which the surface may be within the coarse cell: half its diagonal, and a margin
+/// for blends, which distort distances a little.
 const REACH_M: f32 = CELL_M * COARSE as f32 * 1.2;
 
-/// Stored distances are whole multiples of this length in metres, so that a grid fits the cache.
+/// Unit of stored distances in metres, so that a grid fits the cache.
 const UNIT_M: f32 = 1e-5;
 
 /// Signed distances over the subject's box at two scales.
@@ -28,20 +28,20 @@ struct Nodes {
     cells_per_m: f32,
 }
 
-/// Passage of a ray by the subject.
+/// Passage of a ray near the subject.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
-    /// The narrowest clearance as seen from the start: distance to the surface over distance travelled. 1 if
-    /// nothing is near, negative if the ray enters the subject.
+    /// Narrowest clearance as seen from the start: distance to the surface over distance travelled. 1 if nothing is
+    /// near, negative if the ray enters the subject.
     pub clearance: f32,
     /// Greatest depth of the ray in the subject, in metres.
     pub depth_m: f32,
 }
 
-/// Rays that are traced at the same time.
+/// Number of rays traced at the same time.
 const ABREAST: usize = 6;
 
-/// A ray on its way: `t` metres travelled, out of the box at `leave`, and whether the surface was far.
+/// A ray in progress: `t` metres travelled, out of the box at `leave`, and true while the surface is far.
 struct Ray {
     direction: Vec3,
     t: f32,
@@ -50,8 +50,7 @@ struct Ray {
 }
 
 impl Grid {
-    /// Bakes the subject. Only cells near the surface are evaluated; the others take what the
-    /// corners of a coarser grid tell.
+    /// Bakes the subject. Only cells near the surface are evaluated; the others are interpolated from a coarser grid.
     pub fn bake(subject: &Subject) -> Self {
         let extent = (BOX_HIGH - BOX_LOW) / CELL_M;
         // Both grids reach beyond the box, the coarse one beyond the fine one.
@@ -84,7 +83,7 @@ impl Grid {
         Self { fine: Nodes { count: nodes, distance, cells_per_m: 1.0 / CELL_M }, coarse }
     }
 
-    /// Σ weight · distance of several grids. Weights that sum to 1 interpolate between moments of one movement.
+    /// Weighted sum of several grids' distances. Weights that sum to 1 interpolate between moments of one movement.
     pub fn blend(grids: &[(&Self, f32)]) -> Self {
         let nodes = |of: fn(&Self) -> &Nodes| {
             let first = of(grids[0].0);
@@ -109,8 +108,8 @@ impl Grid {
         self.fine.at(p - BOX_LOW)
     }
 
-    /// Follows rays from `start` (just off the surface) towards `directions`, out of the box. It may
-    /// stop early once a ray is deeper than `enough_m` inside: its `depth_m` then is at least that.
+    /// Traces rays from `start` (just off the surface) towards `directions`, out of the box. A ray deeper than
+    /// `enough_m` inside may stop early: its `depth_m` is then at least that.
     pub fn pass(
         &self,
         start: Vec3,
@@ -121,7 +120,7 @@ impl Grid {
         passages.clear();
         passages.resize(directions.len(), Passage { clearance: 1.0, depth_m: 0.0 });
         let origin = start - BOX_LOW;
-        // Each step of a ray depends on the one before, so several rays are traced at the same time.
+        // Each step of a ray depends on the previous one, so several rays are traced at the same time.
         for (directions, passages) in directions.chunks(ABREAST).zip(passages.chunks_mut(ABREAST)) {
             let mut rays: [Ray; ABREAST] = std::array::from_fn(|i| match directions.get(i) {
                 Some(&direction) => {
@@ -142,7 +141,7 @@ impl Grid {
     #[inline(always)]
     fn step(&self, origin: Vec3, ray: &mut Ray, passage: &mut Passage, enough_m: f32) {
         let place = origin + ray.direction * ray.t;
-        // Far from the surface the coarse grid is enough, and it is in the cache.
+        // Far from the surface the coarse grid is enough, and it fits the cache.
         let mut d = if ray.far { self.coarse.at(place) } else { 0.0 };
         if d < REACH_M {
             d = self.fine.at(place);
@@ -157,8 +156,8 @@ impl Grid {
         }
     }
 
-    /// Distance that a ray from outside the box, that has travelled `from` metres, has to travel until it is within
-    /// `near_m` of the surface; `None` if it misses.
+    /// Distance to the first point within `near_m` of the surface, for a ray from outside the box that has travelled
+    /// `from` metres; `None` if it misses.
     pub fn approach(&self, start: Vec3, direction: Vec3, from: f32, near_m: f32) -> Option<f32> {
         let (enter, leave) = crossing(start, direction)?;
         let mut t = from.max(enter);
@@ -179,7 +178,7 @@ impl Nodes {
     fn at(&self, from_low: Vec3) -> f32 {
         let at = from_low * self.cells_per_m;
         let [nx, ny, _] = self.count;
-        // The grid reaches beyond the box, so that rounding at its far side stays inside.
+        // The grid extends beyond the box, so that rounding at its far side stays inside.
         let (x, y, z) = (at.x as i32, at.y as i32, at.z as i32);
         let (fx, fy, fz) = (at.x - x as f32, at.y - y as f32, at.z - z as f32);
         let layer = nx * ny;
@@ -197,7 +196,7 @@ impl Nodes {
     }
 }
 
-/// A distance in stored units; what is farther than 0.3 m is stored as that.
+/// A distance in stored units, capped at 0.3 m.
 fn store(distance_m: f32) -> i16 {
     (distance_m / UNIT_M).round() as i16
 }
@@ -210,11 +209,11 @@ fn split(i: usize, nodes: [usize; 3]) -> (usize, usize, usize) {
 fn leave_box(start: Vec3, direction: Vec3) -> f32 {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), BOX_HIGH, BOX_LOW);
     let t = (ahead - start) / direction;
-    // A ray along a side gives 0/0 = NaN, which must not decide.
+    // A ray along a side gives 0/0 = NaN, which must not count.
     [t.x, t.y, t.z].into_iter().filter(|t| !t.is_nan()).fold(f32::MAX, f32::min)
 }
 
-/// Distances along the ray to where it enters and leaves the box, if it meets it.
+/// Distances along the ray to its entry and exit of the box, if it meets the box.
 fn crossing(start: Vec3, direction: Vec3) -> Option<(f32, f32)> {
     let (a, b) = ((BOX_LOW - start) / direction, (BOX_HIGH - start) / direction);
     let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
@@ -237,7 +236,7 @@ mod tests {
             let exact = subject.distance(p);
             if exact.abs() < 0.02 {
                 let baked = grid.distance(p);
-                // Creases finer than a cell are rounded by up to about half a cell.
+                // Creases finer than a cell are rounded by up to half a cell.
                 assert!((baked - exact).abs() < CELL_M, "{p}: {baked} instead of {exact}");
             }
         }

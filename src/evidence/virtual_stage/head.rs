@@ -11,15 +11,15 @@ pub const EYE: Vec3 = Vec3::new(0.0315, 0.0, 0.0652);
 pub const EYE_RADIUS: f32 = 0.0133;
 /// Place where the lips meet.
 pub const MOUTH: Vec3 = Vec3::new(0.0, -0.0708, 0.088);
-/// Distance of open lids above and below the slit's corners.
+/// Distance of the open lids above and below the slit's corners.
 const LID_UP: f32 = 0.0051;
 const LID_DOWN: f32 = 0.0042;
-/// The joint that the jaw turns about.
+/// Joint of the jaw.
 const JAW_JOINT: Vec3 = Vec3::new(0.0, -0.022, -0.004);
 
 /// A head with an expression.
 pub struct Head {
-    /// From the head's axes to those of the opened jaw.
+    /// Transform from the head's axes to those of the opened jaw.
     jaw_from_head: Mat3,
     /// Half the gap between the lips in metres, 0 when they touch.
     gap: f32,
@@ -29,7 +29,7 @@ pub struct Head {
     lids: f32,
 }
 
-/// Distances to what a head is made of.
+/// Distances to the parts of a head.
 pub struct HeadDistances {
     pub skin: f32,
     pub eyes: f32,
@@ -47,16 +47,16 @@ impl Head {
         }
     }
 
-    /// Place of a point of the opened jaw when the jaw is shut.
+    /// Position of a point on the opened jaw with the jaw shut.
     fn shut(&self, q: Vec3) -> Vec3 {
         self.jaw_from_head * (q - JAW_JOINT) + JAW_JOINT
     }
 
     /// Distances at `q`.
     pub fn distances(&self, q: Vec3) -> HeadDistances {
-        // Both sides at once, folded over a small round so that no seam shows on the middle line.
+        // Both sides at once, folded with a small radius so that there is no seam on the midline.
         let s = Vec3::new(q.x.hypot(0.005), q.y, q.z);
-        // If only the skull's bound is near, no detail can be the nearest.
+        // If only the skull's bound is near, no detail can be closer.
         let bound = ellipsoid(q - Vec3::new(0.0, -0.01, 0.0), Vec3::new(0.105, 0.14, 0.125));
         if bound > 0.02 {
             return HeadDistances { skin: bound, eyes: bound, teeth: bound };
@@ -172,7 +172,7 @@ impl Head {
         )
     }
 
-    /// The space between the lips: a thin line when they touch, the hollow of the mouth when not.
+    /// Space between the lips: a thin line when closed, the hollow of the mouth when open.
     fn opening(&self, q: Vec3) -> f32 {
         let dip = Vec3::new(
             0.0,

@@ -1,4 +1,4 @@
-//! Light of the interview: the stage's own banks, or light that no sum of them can be.
+//! Light of the interview: the stage's own banks, or light outside their span.
 
 use super::dome::Dome;
 use super::panel::Panel;
@@ -11,25 +11,25 @@ use imaging::Image;
 use rand::{RngExt, SeedableRng};
 use std::f32::consts::PI;
 
-/// Sources that stand for a room on the subject, at least.
+/// Fewest sources that represent a room on the subject.
 const ROOM_SOURCES: usize = 200;
 
-/// The light of the interview, in units where all lamps of the dome together are a sphere of radiance 1.
+/// Light of the interview, in units where all lamps of the dome together are a sphere of radiance 1.
 pub struct InterviewLight {
-    /// Per bank and channel, its radiance; 0 if the banks do not light the interview.
+    /// Radiance per bank and channel; 0 if the banks do not light the interview.
     pub banks: Vec<[f32; 3]>,
-    /// Lamps that are not the stage's.
+    /// Lamps that do not belong to the stage.
     pub panels: Vec<Panel>,
-    /// Radiance of the room by itself; `None` if it is dark.
+    /// Radiance emitted by the room; `None` if it is dark.
     pub ambient: Option<Image>,
     /// The panels as small discs.
     pub others: Vec<Source>,
-    /// Radiance per channel of every lamp of the dome, which stand for banks and room, and then of every other source.
+    /// Radiance per channel of every lamp of the dome, for banks and room, and then of every other source.
     pub weights: Vec<[f32; 3]>,
 }
 
 impl InterviewLight {
-    /// The light that `seed` draws. `bounce` holds per bank what the room reflects of it as radiances of the lamps.
+    /// Light drawn from `seed`. `bounce` holds the room's reflection of each bank, as radiances of the lamps.
     pub fn draw(
         dome: &Dome,
         trouble: &Trouble,
@@ -78,7 +78,7 @@ impl InterviewLight {
             room.glow.map(|pixel| pixel.map(|v| v * level))
         });
         if let Some(ambient) = &ambient {
-            // Few lamps cannot stand for a room.
+            // Few lamps cannot represent a room.
             if dome.lamps.len() < ROOM_SOURCES {
                 let room = Dome::with(1, ROOM_SOURCES);
                 other_weights.extend(room.lamp_weights(ambient));
@@ -93,13 +93,13 @@ impl InterviewLight {
         Self { banks, panels, ambient, others, weights }
     }
 
-    /// True if it is a sum of the banks alone.
+    /// True for a sum of banks only.
     pub fn is_of_banks(&self) -> bool {
         self.panels.is_empty() && self.ambient.is_none()
     }
 
-    /// Per bank and channel, the radiance that gives the banks all light from the directions nearest to them. Exact if
-    /// the light [is of banks](Self::is_of_banks).
+    /// Radiance per bank and channel if each bank takes all light from the directions nearest to it. Exact if the light
+    /// [is of banks](Self::is_of_banks).
     pub fn nearest_banks(&self, dome: &Dome) -> Vec<[f32; 3]> {
         if self.is_of_banks() {
             return self.banks.clone();
@@ -126,28 +126,28 @@ impl InterviewLight {
         nearest
     }
 
-    /// Irradiance per channel of a surface at the stage's middle that faces `normal`, without the banks and what the room
-    /// reflects of them.
+    /// Irradiance per channel of a surface at the stage's middle that faces `normal`, excluding the banks and the
+    /// room's reflection of them.
     pub fn irradiance(&self, dome: &Dome, normal: Vec3) -> Vec3 {
         let others = self.others.iter().zip(&self.weights[dome.lamps.len()..]);
         let panels = others.map(|(source, radiance)| {
             let facing = normal.dot(source.place / source.distance_m).max(0.0);
             Vec3::from(*radiance) * (facing * source.solid_angle)
         });
-        // The room shines from everywhere; where exactly does not matter to dust.
+        // The room emits light from everywhere; the exact directions do not matter to dust.
         let room = self.ambient.as_ref().map_or(Vec3::ZERO, |a| PI * mean_radiance(a));
         panels.sum::<Vec3>() + room
     }
 }
 
-/// The direction at an azimuth from the camera (positive to camera-right) and an elevation, in degrees.
+/// Direction from azimuth (positive to camera-right, from the camera) and elevation, in degrees.
 fn direction(azimuth: f32, elevation: f32) -> Vec3 {
     let (sin, cos) = azimuth.to_radians().sin_cos();
     let (rise, level) = elevation.to_radians().sin_cos();
     Vec3::new(level * sin, rise, level * cos)
 }
 
-/// The panel with the radiance that lights the stage's middle with a flux of `flux`.
+/// The panel with the radiance that gives a flux of `flux` at the stage's middle.
 fn of_flux(panel: Panel, flux: f32) -> Panel {
     let solid_angle: f32 = panel.sources().iter().map(|s| s.solid_angle).sum();
     Panel { radiance: [flux / solid_angle.max(1e-6); 3], ..panel }
@@ -169,7 +169,7 @@ fn lamps(random: &mut ChaCha8Rng) -> Vec<Panel> {
         .collect()
 }
 
-/// A window with panes at one side.
+/// A window with panes on one side.
 fn window(random: &mut ChaCha8Rng) -> Panel {
     let mut within = |low: f32, high: f32| random.random_range(low..high);
     let side = if within(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
@@ -178,7 +178,7 @@ fn window(random: &mut ChaCha8Rng) -> Panel {
     let half = [within(0.35, 0.8), within(0.5, 0.9)];
     let panes = [within(1.0, 4.0) as usize, within(1.0, 5.0) as usize];
     let centre = direction(azimuth, 0.0) * distance + Vec3::Y * within(-0.1, 0.5);
-    // It stands upright and does not quite face the subject.
+    // Upright, and not quite facing the subject.
     let normal = -direction(azimuth + turn, 0.0);
     let window = Panel {
         centre,
@@ -192,7 +192,7 @@ fn window(random: &mut ChaCha8Rng) -> Panel {
     of_flux(window, 1.0)
 }
 
-/// A key light, a fill from the other side, and now and then a light from behind.
+/// A key light, a fill from the other side, and sometimes a backlight.
 fn softboxes(random: &mut ChaCha8Rng) -> Vec<Panel> {
     let mut within = |low: f32, high: f32| random.random_range(low..high);
     let side = if within(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };

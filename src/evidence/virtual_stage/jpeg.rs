@@ -1,15 +1,14 @@
-//! Photographs as a camera's JPEG files leave them: coarse colour, coarse blocks, eight bits.
+//! JPEG artefacts of a camera: coarse colour, coarse blocks, eight bits.
 
 use base::error::{Error, Result};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageFormat};
 use imaging::{Encoded, Raster};
 
-/// The picture as it is read from a JPEG file of `quality` (1 to 100), whose colour is kept at half the size (4:2:0) as
-/// cameras do.
+/// The picture decoded from a JPEG file of `quality` (1 to 100), with colour at half size (4:2:0) as in cameras.
 ///
 /// # Errors
-/// When the picture cannot be encoded, which no picture of the stage is.
+/// When the picture cannot be encoded, which never happens on the stage.
 pub fn through_jpeg(picture: &Encoded, quality: u8) -> Result<Encoded> {
     let (width, height) = picture.0.size();
     let bytes: Vec<u8> = (coarse_colour(&picture.0).pixels.iter().flatten())
@@ -22,10 +21,10 @@ pub fn through_jpeg(picture: &Encoded, quality: u8) -> Result<Encoded> {
     decode(&file)
 }
 
-/// A JPEG file's codes.
+/// Codes of a JPEG file.
 ///
 /// # Errors
-/// When it cannot be decoded, which no file of the stage is.
+/// When it cannot be decoded, which never happens on the stage.
 pub fn decode(file: &[u8]) -> Result<Encoded> {
     let read = image::load_from_memory_with_format(file, ImageFormat::Jpeg).map_err(failed)?;
     let read = read.to_rgb8();
@@ -39,7 +38,7 @@ fn failed(error: image::ImageError) -> Error {
     Error::bug(format!("the virtual stage's JPEG failed: {error}"))
 }
 
-/// Each pixel's own luma (ITU-R BT.601, as in JFIF) with the mean colour of its block of 2 × 2.
+/// Luma of each pixel (ITU-R BT.601, as in JFIF) with the mean colour of its 2 × 2 block.
 fn coarse_colour(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
     let luma = |[r, g, b]: [f32; 3]| 0.299 * r + 0.587 * g + 0.114 * b;
     let (width, height) = picture.size();

@@ -1,17 +1,17 @@
 //! The virtual stage: a simulated light stage and subject, so that everything runs without data.
 //!
-//! [`write_shoot`] writes an ordinary shoot folder (exemplars under every bank, an interview before a green screen,
-//! mirror balls, a manifest), the environments to relight under, and apart from these the truth. The rest of the
-//! program is tested against it, so it uses nothing of calibration, weights or compositing: its geometry, light and
-//! camera are its own.
+//! [`write_shoot`] writes an ordinary shoot folder (exemplars under every bank, an interview in front of a green
+//! screen, mirror balls, a manifest), environments for relighting, and separately the truth. The rest of the program is
+//! tested against it, so it uses none of calibration, weights or compositing: its geometry, light and camera are its
+//! own.
 //!
 //! `subject` is a head and shoulders as signed distances (`head`, `attire`), painted by `material` and moved by
-//! `motion`. `dome` holds the lamps. `picture` finds what the camera sees and `transport` carries every lamp's
-//! light there, with shadows marched through the baked `grid`. `probe` traces the mirror ball, `camera` turns light
-//! into photographs, `shoot` writes everything to disk. `trouble` says what is unlike the plain stage, by settings or
-//! drawn from the seed: `interview_light` that is no sum of the banks (`panel`, `room`), other skin and `accessories`,
-//! a subject that moves (`sway`), a ball that shows more than lamps (`ball_view`), another response, `jpeg`. Only what a material or the geometry needs is traced;
-//! `effects` counts it.
+//! `motion`. `dome` holds the lamps. `picture` finds the points that the camera sees, and `transport` carries every
+//! lamp's light there, with shadows marched through the baked `grid`. `probe` traces the mirror ball, `camera` turns
+//! light into photographs, `shoot` writes everything to disk. `trouble` holds departures from the plain stage, set or
+//! drawn from the seed: `interview_light` outside the span of the banks (`panel`, `room`), other skin and
+//! `accessories`, a moving subject (`sway`), a ball that reflects more than lamps (`ball_view`), another response,
+//! `jpeg`. Only the effects that a material or the geometry needs are traced; `effects` counts them.
 
 mod accessories;
 mod attire;
@@ -54,47 +54,48 @@ use base::error::{Error, Result};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
-/// Settings for what the stage produces.
+/// Settings of a shoot.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct StageSettings {
-    /// Frames of the interview, from 1.
+    /// Number of interview frames, at least 1.
     #[arg(long, default_value_t = StageSettings::default().frames)]
     pub frames: usize,
-    /// Width and height of every picture in pixels, from 16.
+    /// Width and height of every picture in pixels, at least 16.
     #[arg(long, default_value_t = StageSettings::default().size)]
     pub size: usize,
-    /// Width and height of the interview's frames, such as 540x960, if they differ. They show as much from top to bottom.
+    /// Width and height of the interview's frames, such as 540x960, if they differ. Their vertical framing stays the
+    /// same.
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = plate)]
     pub plate: Option<(usize, usize)>,
     /// Random seed of camera response, noise and movements: the same seed gives the same files.
     #[arg(long, default_value_t = StageSettings::default().seed)]
     pub seed: u64,
-    /// Banks of lamps, and so OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
+    /// Banks of lamps, and so OLATs per pose, from 4 to 931; with 931, each lamp is a bank of its own.
     #[arg(long, default_value_t = StageSettings::default().lamps)]
     pub lamps: usize,
-    /// Poses to photograph, from 1 to 6.
+    /// Number of photographed poses, from 1 to 6.
     #[arg(long, value_name = "COUNT", default_value_t = StageSettings::default().poses)]
     pub poses: usize,
-    /// Photograph further poses as in these frames of the interview, from 0.
+    /// Photograph further poses as in these interview frames, counted from 0.
     #[arg(long, value_name = "FRAME", value_delimiter = ',')]
     pub like_frames: Vec<usize>,
     /// Form of the pictures: files or movies.
     #[arg(long = "as", value_enum, default_value_t)]
     pub written_as: WrittenAs,
-    /// The interview is the one that comes with the program, in place of a traced one.
+    /// True to use the interview that comes with the program instead of tracing one.
     #[arg(skip)]
     pub shipped: bool,
     #[command(flatten)]
     pub trouble: TroubleSettings,
 }
 
-/// Columns and rows, such as `540x960`.
+/// Parses columns and rows, such as `540x960`.
 fn plate(text: &str) -> std::result::Result<(usize, usize), String> {
     let sides = text.split_once(['x', '×']);
     let number = |side: &str| side.trim().parse::<usize>().ok();
     sides
         .and_then(|(width, height)| Some((number(width)?, number(height)?)))
-        .ok_or_else(|| format!("{text:?} is no size: give width and height, such as 540x960"))
+        .ok_or_else(|| format!("{text:?} is not a size: give width and height, such as 540x960"))
 }
 
 impl Default for StageSettings {
@@ -115,8 +116,8 @@ impl Default for StageSettings {
 }
 
 impl StageSettings {
-    /// The demo's shoot. Its interview, 540 × 960, comes with the program, since tracing it takes minutes; its truth is
-    /// traced at a third of that.
+    /// The demo's shoot. Its interview, 540 × 960, comes with the program, since tracing takes minutes; its truth is
+    /// traced at a third of that size.
     pub fn demo() -> Self {
         Self {
             frames: shipped::FRAMES.len(),
@@ -135,7 +136,7 @@ impl StageSettings {
     /// Refuses settings that cannot be produced or would fill the disk.
     ///
     /// # Errors
-    /// Then: which one, and its range.
+    /// When one is out of range; the message gives the range.
     pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: usize, range: RangeInclusive<usize>| {
             if range.contains(&value) {
@@ -161,7 +162,7 @@ impl StageSettings {
         if let Some(frame) = self.like_frames.iter().find(|&&frame| frame >= self.frames) {
             return Err(Error::invalid(
                 format!(
-                    "the interview has {} frames, from 0: there is no frame {frame} to photograph a pose like",
+                    "there is no frame {frame} for a pose: the interview has {} frames, counted from 0",
                     self.frames
                 ),
                 "Choose another frame, or more of them with --frames",
@@ -171,13 +172,13 @@ impl StageSettings {
     }
 }
 
-/// Report on what was produced.
+/// Report on a written shoot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageReport {
     /// Number of files written.
     pub files: usize,
     /// Wall-clock time in seconds.
     pub seconds: f64,
-    /// Effects that ran, with their share of the samples, and the reason for skipping the rest.
+    /// Active effects with their share of the samples, and the reason for skipping the rest.
     pub effects: Vec<Effect>,
 }

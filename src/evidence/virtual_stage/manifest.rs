@@ -1,5 +1,5 @@
 //! The two descriptions beside the pictures: the manifest, for everyone who uses the shoot, and the truth, only for
-//! judging results.
+//! evaluation.
 
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
@@ -38,11 +38,11 @@ pub struct Manifest {
     tracking: Option<Tracking>,
 }
 
-/// Pictures of the subject fully lit, taken while the lamps went round.
+/// Pictures of the fully lit subject, taken between the lamps.
 #[derive(Serialize)]
 pub struct Tracking {
     pub files: &'static str,
-    /// For each, the number of the lamp that it was taken before; the number of lamps for the last one.
+    /// Number of the lamp that follows each picture; the number of lamps for the last one.
     pub before_lamp: Vec<usize>,
 }
 
@@ -70,7 +70,7 @@ struct Hdri {
 }
 
 impl Manifest {
-    /// The description of a shoot of `size` pixels with so many frames and poses.
+    /// Description of a shoot of `size` pixels with these frames and poses.
     pub fn new(
         dome: &Dome,
         size: usize,
@@ -130,14 +130,14 @@ impl Manifest {
     }
 }
 
-/// `truth.json`: what calibration and relighting are judged against.
+/// `truth.json`: reference for calibration and relighting.
 #[derive(Serialize)]
 pub struct Truth {
     pub g1: f32,
     pub g2: f32,
-    /// Factor from unit radiance to linear values of the interview's pictures.
+    /// Factor from radiance units to linear values of the interview's pictures.
     pub exposure_interview: f32,
-    /// Factor from unit radiance to linear values of the OLATs.
+    /// Factor from radiance units to linear values of the OLATs.
     pub exposure_olat: f32,
     pub probe_neutral_density: f32,
     pub probe_ambient_linear: f32,
@@ -147,7 +147,7 @@ pub struct Truth {
     pub weights_note: &'static str,
     pub bank_weights_unit_radiance: Vec<[f32; 3]>,
     pub interview_lamp_weights: Vec<[f32; 3]>,
-    /// Per environment, the mean radiance that falls to each bank's lamps.
+    /// Mean radiance that falls on each bank's lamps, per environment.
     pub hdri_bank_weights: BTreeMap<String, Vec<[f32; 3]>>,
     pub hdri_note: &'static str,
     pub poses: Vec<Pose>,
@@ -160,27 +160,27 @@ pub struct Truth {
 /// Truth of a shoot with trouble.
 #[derive(Serialize)]
 pub struct TroubleTruth {
-    /// Settings and what was drawn in place of those left open.
+    /// Settings and the values drawn for those left open.
     #[serde(flatten)]
     pub trouble: Trouble,
-    /// The camera's response. `g1` and `g2` are the dual gamma nearest to it, as far away as this: the root mean square
+    /// Response of the camera. `g1` and `g2` are the nearest dual gamma, at this distance: the root mean square
     /// difference of encoded values.
     #[serde(serialize_with = "told")]
     pub response: Response,
     pub response_distance: f32,
-    /// The interview's lamps that are not the stage's, in metres; radiance in units of `bank_weights_unit_radiance`.
+    /// The interview's lamps outside the stage, in metres; radiance in units of `bank_weights_unit_radiance`.
     pub panels: Vec<Panel>,
-    /// Share of the interview's picture that no sum of the banks with weights of 0 or more explains (root mean square,
+    /// Share of the interview's picture that no sum of the banks with non-negative weights explains (root mean square,
     /// on the subject in the first frame of `truth_frames`), and the weights of the nearest sum, linear interview per
     /// OLAT.
     pub off_span: f32,
     pub nearest_sum_linear_interview_per_olat: Vec<[f32; 3]>,
-    /// Per pose and lamp, how far the face was from its place in the pose's matte and truth, in pixels to the right and
-    /// down; empty if the subject sat still.
+    /// Offset of the face from its place in the pose's matte and truth, per pose and lamp, in pixels right and down;
+    /// empty if the subject sat still.
     pub sway_px: Vec<Vec<[f32; 2]>>,
 }
 
-/// A response as its own files have it, but a log curve by its K alone, `{"log": 30}`.
+/// A response as in its own files, except a log curve, which is given by K alone: `{"log": 30}`.
 fn told<S: Serializer>(response: &Response, serializer: S) -> Result<S::Ok, S::Error> {
     match response {
         Response::Log(k) => BTreeMap::from([("log", k)]).serialize(serializer),

@@ -1,4 +1,4 @@
-//! Materials of the parts: colours painted in the parts' own places, highlights, cloth sheen and the reach of light below skin.
+//! Materials of the parts: colours in the parts' own axes, highlights, cloth sheen and subsurface distance of skin.
 
 use super::head::{EYE, EYE_RADIUS};
 use super::shape::{noise, ramp, rod};
@@ -6,7 +6,7 @@ use super::subject::{Part, Subject};
 use super::trouble::Hair;
 use glam::{Vec2, Vec3};
 
-/// Reflection of light at a point of the surface.
+/// Reflectance at a surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Diffuse reflectance per channel.
@@ -15,10 +15,10 @@ pub struct Surface {
     pub mirror: Vec3,
     /// Width of the highlight: the α of the GGX distribution.
     pub roughness: f32,
-    /// Strength of the sheen that fibres show at grazing angles.
+    /// Strength of the fibres' sheen at grazing angles.
     pub sheen: f32,
-    /// Distance that light of each channel travels below the surface in metres: that of skin, less
-    /// where hair covers it, 0 where light does not enter.
+    /// Distance that light of each channel travels below the surface in metres: that of skin, less under hair, 0 for
+    /// opaque surfaces.
     pub below: Vec3,
 }
 
@@ -90,13 +90,13 @@ pub const LENS: Surface = Surface {
     below: Vec3::ZERO,
 };
 
-/// The diffuse reflectance of skin of a tone from 0 (light) to 1 (dark), about that of the lightest and the darkest
-/// patches of skin charts; `None`: the stage's own subject.
+/// Diffuse reflectance of skin of a tone from 0 (light) to 1 (dark), about the lightest and darkest patches of skin
+/// charts; `None` is the stage's own subject.
 fn complexion(tone: Option<f32>) -> Vec3 {
     const USUAL: Vec3 = Vec3::new(0.520, 0.305, 0.205);
     const LIGHT: Vec3 = Vec3::new(0.640, 0.430, 0.340);
     const DARK: Vec3 = Vec3::new(0.095, 0.050, 0.033);
-    // Pigment absorbs by thickness, so that equal steps are equal ratios.
+    // Pigment absorbs exponentially with thickness, so equal steps are equal ratios.
     tone.map_or(USUAL, |t| LIGHT.powf(1.0 - t) * DARK.powf(t))
 }
 
@@ -159,7 +159,7 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     Surface { albedo, mirror: Vec3::splat(mirror), roughness, sheen: 0.0, below }
 }
 
-/// Amount of the brow's hair at `s` (+X side), from 0 to 1.
+/// Density of the brow's hair at `s` (+X side), from 0 to 1.
 fn brow(s: Vec3) -> f32 {
     if s.z < 0.03 {
         return 0.0;
@@ -184,7 +184,7 @@ fn lash(subject: &Subject, s: Vec3) -> f32 {
     0.95 * (1.0 - ramp(0.4 * width, width, off))
 }
 
-/// White, iris and pupil of the eye that `q` is on, looking half-way between ahead and `camera`.
+/// White, iris and pupil of the eye at `q`, looking half-way between straight ahead and `camera`.
 fn eye(q: Vec3, camera: Vec3) -> Vec3 {
     let side = Vec3::new(q.x.signum(), 1.0, 1.0);
     let centre = EYE * side;

@@ -24,11 +24,11 @@ pub struct Pose {
     pub tz: f32,
     /// Opening of the jaw, from 0 to 1.
     pub jaw: f32,
-    /// Width that the mouth is drawn to, from 0 to 1.
+    /// Width of the mouth, from 0 to 1.
     pub smile: f32,
     /// Closing of the lids, from 0 to 1.
     pub blink: f32,
-    /// Seat of the whole subject.
+    /// Position of the whole subject.
     #[serde(skip_serializing_if = "Seat::is_usual")]
     pub seat: Seat,
     /// Height of a raised hand, from 0 (out of the picture) to 1 (beside the chin).
@@ -36,8 +36,8 @@ pub struct Pose {
     pub hand: f32,
 }
 
-/// Seat of the whole subject: metres to camera-right, up and to the camera, and a turn about the vertical in degrees,
-/// positive to camera-right.
+/// Position of the whole subject: metres to camera-right, up and towards the camera, and a turn about the vertical in
+/// degrees, positive to camera-right.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seat {
     pub x: f32,
@@ -47,7 +47,7 @@ pub struct Seat {
 }
 
 impl Seat {
-    /// True if the subject sits in the middle of the stage, as on the plain one.
+    /// True for the middle of the stage, as on the plain one.
     pub fn is_usual(&self) -> bool {
         *self == Self::default()
     }
@@ -81,7 +81,7 @@ impl Pose {
     }
 }
 
-/// The six poses that are photographed under every bank.
+/// The six poses photographed under every bank.
 pub fn exemplar_poses() -> [Pose; 6] {
     let pose =
         |yaw, pitch, roll, jaw, smile| Pose { yaw, pitch, roll, jaw, smile, ..Pose::default() };
@@ -95,7 +95,7 @@ pub fn exemplar_poses() -> [Pose; 6] {
     ]
 }
 
-/// Poses of the subject in every frame of an interview of `frames` frames.
+/// Poses of the subject in every frame of an interview.
 pub fn interview(frames: usize, seed: u64) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x6d6f_7469_6f6e);
     let phase: [f32; 8] = std::array::from_fn(|_| random.random());
@@ -105,7 +105,7 @@ pub fn interview(frames: usize, seed: u64) -> Vec<Pose> {
         .collect()
 }
 
-/// The pose `time` seconds into the interview.
+/// Pose at `time` seconds into the interview.
 fn pose_at(time: f32, phase: &[f32; 8], first_blink: f32) -> Pose {
     let wave = |hertz: f32, i: usize| (TAU * (hertz * time + phase[i])).sin();
     // Speech: syllables about four times a second, in phrases of a second and a half.

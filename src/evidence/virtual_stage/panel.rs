@@ -1,28 +1,29 @@
-//! Lamps with an area: softboxes, windows and bare lamps, as the subject's light and as the mirror ball shows them.
+//! Lamps with an area: softboxes, windows and bare lamps, as light on the subject and as reflections in the mirror
+//! ball.
 
 use super::transport::Source;
 use glam::Vec3;
 use serde::Serialize;
 
-/// The widest that one sample of a panel may look from the subject, in radians.
+/// Largest angle of one sample of a panel, seen from the subject, in radians.
 const SAMPLE_WIDTH: f32 = 0.06;
-/// Samples along either side of a panel, at most.
+/// Most samples along either side of a panel.
 const MOST_SAMPLES: usize = 10;
-/// The part of a window's width and height that each bar between panes takes.
+/// Share of a window's width and height that each bar between panes takes.
 const BAR: f32 = 0.04;
 
 /// A flat lamp that faces the subject, or a window.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Panel {
-    /// Its middle on the stage in metres.
+    /// Centre on the stage in metres.
     pub centre: Vec3,
-    /// The way it faces.
+    /// Facing direction.
     pub normal: Vec3,
     /// The direction of its width.
     pub across: Vec3,
     /// Half its width and height in metres.
     pub half: [f32; 2],
-    /// A disc instead of a rectangle.
+    /// True for a disc, false for a rectangle.
     pub round: bool,
     /// Panes side by side and above each other; bars between them are dark.
     pub panes: [usize; 2],
@@ -50,7 +51,7 @@ impl Panel {
         self.normal.cross(self.across)
     }
 
-    /// True if it shines at a place of its plane, from −1 to 1 along width and height.
+    /// True if the panel emits light at a place of its plane, from −1 to 1 along width and height.
     fn shines(&self, [x, y]: [f32; 2]) -> bool {
         if x.abs() > 1.0 || y.abs() > 1.0 {
             return false;
@@ -70,7 +71,7 @@ impl Panel {
         }
     }
 
-    /// Its radiance along a ray, and how far away; `None` if the ray misses it.
+    /// Radiance along a ray, and distance; `None` if the ray misses it.
     pub fn seen(&self, origin: Vec3, direction: Vec3) -> Option<(f32, [f32; 3])> {
         let towards = -direction.dot(self.normal);
         if towards <= 0.0 {
@@ -82,14 +83,14 @@ impl Panel {
         (t > 0.0 && self.shines(place)).then_some((t, self.radiance))
     }
 
-    /// The panel as small discs, each with the part of the sphere that it fills.
+    /// The panel as small discs, each with its solid angle.
     pub fn sources(&self) -> Vec<Source> {
         let distance = self.centre.length();
         let count = |half: f32| {
             ((2.0 * half / distance / SAMPLE_WIDTH).ceil() as usize).clamp(1, MOST_SAMPLES)
         };
         let [columns, rows] = self.half.map(count);
-        // Finer than the samples, so that bars and a disc's outline count by their share.
+        // Finer than the samples, so that bars and a disc's outline count by their area.
         const FINE: usize = 8;
         let cell = 4.0 * self.half[0] * self.half[1] / (columns * rows) as f32;
         let mut sources = Vec::new();
@@ -134,7 +135,7 @@ mod tests {
         let disc = Panel { round: true, ..soft };
         for panel in [soft, window, disc] {
             let sampled: f32 = panel.sources().iter().map(|s| s.solid_angle).sum();
-            // Rays over the whole sphere, evenly spread.
+            // Rays spread evenly over the whole sphere.
             let (width, height) = (1024, 512);
             let mut met = 0.0;
             for y in 0..height {

@@ -1,5 +1,5 @@
-//! Pictures of the subject under many lights at once: what the camera sees is found once per pose,
-//! the light of every lamp is traced once, and every picture is a weighted sum of that.
+//! Pictures of the subject under many lights at once. Visible points are found once per pose, the light of every lamp
+//! is traced once, and every picture is a weighted sum of the results.
 
 use super::camera::{self, FRAME_HEIGHT_M};
 use super::dome::Dome;
@@ -14,14 +14,14 @@ use glam::{Mat3, Vec3};
 use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 
-/// Pictures of a pose to make.
+/// Pictures to make of a pose.
 #[derive(Clone, Copy, Default)]
 pub struct Request<'a> {
-    /// Every bank's own picture is to be made.
+    /// True to make every bank's own picture.
     pub banks: bool,
-    /// Light that is no lamp of the dome.
+    /// Light sources other than the dome's lamps.
     pub others: &'a [Source],
-    /// Sums of light: for each, a weight per channel for every lamp and then, where it has any, for the other sources.
+    /// Sums of light: for each, a weight per channel for every lamp and then for the other sources, if any.
     pub sums: &'a [&'a [[f32; 3]]],
     pub look: Look,
 }
@@ -31,23 +31,22 @@ pub struct Pictures {
     pub coverage: Mask,
     /// Mean normals of the covered part; zero elsewhere.
     pub normals: Image,
-    /// One per bank, in units where all lamps together are a sphere of radiance 1; empty if not asked for.
+    /// One per bank, in units where all lamps together are a sphere of radiance 1; empty if not requested.
     pub banks: Vec<Image>,
-    /// One per sum asked for.
+    /// One per requested sum.
     pub sums: Vec<Image>,
     pub tally: Tally,
 }
 
-/// Sample positions inside a pixel that are traced first, no two in one row or column.
+/// First traced sample positions inside a pixel, no two in one row or column.
 const FIRST: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
 /// Rows and columns of samples in a pixel on the silhouette.
 const SILHOUETTE: usize = 4;
-/// Points whose normals are nearer than this cosine, and whose depths are nearer than this length
-/// in metres, are lit as one.
+/// Points whose normals are within this cosine and whose depths are within this length in metres are lit as one.
 const SMOOTH_COSINE: f32 = 0.94;
 const SMOOTH_DEPTH_M: f32 = 0.006;
 
-/// The pictures of the subject in `pose`, `size × size`; `grid` holds the subject's distances.
+/// Pictures of the subject in `pose`, `size × size`; `grid` holds the subject's distances.
 pub fn take(
     dome: &Dome,
     pose: &Pose,
@@ -62,7 +61,7 @@ pub fn take(
         Source::lamps(dome).chain(request.others.iter().copied()).collect();
     let mut eye = camera::POSITION;
     if !seat.is_usual() {
-        // The subject stays in its own axes; the stage moves about it.
+        // The subject stays in its own axes; the stage moves around it.
         eye = seat.subject_place(eye);
         sources.iter_mut().for_each(|s| s.place = seat.subject_place(s.place));
     }
@@ -135,7 +134,7 @@ pub fn take(
 struct Row {
     coverage: Vec<f32>,
     normals: Vec<Vec3>,
-    /// `layers` values for each pixel.
+    /// Image with `layers` values per pixel.
     light: Vec<Vec3>,
     tally: Tally,
 }
@@ -161,7 +160,7 @@ struct Camera {
 }
 
 impl Camera {
-    /// The ray through a place of the picture.
+    /// Ray through a place of the picture.
     fn ray(&self, x: f32, y: f32) -> Vec3 {
         let ray = camera::ray(x, y, self.size, FRAME_HEIGHT_M);
         self.subject_from_stage.map_or(ray, |turn| turn * ray)
@@ -174,7 +173,7 @@ struct Hit {
     point: Point,
 }
 
-/// The points that fill pixel (`x`, `y`), each with its share of the pixel.
+/// Points that fill pixel (`x`, `y`), each with its share of the pixel.
 fn visible_points(
     subject: &Subject,
     grid: &Grid,
@@ -209,8 +208,8 @@ fn visible_points(
     groups.into_iter().map(|g| (mean(&g), g.len() as f32 / samples as f32)).collect()
 }
 
-/// Reflections of the lenses of glasses into pixel (`x`, `y`), with each sample's share of the pixel. They add to the
-/// view through them.
+/// Reflections in the lenses of glasses at pixel (`x`, `y`), with each sample's share of the pixel. They add to the
+/// view through the lenses.
 fn lens_points(subject: &Subject, camera: &Camera, x: usize, y: usize) -> Vec<(Point, f32)> {
     let share = 1.0 / FIRST.len() as f32;
     let look = |[dx, dy]: [f32; 2]| {
@@ -223,7 +222,7 @@ fn lens_points(subject: &Subject, camera: &Camera, x: usize, y: usize) -> Vec<(P
     FIRST.into_iter().filter_map(look).collect()
 }
 
-/// Gathers hits that lie on one smooth surface of one part.
+/// Groups hits on one smooth surface of one part.
 fn group(hits: Vec<Hit>) -> Vec<Vec<Point>> {
     let mut groups: Vec<(Part, Vec<Point>)> = Vec::new();
     for hit in hits {
@@ -259,12 +258,12 @@ fn mean(points: &[Point]) -> Point {
     }
 }
 
-/// Hit of the ray from the camera at `eye` along `direction` on the subject.
+/// First hit on the subject of the camera ray from `eye` along `direction`.
 fn hit(subject: &Subject, grid: &Grid, eye: Vec3, direction: Vec3) -> Option<Hit> {
     const NEAR_M: f32 = 1.5 * CELL_M;
     let mut t = grid.approach(eye, direction, 0.0, NEAR_M)?;
-    // The grid leads to the surface; the last steps take the subject's own distance. Pleats and
-    // blends bend distances, hence the shortened step.
+    // The grid leads to the surface; the last steps use the subject's exact distance. Pleats and blends distort
+    // distances, hence the shorter step.
     for _ in 0..160 {
         let place = eye + direction * t;
         let (part, distance) = subject.parts(place);

@@ -10,19 +10,19 @@ use rayon::prelude::*;
 
 /// Radius of the ball in metres.
 pub const BALL_RADIUS_M: f32 = 0.075;
-/// Width of the photograph over the ball's radius.
+/// Width of the photograph as a multiple of the ball's radius.
 const FRAME_PER_RADIUS: f32 = 2.2;
-/// Rays across a photograph: a lamp's image is about a hundredth of the ball wide, so that this many
-/// hold its energy to about a percent.
+/// Rays across a photograph: a lamp's image is about a hundredth of the ball wide, so this many capture its energy to
+/// about a percent.
 const RAYS_ACROSS: usize = 2048;
 
-/// View of the ball: per pixel its coverage, and per bank how much of the pixel shows lamps.
+/// View of the ball: coverage per pixel, and the share of lamps in it per bank.
 pub struct Probe {
     size: usize,
     coverage: Vec<f32>,
-    /// For every pixel: banks and the share of the pixel that shows their lamps.
+    /// Banks visible in each pixel, with the share of the pixel that their lamps fill.
     seen: Vec<Vec<(u32, f32)>>,
-    /// Further reflections in the ball; `None` on the plain stage.
+    /// Other reflections in the ball; `None` on the plain stage.
     around: Option<Around>,
     /// Radiance of a lamp whose share of the sphere has a mean radiance of 1.
     lamp_radiance: f32,
@@ -34,7 +34,7 @@ pub fn ball_radius_px(size: usize) -> f64 {
 }
 
 impl Probe {
-    /// Traces the ball in a photograph of `size × size` pixels, among `surroundings` if there are any but lamps.
+    /// Traces the ball in a photograph of `size × size` pixels, with `surroundings` if there is more than lamps.
     pub fn trace(dome: &Dome, size: usize, surroundings: Option<&Surroundings>) -> Self {
         let rays = (RAYS_ACROSS / size).max(4);
         let lamps = LampMap::new(dome);
@@ -72,7 +72,7 @@ impl Probe {
         Self { size, coverage, seen, around, lamp_radiance: dome.lamp_solid_angle() / disc }
     }
 
-    /// The ball's radiance under `light`, and a dim `ambient` on the ball.
+    /// Radiance of the ball under `light`, and a dim `ambient` on the ball.
     pub fn image(&self, light: &BallLight, ambient: f32) -> Image {
         let add = self.around.as_ref().map(|around| around.under(light));
         Raster::from_fn(self.size, self.size, |x, y| {
@@ -88,12 +88,12 @@ impl Probe {
         })
     }
 
-    /// Pixels of a photograph, and those that show the ball.
+    /// Pixels of a photograph, and the number that show the ball.
     pub fn pixels(&self) -> (usize, usize) {
         (self.coverage.len(), self.coverage.iter().filter(|&&c| c > 0.0).count())
     }
 
-    /// The brightest pixel under `light`, without ambient light.
+    /// Brightest pixel under `light`, without ambient light.
     pub fn brightest(&self, light: &BallLight) -> f32 {
         let image = self.image(light, 0.0);
         image.pixels.iter().flatten().copied().fold(0.0, f32::max)
@@ -103,14 +103,14 @@ impl Probe {
 /// Light on the ball in one photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallLight {
-    /// Radiance of each bank per channel.
+    /// Radiance per bank and channel.
     pub banks: Vec<[f32; 3]>,
-    /// Factor on the light of the interview that is not the banks'; 0 if they shine alone.
+    /// Factor on the interview's light from outside the banks; 0 for banks only.
     pub interview: f32,
 }
 
 impl BallLight {
-    /// This light with everything `factor` times as bright.
+    /// This light with everything multiplied by `factor`.
     pub fn times(mut self, factor: f32) -> Self {
         let levels = self.banks.iter_mut().flatten();
         levels.chain([&mut self.interview]).for_each(|v| *v *= factor);
@@ -118,9 +118,9 @@ impl BallLight {
     }
 }
 
-/// Hit of the ray through a place of the photograph on the ball, and its direction from there.
+/// Hit of the ray through a place of the photograph on the ball, and its reflected direction.
 pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
-    // The outline of a ball at finite distance is a little wider than the ball: the rays touch it.
+    // The outline of a ball at finite distance is slightly wider than the ball: the rays are tangents.
     let distance = camera::POSITION.z;
     let outline = BALL_RADIUS_M / (1.0 - (BALL_RADIUS_M / distance).powi(2)).sqrt();
     let ray = camera::ray(x, y, (size, size), FRAME_PER_RADIUS * outline);
@@ -133,7 +133,7 @@ pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
     Some((place, ray.reflect(place / BALL_RADIUS_M)))
 }
 
-/// Lamps that can be near a direction: a list for each cell of a coarse panorama.
+/// Lamps near a direction: a list for each cell of a coarse panorama.
 struct LampMap {
     cells: Vec<Vec<u32>>,
 }
@@ -143,7 +143,7 @@ const MAP_HEIGHT: usize = 64;
 
 impl LampMap {
     fn new(dome: &Dome) -> Self {
-        // Nearest half-way across a cell, plus the lamp's own radius.
+        // Half a cell's diagonal, plus the lamp's own radius.
         let reach = (std::f32::consts::PI / MAP_HEIGHT as f32) * 0.75 + LAMP_RADIUS_M / RADIUS_M;
         let cells = (0..MAP_WIDTH * MAP_HEIGHT)
             .map(|i| {
@@ -160,9 +160,9 @@ impl LampMap {
         Self { cells }
     }
 
-    /// The bank of the lamp that a ray meets.
+    /// Bank of the lamp that a ray hits.
     fn seen_from(&self, dome: &Dome, place: Vec3, direction: Vec3) -> Option<u32> {
-        // From inside, the ray meets the dome where |place + t·direction| is its radius.
+        // From inside, the ray hits the dome where |place + t·direction| is its radius.
         let half = place.dot(direction);
         let t = (half * half + RADIUS_M * RADIUS_M - place.length_squared()).sqrt() - half;
         let on_dome = place + direction * t;
@@ -183,14 +183,14 @@ impl LampMap {
 mod tests {
     use super::*;
 
-    /// The direction that an ideal ball far from everything would show at a place of its picture
-    /// (R = 2(n·v)n − v, with v towards the camera), without the tracer.
+    /// Direction that an ideal, infinitely distant ball shows at a place of its picture (R = 2(n·v)n − v, with v
+    /// towards the camera), without the tracer.
     fn far_ball_direction(x: f64, y: f64) -> [f64; 3] {
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
         [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0]
     }
 
-    /// Those banks, at radiance 1.
+    /// The expected banks, at radiance 1.
     fn only(lit: impl Fn(usize) -> bool, banks: usize) -> BallLight {
         BallLight {
             banks: (0..banks).map(|b| [f32::from(u8::from(lit(b))); 3]).collect(),
@@ -204,7 +204,7 @@ mod tests {
         let probe = Probe::trace(&dome, size, None);
         let mut checked = 0;
         for (bank, direction) in dome.banks.iter().enumerate() {
-            // Towards the rim a pixel spans many degrees; stay where it spans few.
+            // Towards the rim a pixel spans many degrees; the test stays where it spans few.
             if direction.z < 0.0 {
                 continue;
             }
@@ -221,8 +221,8 @@ mod tests {
             }
             let found = glam::DVec3::from(sum).normalize();
             let degrees = found.dot(direction.as_dvec3()).clamp(-1.0, 1.0).acos().to_degrees();
-            // A pixel spans 2·asin(1/58) = 2°; the ball's own size against the dome (0.075/4, one
-            // degree) and the camera's nearness (another) shift what a far ball would show.
+            // A pixel spans 2·asin(1/58) = 2°. The ball's own size relative to the dome (0.075/4, one degree) and the
+            // camera's distance (another) shift the reflection from that of a distant ball.
             assert!(degrees < 2.5, "bank {bank}: {degrees}°");
             checked += 1;
         }

@@ -1,4 +1,4 @@
-//! The room about the stage: what it reflects of the lamps, and what it shines by itself.
+//! The room around the stage: its reflection of the lamps, and its own light.
 
 use super::camera;
 use chacha20::ChaCha8Rng;
@@ -13,14 +13,14 @@ const WIDTH: usize = 256;
 
 /// A room with walls of different colours, as panoramas.
 pub struct Room {
-    /// Diffuse reflectance of what is seen in each direction.
+    /// Diffuse reflectance in each direction.
     pub reflectance: Image,
-    /// Its light by itself, with a mean radiance of 1: lamps elsewhere and a doorway, on the walls' colours.
+    /// Emitted light, with a mean radiance of 1: lamps elsewhere and a doorway, on the walls' colours.
     pub glow: Image,
 }
 
 impl Room {
-    /// A room drawn at random.
+    /// A random room.
     pub fn draw(random: &mut ChaCha8Rng) -> Self {
         let mut within = |low: f32, high: f32| random.random_range(low..high);
         let low = Vec3::new(-within(2.0, 4.0), -within(1.1, 1.4), -within(2.5, 5.0));
@@ -63,8 +63,8 @@ impl Room {
     }
 }
 
-/// Reflection of the photographer by the camera in the ball: the reflectance of a dark suit, a face and hands, in
-/// directions from the ball; `None` beside them.
+/// Reflection of photographer and camera in the ball: the reflectance of a dark suit, a face and hands, in directions
+/// from the ball; `None` elsewhere.
 pub fn photographer(direction: Vec3) -> Option<Vec3> {
     if direction.z <= 0.0 {
         return None;
@@ -100,7 +100,7 @@ fn panorama(radiance: impl Fn(Vec3) -> Vec3) -> Image {
     })
 }
 
-/// The panorama with a mean radiance over the sphere and the channels of 1.
+/// The panorama scaled to a mean radiance of 1 over sphere and channels.
 fn normalized(image: Image) -> Image {
     let mean = mean_radiance(&image);
     let factor = 3.0 / (mean.x + mean.y + mean.z).max(f32::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! Data that all pictures of one shoot share: the stage, the subject's poses, the lights, and the tracing of a pose.
+//! Data common to all pictures of one shoot: the stage, the subject's poses, the lights, and the tracing of a pose.
 
 use super::StageSettings;
 use super::ball_view::{bank_solid_angles, bounce};
@@ -24,10 +24,10 @@ use rand::SeedableRng;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The name of the progress bar.
+/// Name of the progress bar.
 const STAGE: &str = "virtual stage";
 
-/// Everything that one shoot's pictures share.
+/// Data common to all pictures of one shoot.
 pub struct Session<'a> {
     pub folder: &'a Path,
     pub settings: &'a StageSettings,
@@ -39,13 +39,13 @@ pub struct Session<'a> {
     pub frames: Vec<Pose>,
     pub truth_frames: Vec<usize>,
     pub environments: Vec<(&'static str, Image)>,
-    /// Per environment a weight for every lamp.
+    /// Weight of every lamp, per environment.
     pub environment_weights: Vec<Vec<[f32; 3]>>,
     pub room: Room,
-    /// Per bank what the room reflects of it, as radiances of all lamps; `None` if it reflects nothing.
+    /// The room's reflection of each bank, as radiances of all lamps; `None` if it reflects nothing.
     bounce: Option<Vec<Vec<[f32; 3]>>>,
     pub light: InterviewLight,
-    /// Sway of the subject in each pose; empty if it sits still.
+    /// Sway of the subject in each pose; empty if the subject sits still.
     pub sways: Vec<Sway>,
     pub files: AtomicUsize,
     pictures: AtomicUsize,
@@ -95,13 +95,12 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// The subject's distances in a pose.
+    /// Distances of the subject in a pose.
     pub fn bake(&self, pose: &Pose) -> Grid {
         Grid::bake(&Subject::new(pose, &self.trouble.look))
     }
 
-    /// Traces one pose: the interview's light first, then, where asked for, the environments and the
-    /// banks.
+    /// Traces one pose: the interview's light first, then, if requested, the environments and the banks.
     pub fn take(
         &self,
         pose: &Pose,
@@ -115,7 +114,7 @@ impl<'a> Session<'a> {
             sums.extend(self.environment_weights.iter().map(Vec::as_slice));
         }
         let own = sums.len();
-        // What a room reflects of a bank comes from all sides.
+        // The room's reflection of a bank comes from all sides.
         let bounced: Vec<Vec<[f32; 3]>> = match self.bounce {
             Some(_) if banks => (0..self.dome.banks.len()).map(|b| self.lit_bank(b)).collect(),
             _ => vec![],
@@ -145,7 +144,7 @@ impl<'a> Session<'a> {
         Ok(pictures)
     }
 
-    /// Radiances of all lamps when one bank shines, with what the room reflects of it.
+    /// Radiances of all lamps when one bank is on, including the room's reflection of it.
     pub fn lit_bank(&self, bank: usize) -> Vec<[f32; 3]> {
         let own = |b: usize| if b == bank { 1.0 } else { 0.0 };
         (self.dome.bank_of_lamp.iter().enumerate())
@@ -156,7 +155,7 @@ impl<'a> Session<'a> {
             .collect()
     }
 
-    /// Per pose and lamp, how far the face is from its middle in pixels to the right and down.
+    /// Offset of the face from its centre, per pose and lamp, in pixels right and down.
     pub fn sway_px(&self) -> Vec<Vec<[f32; 2]>> {
         let per_m = self.settings.size as f32 / FRAME_HEIGHT_M;
         let lamps = self.dome.banks.len();
@@ -168,7 +167,8 @@ impl<'a> Session<'a> {
         poses.map(|sway| (0..lamps).map(|lamp| at(sway, lamp)).collect()).collect()
     }
 
-    /// The numbers of the lamps before which the subject is taken fully lit, and that of the end; `None` if it is not.
+    /// Numbers of the lamps before which the fully lit subject is photographed, and one past the last; `None` without
+    /// tracking.
     pub fn tracking_times(&self) -> Option<Vec<usize>> {
         let lamps = self.dome.banks.len();
         let every = self.trouble.tracking?;
@@ -181,12 +181,12 @@ impl<'a> Session<'a> {
     }
 }
 
-/// When a lamp shines, from 0 (before the first) to 1 (after the last).
+/// Time of a lamp in the sequence, from 0 (before the first) to 1 (after the last).
 pub fn lamp_time(lamp: usize, lamps: usize) -> f32 {
     (lamp as f32 + 0.5) / lamps as f32
 }
 
-/// Per bank, what the room reflects of it, as the radiance of the part of the sphere that is nearest to each lamp.
+/// The room's reflection of each bank, as radiance of the part of the sphere nearest to each lamp.
 fn bounces(dome: &Dome, room: &Room, share: f32) -> Vec<Vec<[f32; 3]>> {
     let reflectance = dome.lamp_weights(&room.reflectance);
     let banks = dome.banks.iter().zip(bank_solid_angles(dome));

@@ -1,5 +1,5 @@
-//! Writes a whole shoot: poses under every bank, the interview, the mirror balls, the environments, the truth, and
-//! last the manifest, whose presence means that the rest is complete.
+//! Writes a whole shoot: poses under every bank, the interview, the mirror balls, the environments, the truth, and last
+//! the manifest, whose presence means that the rest is complete.
 
 use super::ball_view::Surroundings;
 use super::camera::green_screen;
@@ -26,20 +26,20 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Level that the brightest thousandth of the subject's pixels has in the brightest OLAT.
+/// Level of the brightest thousandth of the subject's pixels in the brightest OLAT.
 const OLAT_PEAK: f32 = 0.5;
-/// The same for the interview.
+/// The same level for the interview.
 const INTERVIEW_PEAK: f32 = 0.75;
-/// The brightest pixel of all probe photographs.
+/// Level of the brightest pixel of all probe photographs.
 const PROBE_PEAK: f32 = 0.8;
 /// Ambient light on the mirror ball.
 pub const PROBE_AMBIENT: f32 = 2e-4;
 
-/// Writes a shoot into `folder`, which is made where it is missing. Files of an earlier shoot with
-/// the same names are replaced.
+/// Writes a shoot into `folder`, which is created if missing. Files of an earlier shoot with the same names are
+/// replaced.
 ///
 /// # Errors
-/// When a setting is out of range, a file cannot be written, or the job was stopped.
+/// When a setting is out of range, a file cannot be written, or the user stops it.
 pub fn write_shoot(
     folder: &Path,
     settings: &StageSettings,
@@ -78,7 +78,7 @@ pub fn write_shoot(
     })
 }
 
-/// Factors from unit radiance to linear sensor values.
+/// Factors from radiance units to linear sensor values.
 pub struct Exposures {
     pub olat: f32,
     pub interview: f32,
@@ -93,12 +93,12 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The poses under every bank. The first one sets the exposures.
+    /// The poses under every bank. The first one determines the exposures.
     fn write_exemplars(&self) -> Result<Exposures> {
         let mut exposures = None;
         let size = (self.settings.size, self.settings.size);
         for (i, pose) in self.poses.iter().enumerate() {
-            // A pose that sways is taken again under each lamp; its own pictures are only truth.
+            // A swaying pose is traced again under each lamp; its still pictures are only truth.
             let banks = i == 0 || self.sways.is_empty();
             let grid = self.bake(pose);
             let pictures = self.take(pose, &grid, size, (i == 0, banks), &format!("pose {i}"))?;
@@ -145,7 +145,7 @@ impl Session<'_> {
         exposures.ok_or_else(|| Error::bug("the virtual stage has no pose"))
     }
 
-    /// Radiances of all lamps when all banks shine.
+    /// Radiances of all lamps with all banks on.
     fn all_banks(&self) -> Vec<[f32; 3]> {
         let mut lit = vec![[0.0f32; 3]; self.dome.lamps.len()];
         for bank in 0..self.dome.banks.len() {
@@ -156,7 +156,7 @@ impl Session<'_> {
         lit
     }
 
-    /// Pose `i` under all banks, as `taken` at moments between the lamps (from 0 to 1).
+    /// Pose `i` under all banks, at the moments `taken` between the lamps (from 0 to 1).
     fn write_tracking(
         &self,
         i: usize,
@@ -174,16 +174,16 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The interview, and with trouble the sum of banks that is nearest to its first frame with truth.
+    /// The interview, and with trouble the sum of banks nearest to its first truth frame.
     fn write_interview(&self, exposures: &Exposures) -> Result<Option<NearestSum>> {
         let mut nearest = None;
         let size = self.settings.frame_size();
         for (i, pose) in self.frames.iter().enumerate() {
             let place = self.truth_frames.iter().position(|&t| t == i);
-            // The last truth frame is only used to judge pictures under environments.
+            // The last truth frame is used only to test pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
             if let Some(shipped) = self.shipped(i) {
-                // As PNG, which a shoot of stills is made of.
+                // As PNG, like any shoot of stills.
                 let picture = self.folder.join(format!("interview/frame_{i:03}.png"));
                 self.written(write_png(&picture, &decode(shipped.picture)?))?;
                 self.bytes(&format!("interview_masks/frame_{i:03}.png"), shipped.matte)?;
@@ -208,7 +208,7 @@ impl Session<'_> {
                 self.write_truth_pictures(&frame, &format!("{frame}_olat"), &pictures)?;
                 self.exr(&format!("truth/{frame}_normal.exr"), &pictures.normals)?;
                 if self.trouble != Trouble::default() {
-                    // It cannot be computed from the banks' pictures then.
+                    // Then it cannot be computed from the banks' pictures.
                     self.exr(&format!("truth/{frame}_interview.exr"), &pictures.sums[0])?;
                 }
             }
@@ -216,12 +216,12 @@ impl Session<'_> {
         Ok(nearest)
     }
 
-    /// Frame `i` of the interview that comes with the program; None if it is to be traced.
+    /// Frame `i` of the interview that comes with the program; None if it must be traced.
     fn shipped(&self, i: usize) -> Option<&'static ShippedFrame> {
         self.settings.shipped.then(|| FRAMES.get(i)).flatten()
     }
 
-    /// Linear pictures in units of radiance: under the environments, and of every bank.
+    /// Linear pictures in radiance units: under the environments, and of every bank.
     fn write_truth_pictures(&self, name: &str, olats: &str, pictures: &Pictures) -> Result<()> {
         for ((environment, _), relit) in self.environments.iter().zip(&pictures.sums[1..]) {
             self.exr(&format!("truth/{name}_relit_{environment}.exr"), relit)?;
@@ -231,8 +231,8 @@ impl Session<'_> {
         })
     }
 
-    /// The mirror ball under the interview's light and under every bank, through one grey filter
-    /// that is chosen so that nothing clips. Returns the filter's factor.
+    /// The mirror ball under the interview's light and under every bank, through one neutral density filter strong
+    /// enough that nothing clips. Returns the filter's factor.
     fn write_probes(&self, exposures: &Exposures) -> Result<f32> {
         self.progress.check("the pictures of the subject")?;
         let surroundings = Surroundings {
@@ -253,7 +253,7 @@ impl Session<'_> {
             ..Tally::default()
         });
         let filmed = BallLight { banks: self.light.banks.clone(), interview: 1.0 };
-        // The camera's exposure is changed only after the balls.
+        // The camera's exposure changes only after the balls.
         let filmed = filmed.times(exposures.interview / self.trouble.exposure_change);
         let one = |bank: usize| BallLight {
             banks: (0..self.dome.banks.len())
@@ -277,7 +277,7 @@ impl Session<'_> {
         Ok(density)
     }
 
-    /// The name of a bank's OLAT without extension. All have as many digits, so that they sort.
+    /// Name of a bank's OLAT without extension, zero-padded so that names sort.
     fn olat_name(&self, bank: usize) -> String {
         let digits = if self.dome.banks.len() > 100 { 3 } else { 2 };
         format!("olat_{bank:0digits$}")
@@ -312,7 +312,7 @@ impl Session<'_> {
     }
 }
 
-/// The subject under the interview's light before the green screen, as the sensor gets it.
+/// The subject under the interview's light before the green screen, as linear light on the sensor.
 pub fn before_screen(pictures: &Pictures, exposure: f32) -> Image {
     let mut plate = scaled(&pictures.sums[0], exposure);
     let screen = green_screen(plate.size());
@@ -326,7 +326,7 @@ pub fn before_screen(pictures: &Pictures, exposure: f32) -> Image {
     plate
 }
 
-/// The sum of pictures of one size, at least one.
+/// Sum of at least one picture of one size.
 fn sum(pictures: &[Image]) -> Image {
     let (width, height) = pictures[0].size();
     imaging::Raster::from_fn(width, height, |x, y| {
@@ -337,7 +337,7 @@ fn sum(pictures: &[Image]) -> Image {
     })
 }
 
-/// The factor that brings the brightest thousandth of the subject in the brightest picture to `peak`.
+/// Factor that brings the brightest thousandth of the subject in the brightest picture to `peak`.
 fn exposure(peak: f32, pictures: &[Image], coverage: &Mask) -> f32 {
     let brightest = pictures
         .iter()

@@ -1,18 +1,19 @@
-//! Share of the interview's light that no sum of the banks can be.
+//! Share of the interview's light outside the span of the banks.
 
 use imaging::{Image, Mask};
 
-/// The sum of banks that is nearest to a picture under the interview's light.
+/// Sum of banks nearest to a picture under the interview's light.
 pub struct NearestSum {
-    /// Per bank and channel, not negative.
+    /// Weights per bank and channel, not negative.
     pub weights: Vec<[f32; 3]>,
-    /// Root-mean-square difference of both pictures on the subject, relative to the picture under the interview's light.
+    /// Root-mean-square difference of both pictures on the subject, relative to the picture under the interview's
+    /// light.
     pub residual: f32,
 }
 
 impl NearestSum {
-    /// Least squares without negative weights, per channel, over the pixels that the subject covers: coordinate descent
-    /// on the normal equations (Franc, Hlaváč and Navara, "Sequential coordinate-wise algorithm for non-negative least
+    /// Non-negative least squares per channel, over the pixels that the subject covers: coordinate descent on the
+    /// normal equations (Franc, Hlaváč and Navara, "Sequential coordinate-wise algorithm for non-negative least
     /// squares", 2005).
     pub fn fit(banks: &[Image], interview: &Image, coverage: &Mask) -> Self {
         const SWEEPS: usize = 2000;
@@ -24,7 +25,7 @@ impl NearestSum {
         for c in 0..3 {
             let light = |bank: usize, i: usize| f64::from(banks[bank].pixels[i][c]);
             let is = |i: usize| f64::from(interview.pixels[i][c]);
-            // The normal equations: a row for each bank, and how much it has in common with the picture.
+            // Normal equations: a row for each bank, and its product with the picture.
             let mut rows = vec![(vec![0.0f64; n], 0.0f64); n];
             for &i in &covered {
                 for (a, (row, common)) in rows.iter_mut().enumerate() {

@@ -1,5 +1,4 @@
-//! The subject: a head that moves on a dressed trunk, as one signed distance with a part for
-//! every point of its surface.
+//! The subject: a moving head on a dressed trunk, as one signed distance with a part for every surface point.
 
 use super::accessories;
 use super::attire;
@@ -9,7 +8,7 @@ use super::shape::{join, rod};
 use super::trouble::Look;
 use glam::{Mat3, Vec3};
 
-/// Part that a point of the subject belongs to.
+/// Part of the subject at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     Skin,
@@ -24,12 +23,12 @@ pub enum Part {
     Hand,
 }
 
-/// Corner of the box that holds all of the subject that can be seen or can throw a shadow.
+/// Corner of the box around everything that is visible or can cast a shadow.
 pub const BOX_LOW: Vec3 = Vec3::new(-0.29, -0.35, -0.19);
 /// The opposite corner.
 pub const BOX_HIGH: Vec3 = Vec3::new(0.29, 0.26, 0.19);
 
-/// The joint that the head turns about, in the head's axes.
+/// Joint of the head, in the head's axes.
 const NECK_JOINT: Vec3 = Vec3::new(0.0, -0.085, -0.025);
 /// The origin of the head's axes on the stage.
 const HEAD_ORIGIN: Vec3 = Vec3::new(0.0, 0.024, 0.0);
@@ -69,13 +68,13 @@ impl Subject {
         }
     }
 
-    /// A place of the stage in the head's axes, for a head of the usual build.
+    /// A place of the stage in the axes of a head of standard build.
     pub fn head_place(&self, p: Vec3) -> Vec3 {
         let q = self.head_from_stage * (p - self.joint);
         q / self.look.build.map_or(Vec3::ONE, Vec3::from) + NECK_JOINT
     }
 
-    /// A place of the stage in the axes of the head, and of the glasses on it, which fit any head.
+    /// A place of the stage in the axes of the head, and of the glasses, which fit any head.
     fn worn_place(&self, p: Vec3) -> Vec3 {
         self.head_from_stage * (p - self.joint) + NECK_JOINT
     }
@@ -88,7 +87,7 @@ impl Subject {
     /// The nearest part and its signed distance.
     pub fn parts(&self, p: Vec3) -> (Part, f32) {
         let q = self.head_place(p);
-        // In a head of another build all is nearer by at most its smallest factor.
+        // In a head of another build, distances shrink at most by its smallest factor.
         let near = self.look.build.map_or(1.0, |build| Vec3::from(build).min_element().min(1.0));
         let head = self.head.distances(q);
         let head = HeadDistances {
@@ -117,7 +116,7 @@ impl Subject {
         all.fold((Part::Skin, skin), |best, next| if next.1 < best.1 { next } else { best })
     }
 
-    /// Hit of a ray on a lens of the glasses, if the subject wears any: the distance along it, and the normal there.
+    /// Hit of a ray on a lens of the glasses, if the subject wears them: the distance along it and the normal.
     pub fn lens(&self, origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
         if !self.look.glasses {
             return None;

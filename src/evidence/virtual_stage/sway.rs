@@ -1,4 +1,4 @@
-//! People move: how the subject sits from pose to pose, raises a hand, and sways while the lamps go round.
+//! Movement of people: the seat from pose to pose, raised hands, and sway while the lamps go round.
 
 use super::camera::FRAME_HEIGHT_M;
 use super::grid::Grid;
@@ -11,10 +11,10 @@ use std::f32::consts::TAU;
 
 /// Distance of the face in front of the joint that the head turns about, in metres.
 const FACE_M: f32 = 0.11;
-/// The face's way during a pose, in steps from first to last lamp.
+/// Number of steps of the face's path during a pose, from first to last lamp.
 const STEPS: usize = 128;
 
-/// Changes poses and frames as the trouble of `seed` says: another seat for each pose and for the interview, and hands.
+/// Changes poses and frames by the trouble of `seed`: another seat for each pose and for the interview, and hands.
 pub fn reseat(poses: &mut [Pose], frames: &mut [Pose], trouble: &Trouble, seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6174);
     let mut draw = || random.random_range(-1.0..1.0f32);
@@ -25,7 +25,7 @@ pub fn reseat(poses: &mut [Pose], frames: &mut [Pose], trouble: &Trouble, seed: 
             x: far * x,
             y: 0.5 * far * y,
             z: far * z,
-            // Four centimetres go with up to ten degrees.
+            // Up to four centimetres and ten degrees.
             yaw: 10.0 * far / 0.04 * yaw,
         }
     };
@@ -38,24 +38,24 @@ pub fn reseat(poses: &mut [Pose], frames: &mut [Pose], trouble: &Trouble, seed: 
             pose.hand = (0.5 + draw()).clamp(0.0, 1.0);
         }
         for (i, frame) in frames.iter_mut().enumerate() {
-            // Up and down within three seconds, out of the picture for a third of them.
+            // Raised and lowered within three seconds, out of the picture for a third of them.
             let time = i as f32 / FRAME_RATE as f32;
             frame.hand = (0.4 + 0.8 * (TAU * (time / 3.0 + phase)).sin()).clamp(0.0, 1.0);
         }
     }
 }
 
-/// The sway of one pose.
+/// Sway in one pose.
 pub struct Sway {
     /// Positions of the face at each of [`STEPS`] times, in metres to camera-right and up; the mean is 0.
     path: Vec<[f32; 2]>,
 }
 
 impl Sway {
-    /// A smooth way whose farthest point is `pixels` pixels of a picture of 256 from the middle.
+    /// A smooth path whose farthest point is `pixels` pixels of a 256-pixel picture from the middle.
     pub fn draw(pixels: f32, seed: u64, pose: usize) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7377_6179 ^ ((pose as u64) << 32));
-        // A slow drift, and sways of one to four periods that are smaller the faster they are.
+        // A slow drift, and one to four periods of sway, weaker with frequency.
         let waves: [[[f32; 2]; 4]; 2] = [(); 2].map(|()| {
             [0, 1, 2, 3].map(|i| {
                 let size = random.random_range(-1.0..1.0f32) / (1.0 + i as f32);
@@ -86,7 +86,7 @@ impl Sway {
         Self { path }
     }
 
-    /// Offset of the face from its middle at `time`, from 0 (before the first lamp) to 1 (after the last), in metres.
+    /// Offset of the face from its centre at `time`, from 0 (before the first lamp) to 1 (after the last), in metres.
     pub fn face_m(&self, time: f32) -> [f32; 2] {
         let at = time.clamp(0.0, 1.0) * (STEPS - 1) as f32;
         let i = (at as usize).min(STEPS - 2);
@@ -113,7 +113,7 @@ impl Sway {
     }
 }
 
-/// `pose` with the face elsewhere: half of the face's way is the whole body's, the rest is the head turning on its neck.
+/// `pose` with the face moved: half of the offset moves the whole body, the rest turns the head on its neck.
 fn moved(pose: &Pose, [x, y]: [f32; 2]) -> Pose {
     let mut moved = *pose;
     moved.seat.x += 0.5 * x;
@@ -123,9 +123,9 @@ fn moved(pose: &Pose, [x, y]: [f32; 2]) -> Pose {
     moved
 }
 
-/// The distances of a swaying subject, baked five times and not for every moment. The body's part of the sway moves the
-/// whole grid and is exact. The head's turn, at most half of the face's way, is interpolated: linearly between the still
-/// grid and those at the farthest turns, and added for both axes.
+/// Distances of a swaying subject, baked five times instead of for every moment. The body's part of the sway moves the
+/// whole grid and is exact. The head's turn, at most half of the face's path, is interpolated: linearly between the
+/// still grid and those at the farthest turns, and added for both axes.
 pub struct SwayingGrid {
     still: Grid,
     /// Farthest to camera-right and left, up and down.
@@ -134,7 +134,7 @@ pub struct SwayingGrid {
 }
 
 impl SwayingGrid {
-    /// The grid with the face `face_m` from its middle.
+    /// The grid with the face offset by `face_m`.
     pub fn at(&self, face_m: [f32; 2]) -> Grid {
         let part = |axis: usize| face_m[axis] / self.farthest_m[axis];
         let end = |axis: usize| &self.moved[axis][usize::from(face_m[axis] < 0.0)];

@@ -1,4 +1,4 @@
-//! Transport of light from every lamp to the camera by one point of the subject.
+//! Light transport from every lamp to the camera by one surface point.
 
 use super::dome::Dome;
 use super::dome::{LAMP_RADIUS_M, RADIUS_M};
@@ -10,21 +10,21 @@ use super::subject::Subject;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// Reach of diffuse light round the terminator of skin, as a cosine per channel.
+/// Reach of diffuse light past the terminator of skin, as a cosine per channel.
 const BLEED: Vec3 = Vec3::new(0.20, 0.11, 0.08);
-/// Share of the light that skin passes on at the very edge of a cast shadow, per channel.
+/// Share of the light that skin transmits at the very edge of a cast shadow, per channel.
 const LEAK: Vec3 = Vec3::new(0.27, 0.18, 0.14);
-/// Beyond this many mean free paths, less than 1 % of the light is left.
+/// Mean free paths after which less than 1 % of the light is left.
 const DEEP: f32 = 5.0;
 
-/// Treatment of work that cannot change the picture: skipped (as always) or done (to test that).
+/// Work that cannot change the picture: skipped (default) or done (to test this).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     Needed,
     Everything,
 }
 
-/// A point of the surface that the camera sees.
+/// A surface point visible to the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub place: Vec3,
@@ -34,19 +34,18 @@ pub struct Point {
     pub surface: Surface,
 }
 
-/// A small disc that shines evenly.
+/// A small disc of uniform radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
     pub place: Vec3,
     pub radius_m: f32,
-    /// The part of the sphere in steradians that its light fills, seen from the stage's middle, and the distance from
-    /// there in metres.
+    /// Solid angle of its light in steradians, seen from the stage's middle, and the distance from there in metres.
     pub solid_angle: f32,
     pub distance_m: f32,
 }
 
 impl Source {
-    /// The lamps of the dome, each with its share of the sphere.
+    /// Lamps of the dome, each with its share of the sphere.
     pub fn lamps(dome: &Dome) -> impl Iterator<Item = Self> {
         let solid_angle = dome.lamp_solid_angle();
         dome.lamps.iter().map(move |lamp| Self {
@@ -58,7 +57,7 @@ impl Source {
     }
 }
 
-/// Everything that light can meet.
+/// Everything that light can hit.
 pub struct Transport<'a> {
     pub sources: &'a [Source],
     pub subject: &'a Subject,
@@ -67,8 +66,8 @@ pub struct Transport<'a> {
 }
 
 impl Transport<'_> {
-    /// Adds, for every source, `share` of the radiance that `point` sends to the camera while the source
-    /// shines with unit radiance from its part of the sphere. Sources that are not `wanted` are left.
+    /// Adds, for every source, `share` of the radiance that `point` sends to the camera while the source has unit
+    /// radiance over its part of the sphere. Sources that are not `wanted` are skipped.
     pub fn add(
         &self,
         point: &Point,
@@ -140,17 +139,17 @@ impl Transport<'_> {
     }
 }
 
-/// Cosine and shadow of skin: light that enters beside a shadow's edge or just before the
-/// terminator comes out beyond it, red farthest.
+/// Cosine and shadow of skin: light that enters beside a shadow's edge or just before the terminator exits beyond it,
+/// red farthest.
 fn bleed(facing: f32, visible: f32, depth_m: f32, below: Vec3) -> Vec3 {
     if below.x <= 0.0 {
         return Vec3::splat(facing.max(0.0) * visible);
     }
-    // Hair over skin lets less in, and it comes out nearer.
+    // Hair over skin lets less light in, and it exits closer.
     let bare = below.x / BELOW_SKIN_M.x;
     let reach = BLEED * bare;
-    // A parabola that leaves 0 at −reach and meets the cosine, value and slope, at +reach, so that
-    // leaving it out beyond is exact.
+    // A parabola that leaves 0 at −reach and meets the cosine, in value and slope, at +reach, so that skipping it
+    // beyond is exact.
     let rise = ((Vec3::splat(facing) + reach) / (2.0 * reach)).clamp(Vec3::ZERO, Vec3::ONE);
     let soft = reach * rise * rise;
     let cosine = Vec3::select(Vec3::splat(facing).cmpge(reach), Vec3::splat(facing.max(0.0)), soft);
@@ -158,11 +157,11 @@ fn bleed(facing: f32, visible: f32, depth_m: f32, below: Vec3) -> Vec3 {
     cosine * through.max(Vec3::splat(visible))
 }
 
-/// The parts of a highlight that depend on the point alone.
+/// Terms of a highlight that depend only on the point.
 struct Gloss<'a> {
     point: &'a Point,
     alpha2: f32,
-    /// Cosine between normal and view, kept from 0 at the silhouette.
+    /// Cosine between normal and view, clamped above 0 at the silhouette.
     seen: f32,
 }
 
@@ -186,7 +185,7 @@ impl<'a> Gloss<'a> {
         (mirror + (Vec3::ONE - mirror) * (1.0 - vh).powi(5)) * (facets * shadowing)
     }
 
-    /// Fibres that stand off the cloth: Disney's sheen (Burley 2012).
+    /// Fibres standing off the cloth: Disney's sheen (Burley 2012).
     fn sheen(&self, light: Vec3) -> Vec3 {
         let half = (light + self.point.view).normalize_or(self.point.normal);
         Vec3::splat(self.point.surface.sheen * (1.0 - self.point.view.dot(half).max(0.0)).powi(5))

@@ -1,4 +1,4 @@
-//! Troubles of a real shoot and departures from the usual, as settings and drawn from the seed.
+//! Troubles of a real shoot: departures from the plain stage, set or drawn from the seed.
 
 use base::error::{Error, Result};
 use base::numbers;
@@ -8,26 +8,28 @@ use rand::{RngExt, SeedableRng};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
-/// Settings that make a shoot difficult. Settings of `None` stay as on the plain stage, or are drawn if [`Self::trouble`] is set.
+/// Settings that make a shoot difficult. `None` means the plain stage, or a value drawn from the seed if
+/// [`Self::trouble`] is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
 #[command(next_help_heading = "Trouble")]
 pub struct TroubleSettings {
-    /// Draw all of the following that is not given from the seed.
+    /// Draw the settings below from the seed, except those given.
     #[arg(long)]
     pub trouble: bool,
-    /// Lamps in each bank, from 1 (a bank is one lamp) to 23, as usual.
+    /// Lamps in each bank, from 1 (each lamp is a bank) to 23, the default.
     #[arg(long, value_name = "LAMPS")]
     pub bank_lamps: Option<usize>,
     /// Light of the interview.
     #[arg(long, value_enum)]
     pub interview_light: Option<LightKind>,
-    /// Factors on the interview's lamps, such as 1.2,1,0.7 for warm light.
+    /// Factors on the colour of the interview's lamps, such as 1.2,1,0.7 for warm light.
     #[arg(long, value_name = "R,G,B", value_parser = tint)]
     pub tint: Option<[f32; 3]>,
-    /// Share of the room in the interview's light, from 0 to 0.9. It comes from everywhere, and is no sum of the banks.
+    /// Share of the room in the interview's light, from 0 to 0.9. It comes from everywhere, so it is not a sum of the
+    /// banks.
     #[arg(long, value_name = "SHARE")]
     pub ambient: Option<f32>,
-    /// Factor by which the camera takes the interview brighter than the mirror balls say, from 0.25 to 4.
+    /// Exposure of the interview relative to what the mirror balls show, from 0.25 to 4.
     #[arg(long, value_name = "FACTOR")]
     pub exposure_change: Option<f32>,
     /// The camera's response: γ1,γ2 or srgb, rec709, linear, or log,K for a curve ln(1 + K·light).
@@ -60,10 +62,10 @@ pub struct TroubleSettings {
     /// Change of the subject's seat from one pose to the next, in metres, from 0 to 0.04.
     #[arg(long, value_name = "METRES")]
     pub reseated: Option<f32>,
-    /// Movement of the face in a picture while the lamps go round, in pixels of a picture of 256, from 0 to 8.
+    /// Movement of the face while the lamps go round, in pixels of a 256-pixel picture, from 0 to 8.
     #[arg(long, value_name = "PIXELS")]
     pub sway: Option<f32>,
-    /// Photograph the subject fully lit before every so many lamps, and after the last one.
+    /// Photograph the fully lit subject before every N-th lamp, and after the last one.
     #[arg(long, value_name = "LAMPS")]
     pub tracking: Option<usize>,
     /// Dust on the mirror ball: share of the light that it scatters, from 0 to 1.
@@ -84,14 +86,14 @@ pub struct TroubleSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum LightKind {
-    /// A soft sum of the stage's own banks.
+    /// Soft sum of the stage's own banks.
     #[default]
     Banks,
     /// A few bare lamps near the subject.
     Lamps,
-    /// One window at a side.
+    /// One window on one side.
     Window,
-    /// A key and a fill, sometimes with a light from behind.
+    /// A key and a fill, sometimes with a backlight.
     Softboxes,
 }
 
@@ -106,7 +108,7 @@ pub enum Hair {
     Grey,
 }
 
-/// Troubles of a shoot: the settings, and what was drawn where they left it open.
+/// Troubles of a shoot: the settings, and the values drawn for those left open.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Trouble {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -115,7 +117,7 @@ pub struct Trouble {
     pub tint: [f32; 3],
     pub ambient: f32,
     pub exposure_change: f32,
-    /// `None`: a dual gamma drawn from the seed within what consumer cameras have.
+    /// `None`: a dual gamma drawn from the seed within the range of consumer cameras.
     #[serde(skip)]
     pub response: Option<Response>,
     pub noise: f32,
@@ -136,10 +138,10 @@ pub struct Trouble {
 /// Look of the subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Look {
-    /// From 0 (light) to 1 (dark); `None` is the stage's own subject, between both.
+    /// From 0 (light) to 1 (dark); `None` is the stage's own subject, in between.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<f32>,
-    /// From 0 (powdered) to 1 (oily); `None` is between both.
+    /// From 0 (powdered) to 1 (oily); `None` is in between.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shine: Option<f32>,
     pub glasses: bool,
@@ -177,7 +179,7 @@ impl Default for Trouble {
 }
 
 impl TroubleSettings {
-    /// A stage without trouble, as a constant.
+    /// The plain stage as a constant.
     pub const NONE: Self = Self {
         trouble: false,
         bank_lamps: None,
@@ -203,10 +205,10 @@ impl TroubleSettings {
         ball_exposure: None,
     };
 
-    /// Refuses what is out of range.
+    /// Refuses settings that are out of range.
     pub(super) fn check(&self) -> Result<()> {
         let within = |what: &str, value: Option<f32>, range: RangeInclusive<f32>| match value {
-            // NaN is in no range, so it is refused here too.
+            // NaN is in no range, so it is refused too.
             Some(value) if !range.contains(&value) => Err(Error::invalid(
                 format!(
                     "{what} of the virtual stage can be from {} to {}, not {value}",
@@ -236,7 +238,7 @@ impl TroubleSettings {
             .try_for_each(|factor| within("each factor of --tint", Some(*factor), 0.05..=20.0))
     }
 
-    /// Troubles of the shoot: the plain stage, or what `seed` draws, and the settings given in place of either.
+    /// Troubles of the shoot: the plain stage, or values drawn from `seed`, overridden by the given settings.
     pub(super) fn resolve(&self, seed: u64) -> Trouble {
         let drawn = if self.trouble { Trouble::draw(seed) } else { Trouble::default() };
         Trouble {
@@ -268,8 +270,8 @@ impl TroubleSettings {
 }
 
 impl Trouble {
-    /// The trouble of one seed. Everything is drawn in the same order whatever comes out, so that giving one setting
-    /// leaves the others as they are.
+    /// Troubles of one seed. Everything is drawn in a fixed order, so that giving one setting leaves the others
+    /// unchanged.
     fn draw(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x74_726f_7562_6c65);
         let mut unit = || random.random::<f32>();
@@ -342,7 +344,7 @@ impl Trouble {
     }
 }
 
-/// A dual gamma that never falls, exponents from 1.2 to 3.2.
+/// A monotonic dual gamma, exponents from 1.2 to 3.2.
 fn dual_gamma(within: &mut impl FnMut(f32, f32) -> f32) -> Response {
     loop {
         if let Ok(curve) = DualGamma::new(within(1.2, 3.2), within(1.2, 3.2)) {
@@ -351,7 +353,7 @@ fn dual_gamma(within: &mut impl FnMut(f32, f32) -> f32) -> Response {
     }
 }
 
-/// Three factors between commas.
+/// Parses three comma-separated factors.
 fn tint(text: &str) -> std::result::Result<[f32; 3], String> {
     let factors: [f64; 3] = numbers(text, "three factors such as 1.2,1,0.7")?;
     Ok(factors.map(|f| f as f32))

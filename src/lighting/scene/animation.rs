@@ -1,11 +1,11 @@
-//! Keys of any settings, by their names.
+//! Keys of settings, by setting name.
 
 use super::{Animated, Setting};
 use light::keyframes::Keyframes;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The keys of each setting that has some.
+/// Keys of each animated setting.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<Setting, Keyframes>", into = "BTreeMap<Setting, Keyframes>")]
 pub struct Animation {
@@ -26,22 +26,22 @@ impl From<Animation> for BTreeMap<Setting, Keyframes> {
 }
 
 impl Animation {
-    /// The keys of a setting; None if it has none.
+    /// Keys of a setting; None without keys.
     pub fn of(&self, setting: Setting) -> Option<&Keyframes> {
         self.lanes.get(&setting)
     }
 
-    /// The settings that have keys, in the order of the window.
+    /// Animated settings, in the order of the window.
     pub fn lanes(&self) -> impl Iterator<Item = (Setting, &Keyframes)> {
         self.lanes.iter().map(|(setting, keys)| (*setting, keys))
     }
 
-    /// True if nothing has keys.
+    /// True if no setting has keys.
     pub fn is_empty(&self) -> bool {
         self.lanes.is_empty()
     }
 
-    /// Gives a setting these keys in place of its own.
+    /// Replaces the keys of a setting.
     pub fn set(&mut self, setting: Setting, keys: Keyframes) {
         if keys.keys().is_empty() {
             self.lanes.remove(&setting);
@@ -50,18 +50,18 @@ impl Animation {
         }
     }
 
-    /// Removes the keys of all settings but some.
+    /// Removes the keys of every setting for which `keeps` is false.
     pub fn retain(&mut self, keeps: impl Fn(Setting) -> bool) {
         self.lanes.retain(|setting, _| keeps(*setting));
     }
 
-    /// The value of a setting at a frame, within its range; None if it has no keys.
+    /// Value of a setting at a frame, within its range; None without keys.
     pub fn value(&self, setting: Setting, frame: f64) -> Option<f32> {
         let value = self.of(setting)?.at(frame)?;
         Some(setting.bounded(value) as f32)
     }
 
-    /// Sets each setting that has keys to its value at a frame.
+    /// Sets each animated setting to its value at a frame.
     pub fn apply(&self, frame: f64, mut to: Animated) {
         for setting in self.lanes.keys() {
             let place = setting.place(&mut to);
@@ -90,7 +90,7 @@ mod tests {
         animation.set(Setting::Pitch, keys("0:0,10:20"));
         animation.set(Setting::Effect(Pass::Glare), keys("0:0.5,10:0.5"));
         animation.set(azimuth, keys("0:-90,10:270"));
-        // Of a light that is not there.
+        // A light that does not exist.
         animation.set(Setting::Light(7, LightSetting::Yaw), keys("0:1"));
         let before = Lighting {
             placed: vec![

@@ -1,21 +1,21 @@
-//! Passes that a person has switched on or off, against what the plan would decide.
+//! Passes switched on or off by the user, overriding the plan.
 
 use super::Pass;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Forced passes: `true` to run one, `false` to skip it. In files a table by the passes' names.
+/// Forced passes: `true` to run one, `false` to skip it. Stored in files as a table keyed by pass name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<Pass, bool>", into = "BTreeMap<Pass, bool>")]
 pub struct Forced([Option<bool>; Pass::ALL.len()]);
 
 impl Forced {
-    /// Forced state of a pass; None if the scene decides.
+    /// Forced state of a pass; None if the plan decides.
     pub fn get(self, pass: Pass) -> Option<bool> {
         self.0[pass as usize]
     }
 
-    /// The same with a pass forced to run (`Some(true)`), forced off, or left to the scene (None).
+    /// Copy with a pass forced to run (`Some(true)`), forced off (`Some(false)`), or left to the plan (None).
     pub fn with(mut self, pass: Pass, run: Option<bool>) -> Self {
         self.0[pass as usize] = run;
         self

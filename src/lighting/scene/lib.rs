@@ -1,4 +1,4 @@
-//! A scene: everything one picture asks for, as plain data.
+//! A scene: the settings of one picture as plain data.
 
 mod animation;
 mod forced;
@@ -15,17 +15,17 @@ pub use viewing::{GAMMA, Viewing};
 use light::Lighting;
 use serde::{Deserialize, Serialize};
 
-/// Range of the exposure in stops: beyond it a display shows nothing but black or white.
+/// Range of the exposure in stops. Beyond it a display shows only black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-/// Settings of one relit picture, apart from the pixels themselves.
+/// Settings of one relit picture, without its pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Interview frame, from 0.
     pub frame: usize,
     /// Yaw of the environment in degrees; positive moves its content to camera-right in front.
     pub yaw_deg: f32,
-    /// Further changes to the environment's light.
+    /// Other changes to the environment's light.
     #[serde(default)]
     pub lighting: Lighting,
     /// Exposure of the picture in stops.
@@ -34,16 +34,16 @@ pub struct Scene {
     pub background: Background,
     /// Output form of the picture.
     pub output: Output,
-    /// Further changes to it; nothing unless asked for.
+    /// Picture effects; none by default.
     #[serde(default)]
     pub effects: Effects,
-    /// Settings for looking at it; exports have none of them.
+    /// Viewing settings; never exported.
     #[serde(default, skip_serializing_if = "Viewing::is_neutral")]
     pub viewing: Viewing,
 }
 
 impl Scene {
-    /// The tone curve that the picture is shown through.
+    /// Tone curve of the displayed picture.
     pub fn view(&self) -> ViewTransform {
         self.viewing.view.unwrap_or(self.effects.view)
     }
@@ -52,10 +52,10 @@ impl Scene {
 /// Background behind the subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Background {
-    /// The environment, as the interview's camera would see it.
+    /// The environment from the interview camera's view.
     #[default]
     Environment,
-    /// Nothing: black, and zero alpha if the output has alpha.
+    /// None: black, and zero alpha if the output has alpha.
     None,
 }
 
@@ -69,22 +69,22 @@ pub enum Output {
     Linear,
 }
 
-/// Conversion of linear light to codes of a display.
+/// Tone curve from linear light to display codes.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum ViewTransform {
-    /// The sRGB curve; what is brighter than white clips.
+    /// The sRGB curve; values above white clip.
     #[default]
     Srgb,
     /// A film-like curve after AgX: 16.5 stops, and bright colours fade to white.
     Filmic,
-    /// The Academy's reference rendering for a display, in Hill's fit: more contrast.
+    /// The Academy's reference rendering for displays, in Hill's fit: more contrast.
     Aces,
 }
 
-/// View that a display shows in place of the picture.
+/// Picture or diagnostic view on the display.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Inspection {
@@ -93,20 +93,20 @@ pub enum Inspection {
     Picture,
     /// One channel in grey.
     Channel(Channel),
-    /// The difference of codes to a second picture, times `gain`.
+    /// Difference of codes to a second picture, times `gain`.
     Difference { gain: f32 },
-    /// Zones of exposure in flat colours.
+    /// Exposure zones in flat colours.
     FalseColor,
 }
 
-/// A channel that can be shown alone.
+/// A channel that can be viewed alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Channel {
     Red,
     Green,
     Blue,
-    /// Relative luminance of the codes' light, as a grey of that light.
+    /// Relative luminance of the codes' light, shown as grey.
     Luminance,
     /// Coverage; its codes are linear.
     Alpha,

@@ -1,11 +1,11 @@
-//! The passes, in the order in which they run, and the strengths that ask for some of them: one table, which panels,
-//! command line, files and bounds read.
+//! The passes in running order and the strengths that enable some of them, in one table for panels, command line,
+//! files and bounds.
 
 use super::{Forced, Inspection, ViewTransform};
 use base::numbers::within;
 use serde::{Deserialize, Serialize};
 
-/// Makes [`Pass`], [`Effects`] and [`STRENGTHS`] of one table.
+/// Generates [`Pass`], [`Effects`] and [`STRENGTHS`] from one table.
 macro_rules! passes {
     ($(
         $(#[$doc:meta])*
@@ -25,14 +25,14 @@ macro_rules! passes {
             /// Every pass, in order.
             pub const ALL: [Pass; [$(Pass::$pass),*].len()] = [$(Pass::$pass),*];
 
-            /// The name that finds this pass everywhere: in reports, files and shaders.
+            /// Name of this pass in reports, files and shaders.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$pass => $name,)*
                 }
             }
 
-            /// Label for people to read.
+            /// Label in the window.
             pub fn label(self) -> &'static str {
                 match self {
                     $(Self::$pass => $label,)*
@@ -40,8 +40,8 @@ macro_rules! passes {
             }
         }
 
-        /// Effects and their strengths. The default leaves the picture as light and camera made it.
-        /// A strength that is negative or NaN counts as 0.
+        /// Effects and their strengths. The default leaves the picture of light and camera unchanged. A negative or
+        /// NaN strength counts as 0.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
         #[serde(default)]
         pub struct Effects {
@@ -56,18 +56,18 @@ macro_rules! passes {
                 )]
                 pub $field: f32,
             )?)*
-            /// The view transform: how light becomes display codes.
+            /// View transform from light to display codes.
             #[arg(long, value_enum, default_value_t)]
             pub view: ViewTransform,
-            /// View that is shown in place of the picture itself.
+            /// Diagnostic view in place of the picture.
             #[arg(skip)]
             pub inspection: Inspection,
-            /// Passes that run, or are skipped, whatever the picture calls for.
+            /// Passes forced on or off, regardless of the plan.
             #[arg(skip)]
             pub forced: Forced,
         }
 
-        /// The strengths that ask for a pass, in the order of the passes.
+        /// Strengths that enable a pass, in the order of the passes.
         pub const STRENGTHS: &[Strength] = &[$($(
             Strength {
                 pass: Pass::$pass,
@@ -80,70 +80,70 @@ macro_rules! passes {
     };
 }
 
-// A pass has its name and its label; one that is asked for by a strength has: its field and option, the largest value and
-// its hint.
+// Each pass has a name and a label. A pass with a strength also has its field and option, the largest value and a
+// hint.
 passes! {
-    /// The network predicts the frame's reflectance field.
+    /// Predicts the frame's reflectance field with the network.
     Predict = "predict", "Prediction";
-    /// The field's brightness is held steady from frame to frame.
+    /// Holds the field's brightness steady between frames.
     Smoothing = "smoothing", "Smoothing", smoothing up to 1.0:
         "Evens out jumps in brightness between frames";
-    /// The environment's energy is given to the lamps.
+    /// Distributes the environment's energy over the lamps.
     Weights = "weights", "Lamp weights";
-    /// The lamps' pictures are summed, and the subject is cut out.
+    /// Sums the lamps' pictures and cuts out the subject.
     Relight = "relight", "Relight";
-    /// The light of the working size is brought to the plate's size, where it multiplies the plate.
+    /// Upscales the light from the working size to the plate's size and multiplies the plate by it.
     Plate = "plate", "Plate";
-    /// A screen's colour is taken out of the subject's rim.
+    /// Removes a screen's colour from the subject's rim.
     Despill = "despill", "Despill", despill up to 1.0:
         "Removes green- or blue-screen spill from the subject's edge";
-    /// The environment is drawn behind the subject.
+    /// Draws the environment behind the subject.
     Background = "background", "Background";
-    /// The background is put out of focus.
+    /// Puts the background out of focus.
     BackgroundBlur = "background_blur", "Background blur", background_blur up to 0.25:
         "Puts the background out of focus; radius as a share of the picture's height";
-    /// Light from behind reaches around the rim, and the subject is laid over what is behind it.
+    /// Wraps light from behind around the rim and composites the subject over the background.
     LightWrap = "light_wrap", "Light wrap", light_wrap up to 1.0:
         "Wraps the background's light around the subject's edge";
-    /// The lens scatters light that is brighter than white.
+    /// Scatters light above white, as in a lens.
     Glare = "glare", "Glare", glare up to 1.0:
-        "Scatters light above white, as a lens does";
-    /// The lens darkens the picture towards its corners.
+        "Scatters light above white, as in a lens";
+    /// Darkens the picture towards its corners, as in a lens.
     Vignette = "vignette", "Vignette", vignette up to 0.9:
-        "Darkens the corners, as a lens does; share of light that they lose";
-    /// Everything is made brighter or darker.
+        "Darkens the corners, as in a lens; share of light lost there";
+    /// Brightens or darkens the full picture.
     Exposure = "exposure", "Exposure";
-    /// Linear light is encoded for a display.
+    /// Encodes linear light for a display.
     View = "view", "Tone curve";
-    /// The picture gets the plate's grain.
+    /// Adds the plate's grain.
     Grain = "grain", "Grain", grain up to 4.0:
         "Adds the plate's grain; 1 matches the plate";
-    /// A pattern below one code keeps smooth gradients from showing steps.
+    /// Adds a pattern below one code, so that smooth gradients show no steps.
     Dither = "dither", "Dither";
-    /// One channel is shown in grey.
+    /// Shows one channel in grey.
     Channels = "channels", "Channel";
-    /// The difference to a second picture is shown.
+    /// Shows the difference to a second picture.
     Difference = "difference", "Difference";
-    /// Zones of exposure are shown in flat colours.
+    /// Shows exposure zones in flat colours.
     FalseColor = "false_color", "False colour";
 }
 
-/// A strength among [`Effects`], which asks for a pass.
+/// A strength among [`Effects`] that enables a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Strength {
     pub pass: Pass,
     /// Label on a panel.
     pub label: &'static str,
-    /// Its effect, for a hint and for `--help`.
+    /// Effect, for a tooltip and for `--help`.
     pub hint: &'static str,
-    /// The largest value; the smallest is 0, which asks for nothing.
+    /// Largest value; the smallest is 0, which disables the pass.
     pub most: f32,
-    /// Its place.
+    /// Field of the strength.
     pub of: fn(&mut Effects) -> &mut f32,
 }
 
 impl Effects {
-    /// Every strength at this share of its largest value.
+    /// Effects with every strength at this share of its largest value.
     pub fn all(share: f32) -> Self {
         let mut all = Self::default();
         for strength in STRENGTHS {
@@ -152,23 +152,23 @@ impl Effects {
         all
     }
 
-    /// These with every strength within its bounds: 0 if it is negative or NaN.
+    /// Effects with every strength within its bounds; 0 if negative or NaN.
     pub fn bounded(mut self) -> Self {
         for strength in STRENGTHS {
             let value = (strength.of)(&mut self);
-            // `f32::max` takes the other side if one is NaN.
+            // `f32::max` returns the other operand if one is NaN.
             *value = value.max(0.0).min(strength.most);
         }
         self
     }
 
-    /// The strength that asks for a pass; 0 if it has none.
+    /// Strength of a pass; 0 for a pass without one.
     pub fn strength(mut self, pass: Pass) -> f32 {
         let strength = STRENGTHS.iter().find(|strength| strength.pass == pass);
         strength.map_or(0.0, |strength| *(strength.of)(&mut self))
     }
 
-    /// True if a pass that has a strength is asked for: by the strength, or because it is forced to run and not
+    /// True if a pass with a strength is enabled: its strength is above 0 or it is forced to run, and it is not
     /// forced off.
     pub fn asks(&self, pass: Pass) -> bool {
         let forced = self.forced.get(pass);

@@ -1,4 +1,4 @@
-//! The settings of a picture that can have keys, by names that files keep.
+//! Animatable settings of a picture, by the names used in files.
 
 use super::{EXPOSURE_STOPS, Effects, Pass, STRENGTHS, Strength};
 use base::numbers::ANGLES;
@@ -20,11 +20,11 @@ pub enum Setting {
     Temperature,
     Tint,
     Exposure,
-    /// The strength that asks for a pass.
+    /// Strength of a pass.
     Effect(Pass),
     /// A number of the placed light with this [`light::PlacedLight::id`].
     Light(u32, LightSetting),
-    /// The gain of the group of lights with this [`light::LightGroup::id`].
+    /// Gain of the light group with this [`light::LightGroup::id`].
     Group(u32),
 }
 
@@ -40,7 +40,7 @@ pub enum LightSetting {
     Blue,
 }
 
-/// Unit of a setting: keys can be copied between settings of one unit.
+/// Unit of a setting. Keys can be copied between settings with the same unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     Degrees,
@@ -55,7 +55,7 @@ pub enum Unit {
     Channel,
 }
 
-/// Places of the settings that can have keys.
+/// Targets of the animatable settings.
 pub struct Animated<'a> {
     pub yaw_deg: &'a mut f32,
     pub exposure_stops: &'a mut f32,
@@ -63,7 +63,7 @@ pub struct Animated<'a> {
     pub effects: &'a mut Effects,
 }
 
-/// The settings of the picture besides effects: name in files, and in the window.
+/// Settings of the picture besides effects: name in files and title in the window.
 const PLAIN: [(Setting, &str, &str); 8] = [
     (Setting::Yaw, "yaw", "Yaw"),
     (Setting::Pitch, "pitch", "Pitch"),
@@ -76,7 +76,7 @@ const PLAIN: [(Setting, &str, &str); 8] = [
 ];
 
 impl LightSetting {
-    /// All of them, with name in files, and in the window.
+    /// All light settings: name in files and title in the window.
     pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (Self::Yaw, "yaw", "azimuth"),
         (Self::Pitch, "pitch", "elevation"),
@@ -94,7 +94,7 @@ impl LightSetting {
 }
 
 impl Unit {
-    /// Suffix after a number.
+    /// Suffix after a number, such as a degree sign.
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Degrees => "°",
@@ -104,8 +104,8 @@ impl Unit {
         }
     }
 
-    /// A value as the window shows it: energy in stops, where 0 is π, with which white that faces the light is 1, and a light
-    /// that is off as the fewest stops that can be set.
+    /// Value shown in the window. Energy is shown in stops, where 0 is π, at which white facing the light has
+    /// radiance 1; a light that is off is shown as the lowest stop value.
     pub fn shown(self, value: f64) -> f64 {
         match self {
             Self::Energy => {
@@ -116,7 +116,7 @@ impl Unit {
         }
     }
 
-    /// The value that is shown like this.
+    /// Inverse of [`Self::shown`].
     pub fn of_shown(self, shown: f64) -> f64 {
         match self {
             Self::Energy => std::f64::consts::PI * shown.exp2(),
@@ -124,7 +124,7 @@ impl Unit {
         }
     }
 
-    /// A change of it that can be seen.
+    /// Smallest visible change.
     pub fn step(self) -> f32 {
         match self {
             Self::Degrees | Self::Tint => 10.0,
@@ -134,7 +134,7 @@ impl Unit {
         }
     }
 
-    /// Digits behind the point.
+    /// Number of decimals.
     pub fn decimals(self) -> usize {
         match self {
             Self::Degrees => 1,
@@ -167,7 +167,7 @@ impl Setting {
         found.map_or(("", ""), |(_, name, title)| (name, title))
     }
 
-    /// Its unit.
+    /// Unit of the setting.
     pub fn unit(self) -> Unit {
         match self {
             Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => Unit::Degrees,
@@ -183,7 +183,7 @@ impl Setting {
         }
     }
 
-    /// Allowed values. Angles may turn around many times.
+    /// Allowed values. Angles may span many turns.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => ANGLES,
@@ -201,13 +201,13 @@ impl Setting {
         }
     }
 
-    /// A value within [`Self::range`]; NaN stays.
+    /// Value clamped to [`Self::range`]; NaN stays NaN.
     pub fn bounded(self, value: f64) -> f64 {
         let range = self.range();
         value.clamp(f64::from(*range.start()), f64::from(*range.end()))
     }
 
-    /// Its place; None if there is no such light or group.
+    /// Field of the setting; None if the light or group does not exist.
     pub fn place<'a>(self, of: &'a mut Animated<'_>) -> Option<&'a mut f32> {
         Some(match self {
             Self::Yaw => &mut *of.yaw_deg,
@@ -239,7 +239,7 @@ impl Setting {
         })
     }
 
-    /// True if there is such a setting under this lighting.
+    /// True if the setting exists under this lighting.
     pub fn exists(self, lighting: &Lighting) -> bool {
         match self {
             Self::Light(id, _) => index(id, lighting).is_some(),
@@ -253,18 +253,18 @@ fn strength(pass: Pass) -> Option<&'static Strength> {
     STRENGTHS.iter().find(|strength| strength.pass == pass)
 }
 
-/// The place of a light among the others.
+/// Index of a light.
 fn index(id: u32, lighting: &Lighting) -> Option<usize> {
     lighting.placed.iter().position(|light| light.id == id)
 }
 
-/// The place of a group among the others.
+/// Index of a group.
 fn group(id: u32, lighting: &Lighting) -> Option<usize> {
     lighting.groups.iter().position(|group| group.id == id)
 }
 
 impl Display for Setting {
-    /// Its name in files, such as `pitch`, `effects.glare`, `lights.2.yaw` and `groups.1.gain`.
+    /// Name in files, such as `pitch`, `effects.glare`, `lights.2.yaw` and `groups.1.gain`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match *self {
             Self::Effect(pass) => write!(f, "effects.{}", pass.name()),
@@ -302,7 +302,7 @@ impl FromStr for Setting {
         found.ok_or_else(|| {
             let plain = PLAIN.map(|(_, name, _)| name).join(", ");
             format!(
-                "{text:?} is no setting that can have keys: those are {plain}, effects.NAME such as effects.glare, \
+                "{text:?} cannot have keys; settings with keys are {plain}, effects.NAME such as effects.glare, \
                  lights.NUMBER.NAME such as lights.1.yaw, and groups.NUMBER.gain"
             )
         })
@@ -393,7 +393,7 @@ mod tests {
             assert!((stored - f64::from(light.intensity)).abs() < 1e-5);
         }
         assert_eq!(unit.shown(0.0), f64::from(*Lighting::STOPS.start()));
-        // Keys of a file may be brighter than what can be set in the window.
+        // Keys of a file may be brighter than the window's range.
         assert!((unit.shown(unit.of_shown(11.5)) - 11.5).abs() < 1e-9);
         assert_eq!(Unit::Stops.shown(2.0), 2.0);
     }

@@ -1,5 +1,4 @@
-//! Changes to a picture for a person who looks at it on the display: brighter, lifted, or through another tone curve.
-//! Nothing of it is exported.
+//! Viewing changes on the display: brighter, lifted, or through another tone curve. Never exported.
 
 use super::ViewTransform;
 use imaging::DisplayTable;
@@ -10,17 +9,17 @@ use std::sync::Arc;
 /// Range of the viewing gamma.
 pub const GAMMA: RangeInclusive<f32> = 0.2..=5.0;
 
-/// Changes to a picture for looking at it, right before its tone curve.
+/// Viewing changes, applied right before the tone curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Viewing {
     /// Exposure in stops.
     pub exposure_stops: f32,
-    /// Linear light is raised to 1 / gamma: more than 1 lifts shadows and midtones; black and 1 stay.
+    /// Exponent 1 / gamma on linear light: above 1 lifts shadows and midtones; black and 1 stay.
     pub gamma: f32,
-    /// The tone curve in place of the picture's own; None for that.
+    /// Tone curve in place of the picture's own; None for the picture's own.
     pub view: Option<ViewTransform>,
-    /// The view of a person's colour configuration in place of any tone curve.
+    /// View of the user's colour configuration, in place of any tone curve.
     #[serde(skip)]
     pub through: Option<Arc<DisplayTable>>,
 }
@@ -32,12 +31,12 @@ impl Default for Viewing {
 }
 
 impl Viewing {
-    /// True if the picture is shown as it is exported.
+    /// True if the view equals the export.
     pub fn is_neutral(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The same with numbers inside their ranges; NaN is neutral.
+    /// Copy with numbers clamped to their ranges; NaN becomes neutral.
     #[must_use]
     pub fn bounded(self) -> Self {
         let within = |value: f32, range: RangeInclusive<f32>, neutral: f32| match value.is_nan() {
@@ -51,7 +50,7 @@ impl Viewing {
         }
     }
 
-    /// Factor on linear light, and the power that it is raised to then; both 1 if neither changes anything.
+    /// Factor on linear light, and the exponent applied after it; both 1 if neutral.
     pub fn factor_and_power(&self) -> [f32; 2] {
         let Self { exposure_stops, gamma, .. } =
             Self { exposure_stops: self.exposure_stops, gamma: self.gamma, ..Self::default() }

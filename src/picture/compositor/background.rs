@@ -1,5 +1,5 @@
-//! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
-//! it, turned as the light or further, and of its colour.
+//! Pass `background`: the environment behind the subject, seen by a camera on +Z that looks along −Z,
+//! with its own rotation, level and colour.
 
 use super::cubic::Taps;
 use super::descriptor::{Descriptor, NO_BACKGROUND};
@@ -33,16 +33,16 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
     })
 };
 
-/// The picture behind the subject is needed whole, not only where the matte is open.
+/// The background is needed everywhere, not only where the matte is open.
 pub(crate) fn draws_whole(effects: &Effects) -> bool {
     effects.asks(Pass::BackgroundBlur) || effects.asks(Pass::LightWrap)
 }
 
-/// The camera's view of the environment.
+/// Camera's view of the environment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraView {
-    /// Vertical field of view in degrees, above 0 and below 180. It need not be the interview's: that
-    /// is filmed from afar through a long lens (about 6°), which would show a few texels of a
+    /// Vertical field of view in degrees, above 0 and below 180. It need not match the interview's:
+    /// that is shot from afar through a long lens (about 6°), which would show a few texels of a
     /// panorama, while a lens of about 40° shows a place.
     pub vertical_fov_deg: f32,
 }
@@ -53,7 +53,7 @@ impl Default for CameraView {
     }
 }
 
-/// Placement of the environment behind the subject: turned by a yaw in degrees, then by `tilt`, and times `level` per channel.
+/// Placement of the environment behind the subject: rotated by a yaw in degrees, then by `tilt`, times `level` per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
     pub yaw_deg: f32,
@@ -62,7 +62,7 @@ pub struct Backdrop {
 }
 
 impl Backdrop {
-    /// The backdrop that a scene asks for, in front of an environment whose level in the picture is `level`.
+    /// Backdrop of a scene, in an environment whose level in the picture is `level`.
     pub fn of(scene: &Scene, level: f32) -> Self {
         let further = scene.lighting.background_yaw_deg;
         Self {
@@ -75,9 +75,9 @@ impl Backdrop {
 
 /// Adds `level` · environment to a premultiplied picture where `mask` lets it through. The panorama is
 /// smoothed with a cubic B-spline, which has no ringing beside a sun and no facets when a small
-/// panorama fills a large picture; a large one is sampled as often as it has texels, and a picture whose pixels are far
-/// smaller than texels is interpolated between places a fifth of a texel apart: off by less than
-/// 0.3 % of what a texel stands out.
+/// panorama fills a large picture. A large panorama is sampled once per texel. A picture with pixels much
+/// smaller than texels is interpolated between samples a fifth of a texel apart: the error is less than
+/// 0.3 % of a texel's contrast.
 pub fn draw_background(
     picture: &mut Image,
     mask: &Mask,
@@ -89,7 +89,7 @@ pub fn draw_background(
     let sampling = Sampling::of(height, panorama.height, backdrop.yaw_deg, view);
     let Sampling { pixel, turn, .. } = sampling;
     let untilt = backdrop.tilt.inverse();
-    // What is seen at a place in pixels.
+    // Background at a place in pixels.
     let seen = |x: f32, y: f32| {
         let (across, down) = (x - width as f32 / 2.0, y - height as f32 / 2.0);
         let direction = untilt * Vec3::new(across * pixel, -down * pixel, -1.0);
@@ -124,8 +124,8 @@ pub fn draw_background(
     });
 }
 
-/// The background at every `step`-th pixel along each axis: a picture that is far larger than what it sees of a
-/// panorama changes slowly, and is interpolated between these (by a cubic).
+/// The background at every `step`-th pixel along each axis: a picture much larger than its part of the
+/// panorama changes slowly, and is interpolated between these samples (by a cubic).
 struct Lattice {
     step: usize,
     /// Every pixel of every `step`-th row.
@@ -133,14 +133,14 @@ struct Lattice {
 }
 
 impl Lattice {
-    /// Looks wherever a pixel of `mask` nearby is open.
+    /// Samples only where a nearby pixel of `mask` is open.
     fn of(mask: &Mask, step: usize, see: &(impl Fn(f32, f32) -> [f32; 3] + Sync)) -> Self {
         let (width, height) = mask.size();
         // One beyond the last pixel.
         let [columns, rows] = [width, height].map(|length| (length - 1) / step + 2);
         let along: Vec<Taps> =
             (0..width).map(|x| Taps::at(x as f32 / step as f32, columns)).collect();
-        // A cubic looks two points to each side.
+        // A cubic needs two points on each side.
         let around = |i: usize, length: usize| {
             let [first, end] = [(i * step).saturating_sub(2 * step), (i + 2) * step];
             first.min(length)..end.min(length)
@@ -187,8 +187,8 @@ pub(crate) struct BackgroundParams {
 }
 
 impl Recording<'_> {
-    /// [`draw_background`] on the GPU: the fourth value of `subject` is its matte; after it, it is 1 if the subject
-    /// is `laid` over the background by this, else it stays.
+    /// [`draw_background`] on the GPU: the fourth value of `subject` is its matte. In the result it is 1 if the subject
+    /// is `laid` over the background here; otherwise it stays.
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
@@ -220,19 +220,19 @@ impl Recording<'_> {
     }
 }
 
-/// Directions in which a picture's pixels look.
+/// View directions of a picture's pixels.
 struct Sampling {
     /// Width of a pixel at unit distance.
     pixel: f32,
     /// Yaw in turns, `[0, 1)`.
     turn: f32,
-    /// Along each axis of a pixel.
+    /// Samples along each axis of a pixel.
     samples: usize,
-    /// Pixels between places that are looked at.
+    /// Pixels between samples.
     step: usize,
 }
 
-/// Places that are looked at are at most this part of a texel apart where pixels are smaller still.
+/// Largest distance of samples in texels where pixels are smaller still.
 const APART: f32 = 0.2;
 
 impl Sampling {
@@ -243,7 +243,7 @@ impl Sampling {
         let texel = std::f32::consts::PI / panorama_rows as f32;
         Self {
             pixel,
-            // Reduced first, so that a turn more gives the same numbers.
+            // Reduced first, so that a full turn more gives the same numbers.
             turn: yaw_deg.rem_euclid(360.0) / 360.0,
             samples: (pixel / texel).ceil().max(1.0) as usize,
             step: (APART * texel / pixel).max(1.0) as usize,
@@ -252,13 +252,13 @@ impl Sampling {
 }
 
 /// The panorama at (u, v), smoothed with the uniform cubic B-spline over 4 × 4 texels. Columns wrap;
-/// beyond a pole the panorama goes on half a turn away.
+/// beyond a pole the panorama continues half a turn away.
 fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
     let (width, height) = (panorama.width as isize, panorama.height as isize);
     let (x, y) = (u * width as f32 - 0.5, v * height as f32 - 0.5);
     let (column, row) = (x.floor(), y.floor());
     let (across, down) = (weights(x - column), weights(y - row));
-    // Yaw and half a turn bring a column out of the panorama once at most; narrow ones wrap in any case.
+    // Yaw plus half a turn wrap a column at most once; narrow panoramas wrap in any case.
     let wrapped = |c: isize| match c {
         c if (0..width).contains(&c) => c,
         c => c.rem_euclid(width),
@@ -284,7 +284,7 @@ fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
     sum
 }
 
-/// Weights of four texels for a point `f` ∈ [0, 1) beyond the second one. They add up to 1.
+/// Weights of four texels for a point `f` ∈ [0, 1) beyond the second one; their sum is 1.
 fn weights(f: f32) -> [f32; 4] {
     let g = 1.0 - f;
     [g * g * g, 4.0 - 3.0 * f * f * (2.0 - f), 4.0 - 3.0 * g * g * (2.0 - g), f * f * f]
@@ -397,8 +397,8 @@ mod tests {
 
     #[test]
     fn a_small_panorama_is_shown_without_facets() {
-        // Second differences along a row of a magnified edge: those of interpolation by straight
-        // lines would be one whole slope at a texel's centre.
+        // Second differences along a row of a magnified edge: linear interpolation would give
+        // one full slope at a texel's centre.
         let panorama = Raster::from_fn(64, 32, |x, _| if x < 32 { [0.0; 3] } else { [1.0; 3] });
         let picture = seen(&panorama, (512, 1), 0.0, 0.1);
         let row: Vec<f32> = picture.pixels.iter().map(|p| p[0]).collect();
@@ -409,7 +409,7 @@ mod tests {
 
     #[test]
     fn a_large_panorama_keeps_its_mean() {
-        // Stripes of one texel, eight and more to a pixel, must not alias.
+        // Stripes of one texel, eight or more per pixel, must not alias.
         let panorama = Raster::from_fn(2048, 1024, |x, _| [(x % 2) as f32; 3]);
         let picture = seen(&panorama, (24, 24), 0.0, 40.0);
         assert!(picture.pixels.iter().all(|p| (p[0] - 0.5).abs() < 0.05));

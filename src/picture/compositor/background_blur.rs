@@ -1,5 +1,5 @@
-//! Pass `background_blur`: the background as a lens sees it that is focused on the subject. Every point
-//! becomes a disc, in linear light, so that lamps become bright discs; the subject is laid over later.
+//! Pass `background_blur`: the background out of focus, through a lens focused on the subject. Every point
+//! becomes a disc, in linear light, so that lamps become bright discs. The subject is laid over it later.
 
 use super::descriptor::{Descriptor, LightStep, needs_background};
 use super::facts::key;
@@ -26,7 +26,7 @@ pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
     })
 };
 
-/// The blur of the picture behind the subject, before the subject is laid over it.
+/// Blurs the background before the subject is laid over it.
 pub(crate) const STEP: LightStep = LightStep {
     in_memory: |context, behind| {
         let radius = context.effects.background_blur * behind.height as f32;
@@ -39,16 +39,16 @@ pub(crate) const STEP: LightStep = LightStep {
     cached: true,
 };
 
-/// Discs of this radius in pixels and more are drawn at half the size, again and again: a disc costs as
-/// its area, and one of a few pixels is round enough once it is enlarged.
+/// Radius in pixels from which discs are drawn at half the size, recursively: the cost of a disc grows with
+/// its area, and a disc of a few pixels is round enough after enlarging.
 const LARGEST_RADIUS: f32 = 4.0;
 
-/// Pixels that are summed at once.
+/// Number of pixels summed at once.
 const BLOCK: usize = 8;
 const ZERO: [[f32; 4]; BLOCK] = [[0.0; 4]; BLOCK];
 
 /// Blurs a picture by a disc of `radius` pixels. Edges are mirrored, so that no light is lost. A radius
-/// that is not above 0 leaves the picture as it is.
+/// that is not above 0 leaves the picture unchanged.
 pub fn background_blur(picture: &mut Image, radius: f32) {
     if radius.is_nan() || radius <= 0.0 || picture.pixels.is_empty() {
         return;
@@ -67,7 +67,7 @@ pub fn background_blur(picture: &mut Image, radius: f32) {
     pairs.with_min_len(4096).for_each(|(pixel, &[r, g, b, _])| *pixel = [r, g, b]);
 }
 
-/// Four values a pixel, blurred by a disc of `radius` pixels.
+/// Four values per pixel, blurred by a disc of `radius` pixels.
 pub(super) fn defocused(picture: Rgba, radius: f32) -> Rgba {
     if picture.pixels.is_empty() {
         return picture;
@@ -97,14 +97,14 @@ impl Recording<'_> {
     }
 }
 
-/// The radius at half the size that makes a spot as wide. A disc has the variance radius² / 4 along an
+/// Radius at half the size that gives the same width. A disc has the variance radius² / 4 along an
 /// axis; halving and doubling add 0.75 pixels² each.
 fn halved(radius: f32) -> f32 {
     (radius * radius - 6.0).max(0.0).sqrt() / 2.0
 }
 
-/// The mean over a disc whose rim is one pixel wide, so that radii between whole pixels differ, of what
-/// `pixel` gives for each pixel. `done` makes a pixel of the result of it.
+/// Mean of `pixel` over a disc with a one-pixel rim, so that fractional radii differ. `done` makes a
+/// pixel of the result.
 fn disc<T: Send>(
     (width, height): (usize, usize),
     radius: f32,
@@ -113,7 +113,7 @@ fn disc<T: Send>(
 ) -> Raster<T> {
     let taps = disc_taps(radius);
     let margin = reach(radius) as usize;
-    // Every row once, mirrored on both sides; the last block of a row may read past it.
+    // Each row once, mirrored on both sides; the last block of a row may read past it.
     let wide = width + 2 * margin + BLOCK;
     let mut rows = vec![[0f32; 4]; wide * height];
     let padded = rows.par_chunks_mut(wide).enumerate();
@@ -141,7 +141,7 @@ fn disc<T: Send>(
     Raster { width, height, pixels: lines.collect() }
 }
 
-/// A row of sums over taps, each of which names where its first pixel is in `rows`. A few pixels at a time,
+/// A row of sums over taps; each tap gives the offset of its first pixel in `rows`. A few pixels at a time,
 /// whose sums stay in registers.
 #[inline(always)]
 fn weigh(rows: &[[f32; 4]], taps: &[(usize, f32)], out: &mut [[f32; 4]]) {
@@ -157,12 +157,12 @@ fn weigh(rows: &[[f32; 4]], taps: &[(usize, f32)], out: &mut [[f32; 4]]) {
     }
 }
 
-/// Pixels on either side that a disc can touch.
+/// Number of pixels on either side that a disc can touch.
 fn reach(radius: f32) -> isize {
     (radius + 0.5).ceil() as isize
 }
 
-/// Offsets and shares of the pixels under a disc, row by row. The shares add up to 1.
+/// Offsets and shares of the pixels under a disc, row by row. The sum of the shares is 1.
 fn disc_taps(radius: f32) -> Vec<(isize, isize, f32)> {
     let reach = reach(radius);
     let cover = |dx: isize, dy: isize| {
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_radius_acts_without_steps() {
-        // Across the size from which discs are drawn smaller, a spot's spread goes on growing evenly.
+        // A spot keeps growing evenly across the radius from which discs are drawn smaller.
         let spread = |radius: f32| {
             let mut spot = lamp(64, 64, (31, 31)).map(|p| p.map(|v| v - 0.1));
             background_blur(&mut spot, radius);

@@ -1,4 +1,4 @@
-//! Pass `channels`: one channel of the display's codes in grey, or the coverage.
+//! Pass `channels`: one channel of the display codes in grey, or the coverage.
 
 use super::curve::Curve;
 use super::descriptor::{CodesStep, Descriptor, NOT_ASKED, Run, inspected};
@@ -43,7 +43,7 @@ pub(crate) const CHANNELS: Descriptor = Descriptor {
 static LIGHT: LazyLock<Curve> = LazyLock::new(|| Curve::new(linear_from_srgb));
 static CODE: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
 
-/// Replaces codes by the grey of one channel. Luminance is that of the codes' light. `alpha` has the
+/// Replaces codes by the grey of one channel. Luminance is computed in linear light. `alpha` has the
 /// picture's size.
 pub fn channels(codes: &mut Encoded, alpha: &Mask, channel: Channel) {
     let pixels = codes.0.pixels.par_iter_mut().zip(&alpha.pixels);

@@ -1,4 +1,4 @@
-//! Makes pictures: from a reflectance field to what a scene asks for, with a report on every pass.
+//! Makes pictures from a reflectance field and a scene, with a report on every pass.
 
 use super::composition::{Backend, Composition, InMemory, OnGpu, inputs};
 use super::descriptor::PlannedPass;
@@ -10,16 +10,16 @@ use super::shown::ShownPicture;
 use base::error::{Error, Result};
 use scene::Scene;
 
-/// Makes the picture that `scene` asks for.
+/// Makes the picture of `scene`.
 ///
 /// # Errors
-/// When field, mask and weights do not belong together, the view is impossible, or a GPU fails.
+/// When field, mask and weights do not match, the view is invalid, or a GPU fails.
 pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
     Ok(make(scene, of, None, None, false)?.picture)
 }
 
-/// Makes the picture that `scene` asks for. Pictures after chosen passes are cached in `reuse` and taken
-/// from there as long as nothing that they depend on has changed: `of.extra.identity` has to say so.
+/// Makes the picture of `scene`. Pictures after some passes are cached in `reuse`, and reused
+/// while none of their inputs has changed: `of.extra.identity` must state changes.
 ///
 /// # Errors
 /// As [`compose`].
@@ -27,7 +27,7 @@ pub fn compose_reusing(scene: &Scene, of: &Ingredients, reuse: &mut Reuse) -> Re
     Ok(make(scene, of, None, Some(reuse), false)?.picture)
 }
 
-/// Runs a plan as it is given: a test may force what [`plan`] would skip. Every pass has to be in it.
+/// Runs a given plan: a test may force a pass that [`plan`] would skip. Every pass must be in it.
 ///
 /// # Errors
 /// As [`compose`].
@@ -35,7 +35,7 @@ pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Resul
     Ok(make(scene, of, Some(passes), None, false)?.picture)
 }
 
-/// Makes a picture by a plan of its own or by the one that is given. What a GPU makes may stay there.
+/// Makes a picture by a given plan or by its own. The result may stay on the GPU.
 pub(super) fn make(
     scene: &Scene,
     of: &Ingredients,
@@ -61,7 +61,7 @@ pub(super) fn make(
     }
 }
 
-/// Goes through the plan, pass by pass.
+/// Runs the plan, pass by pass.
 fn perform<B: Backend>(
     mut composition: Composition<B>,
     given: Option<&[PlannedPass]>,

@@ -13,7 +13,7 @@ pub struct Set {
     pub environment: Environment,
 }
 
-/// The matte of a disc with a soft edge.
+/// Matte of a disc with a soft edge.
 pub fn disc(size: usize) -> Mask {
     let centre = size as f32 / 2.0;
     Raster::from_fn(size, size, |x, y| {
@@ -23,7 +23,7 @@ pub fn disc(size: usize) -> Mask {
 }
 
 impl Set {
-    /// A disc of a subject with a soft edge under three lamps, in front of a ramp.
+    /// Disc with a soft edge under three lamps, in front of a ramp.
     pub fn new(size: usize) -> Self {
         let mask = disc(size);
         let olats: Vec<Image> = (1..4)
@@ -59,9 +59,9 @@ impl Set {
 }
 
 impl Picture {
-    /// The linear light of a picture that has it.
+    /// The linear light of a picture, which must exist.
     pub fn light(&self) -> &Image {
-        self.linear.as_ref().expect("this picture has its linear light")
+        self.linear.as_ref().expect("a picture with linear light")
     }
 }
 
@@ -98,7 +98,7 @@ fn what_was_skipped_would_not_have_changed_the_picture() {
             let forced = execute(&scene, &set.ingredients(), &forced).unwrap();
             assert_eq!(planned.linear, forced.linear);
             assert_eq!(planned.alpha, forced.alpha);
-            // Dither is the one pass that touches codes: by less than half a step of 8 bits.
+            // Dither is the only pass on codes here: less than half a step of 8 bits.
             let (a, b) = (planned.display.unwrap().0, forced.display.unwrap().0);
             assert!(largest_difference(&a, &b) <= 0.501 / 255.0);
         }
@@ -107,7 +107,7 @@ fn what_was_skipped_would_not_have_changed_the_picture() {
 
 #[test]
 fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
-    // Subject and world both have radiance 1: any fringe would be another value.
+    // Subject and world both have radiance 1: a fringe would differ.
     let mut set = Set::new(32);
     for premultiplied in [true, false] {
         let light = set
@@ -119,7 +119,7 @@ fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
         let picture =
             compose(&scene(Background::Environment, Output::Linear, 0.0), &set.ingredients())
                 .unwrap();
-        // A pixel that counts as solid may be dark by what it lacks, once as shot and once as laid.
+        // A pixel that counts as solid may be darker by its missing coverage, once as shot and once as laid.
         let bound = if premultiplied { 2.0 * (1.0 - SOLID) } else { 1e-5 };
         assert!(picture.light().pixels.iter().flatten().all(|v| (v - 1.0).abs() <= bound));
         assert!(picture.display.is_none());
@@ -146,8 +146,8 @@ fn a_turn_and_a_whole_turn_more_give_one_picture() {
     };
     assert_eq!(at(33.0), at(393.0));
     assert_ne!(at(33.0), at(63.0));
-    test_support::shown!(Pictures, "The background after a whole turn",
- danger: "it is a texel off where a clip begins again", done: "the yaw is taken to 0° to 360° before anything else",
+    test_support::shown!(Pictures, "The background after a full turn",
+ danger: "a looped clip jumps by a texel", done: "the yaw is taken to 0° to 360° before anything else",
  bound: "the same bits", measured: "the same bits");
 }
 
@@ -170,7 +170,7 @@ fn hard_inputs_give_finite_pictures() {
         }
     }
     test_support::shown!(Pictures, "Weights of 10⁶ and NaN in the field, mattes that are empty, half and full, 1×1 and 16×16",
- danger: "NaN is shown, or spreads", done: "what is not finite takes the colour of its neighbours, and is counted",
+ danger: "NaN is shown, or spreads", done: "values that are not finite take the colour of their neighbours, and are counted",
  bound: "all light finite", measured: "holds");
 }
 

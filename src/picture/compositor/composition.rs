@@ -1,5 +1,5 @@
-//! One picture while it is being made: measures what the plan asks and runs what the plan says. What has
-//! been decided is done by a [`Backend`], in memory or on a GPU.
+//! One picture in progress: measures and runs what the plan says, in memory or on a GPU through a
+//! [`Backend`].
 
 use super::background::{Backdrop, draws_whole};
 use super::background_blur;
@@ -33,30 +33,30 @@ pub(super) struct Composition<'a, B: Backend> {
     backend: B,
     reuse: Option<&'a mut Reuse>,
     facts: Facts,
-    /// The subject, premultiplied; from the pass `light_wrap` on with what is behind it.
+    /// The premultiplied subject; from the pass `light_wrap` on with its background.
     linear: B::Light,
-    /// The picture behind the subject, if it is needed whole.
+    /// The full background, if needed.
     behind: Option<B::Light>,
-    /// The background is in `linear` already.
+    /// True if `linear` contains the background already.
     laid: bool,
     alpha: Mask,
     display: Option<B::Codes>,
-    /// The guide of despill.
+    /// Guide of despill.
     guide: Option<B::Light>,
     steady: Option<Steady>,
-    /// On the subject's light, by the pass `smoothing`.
+    /// Gain of the pass `smoothing` on the subject's light.
     gain: [f32; 3],
 }
 
-/// The outcome of a pass.
+/// Outcome of a pass.
 pub(super) struct Done {
     pass: Pass,
     ran: bool,
     reason: String,
     fixed: Option<&'static str>,
-    /// The time it took before this picture was begun.
+    /// Time spent before this picture was started.
     before: Option<f64>,
-    /// It ran or was measured.
+    /// True if it ran or was measured.
     worked: bool,
 }
 
@@ -104,12 +104,12 @@ impl<'a, B: Backend> Composition<'a, B> {
         &self.facts
     }
 
-    /// Begins a pass: all that follows is measured and done for it.
+    /// Starts a pass: later measurements and work belong to it.
     pub fn begin(&mut self, pass: Pass) {
         self.backend.begin(pass);
     }
 
-    /// The value cached under `key`, or the one that `make` makes, which is then cached.
+    /// The value cached under `key`, or the result of `make`, which is then cached.
     fn cached<T: Clone>(
         &mut self,
         place: impl Fn(&mut Cache<B::Light, B::Own>) -> &mut Cached<T>,
@@ -140,8 +140,8 @@ impl<'a, B: Backend> Composition<'a, B> {
         }
     }
 
-    /// Runs one pass of a plan, or does not. A pass whose picture was cached under its key takes that.
-    /// `measured` says that its need was measured just now.
+    /// Runs or skips one pass of a plan. A picture cached under the pass's key is reused.
+    /// `measured` is true if its need was measured just now.
     pub fn run(&mut self, planned: &[PlannedPass], index: usize, measured: bool) -> Result<Done> {
         let this = &planned[index];
         let mut done = Done {
@@ -154,7 +154,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         };
         let mut reused = false;
         match this.pass {
-            // The subject is laid over its background here, whether light wraps around it or not.
+            // The subject is laid over its background here, with or without light wrap.
             Pass::LightWrap => reused = self.lay(this, key_of(planned, Pass::BackgroundBlur))?,
             _ if !this.run => (),
             Pass::Predict => done.before = self.of.upstream.predict_ms,
@@ -184,7 +184,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(done)
     }
 
-    /// The relit subject times its coverage, and whether it was cached.
+    /// The relit subject times its coverage; true if it was cached.
     fn relight(&mut self, key: u64) -> Result<bool> {
         if let Some(linear) = self.found(Pass::Relight, key) {
             self.linear = linear;
@@ -203,7 +203,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         of.weights.per_lamp.iter().map(level).collect()
     }
 
-    /// Brings the subject to the plate's size, and says whether that was cached.
+    /// Brings the subject to the plate's size; returns true if the result was cached.
     fn plate(&mut self, key: u64) -> Result<bool> {
         if let Some(linear) = self.found(Pass::Plate, key) {
             self.linear = linear;
@@ -215,8 +215,8 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// Draws what is behind the subject: whole, or where the matte is open and at once into the picture.
-    /// `keys` are those of the passes whose picture would make this needless.
+    /// Draws the background: everywhere, or only where the matte is open and directly into the picture.
+    /// `keys` are the keys of the passes whose cached picture would make this unnecessary.
     fn background(&mut self, keys: [u64; 2]) -> Result<bool> {
         if is_cut_out(self.scene) {
             return Ok(false);
@@ -239,7 +239,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// Puts what is behind the subject out of focus, unless it was cached so.
+    /// Blurs the background, unless the blurred picture is cached.
     fn blur(&mut self, key: u64) -> Result<bool> {
         if self.found(Pass::BackgroundBlur, key).is_some() {
             return Ok(true);
@@ -251,8 +251,8 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// Wraps light around the subject if the plan says so, and lays it over what is behind it.
-    /// `behind_key` stands for what is behind it.
+    /// Wraps light around the subject if the plan says so, and lays the subject over its background.
+    /// `behind_key` is the key of the background.
     fn lay(&mut self, this: &PlannedPass, behind_key: u64) -> Result<bool> {
         if let Some(behind) = self.behind.clone() {
             self.keep(Pass::BackgroundBlur, behind_key, behind);
@@ -274,8 +274,8 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// Makes the one step of a pass, and says whether its picture was cached. Without codes of a display there is
-    /// nothing to do for a step on those.
+    /// Runs the step of a pass; returns true if its picture was cached. Steps on codes do nothing without display
+    /// codes.
     fn step(&mut self, this: &PlannedPass) -> Result<bool> {
         let run = PASSES[this.pass as usize].run;
         let is_cached = matches!(run, Run::Light(LightStep { cached: true, .. }));
@@ -309,9 +309,9 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// The picture, and what became of each pass. On a GPU it may stay there, to be shown and read later.
+    /// The picture, and the outcome of each pass. It may stay on a GPU, to be shown, and read later.
     pub fn finish(self, done: Vec<Done>, may_stay: bool) -> Result<ShownPicture> {
-        // What is not opaque is brought to straight alpha in linear light.
+        // A picture that is not opaque is converted to straight alpha in linear light.
         let opaque = !is_cut_out(self.scene) || self.facts.open_share == 0.0;
         let needs_linear = self.scene.output == Output::Linear || !opaque;
         let (finished, own) =

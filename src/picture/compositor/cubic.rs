@@ -1,6 +1,6 @@
-//! Catmull and Rom's cubic: a smooth curve through evenly spaced values.
+//! Catmull-Rom cubic: a smooth curve through evenly spaced values.
 
-/// Four values along one axis, and their shares in what is between the second and the third. The shares add up to 1.
+/// Four samples along one axis, and their weights for a point between the second and the third. The sum of the weights is 1.
 #[derive(Clone, Copy)]
 pub(crate) struct Taps {
     pub places: [usize; 4],
@@ -8,7 +8,7 @@ pub(crate) struct Taps {
 }
 
 impl Taps {
-    /// For the place `at` among `count` values, which are at 0, 1, 2 …; beyond the outer ones these go on.
+    /// For the position `at` among `count` samples at 0, 1, 2 …; the outer samples repeat beyond the ends.
     pub fn at(at: f32, count: usize) -> Self {
         let last = count.saturating_sub(1);
         let at = at.clamp(0.0, last as f32);
@@ -25,7 +25,7 @@ impl Taps {
         }
     }
 
-    /// The sum of `value` at the four places, each times its share.
+    /// The weighted sum of `value` at the four samples.
     pub fn sum<const N: usize>(&self, value: impl Fn(usize) -> [f32; N]) -> [f32; N] {
         let mut sum = [0.0; N];
         for (place, share) in self.places.into_iter().zip(self.shares) {

@@ -1,15 +1,15 @@
-//! A curve over light as a table: logarithms and powers cost more than all else that a pass does.
+//! Curve over light as a table: logarithms and powers dominate the cost of a pass.
 
-/// log2 of the least light that has a piece of its own.
+/// log2 of the lowest light with a segment of its own.
 const DARKEST: i32 = -16;
 /// log2 of the most light.
 const BRIGHTEST: i32 = 16;
 
-/// Bits that say where within its octave a value lies: 128 pieces to an octave.
+/// Bits of the position within an octave: 128 segments per octave.
 const DROPPED: u32 = 16;
 
-/// Straight pieces between values of a curve, 128 to each octave from 2⁻¹⁶ to 2¹⁶, and one from 0 to
-/// there. A power or a logarithm is met within 10⁻⁵ of its value.
+/// Piecewise linear curve with 128 segments per octave from 2⁻¹⁶ to 2¹⁶, and one segment from 0 to
+/// there. A power or a logarithm is accurate to 10⁻⁵ of its value.
 pub(super) struct Curve {
     at_zero: f32,
     values: Vec<f32>,

@@ -1,7 +1,7 @@
-//! Pass `despill`: takes out the green or blue that a coloured screen has thrown onto the subject's rim.
+//! Pass `despill`: removes the green or blue that a coloured screen casts onto the subject's rim.
 //! A pixel's green is limited to a share of the mean of its red and blue (the "average" rule of keyers,
-//! after Vlahos, US patent 4 100 569). That share is what is natural there: the same ratio a little
-//! further inside the subject, so that skin loses all of it while green light and green clothes are no
+//! after Vlahos, US patent 4 100 569). That share is the natural ratio a little further inside the
+//! subject: skin loses all of its spill, while green light and green clothes do not count as
 //! spill.
 
 use super::background_blur::defocused;
@@ -36,16 +36,16 @@ pub(crate) const DESPILL: Descriptor = Descriptor {
     })
 };
 
-/// Spill that takes less than this share of the rim's luminance is left where it is.
+/// Spill below this share of the rim's luminance is ignored.
 const LEAST_SPILL: f32 = 0.005;
 
 /// Reach of spill inwards from the matte's edge, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
 
-/// Distance inside at which the natural colour is looked for, in units of that reach.
+/// Distance inside at which the natural colour is sampled, in units of that reach.
 const INSIDE: f32 = 3.0;
 
-/// Colours differ by this much by themselves.
+/// Natural variation of colours.
 const TOLERANCE: f32 = 1.05;
 
 fn reach(height: usize) -> f32 {
@@ -59,7 +59,7 @@ pub fn rim(mask: &Mask) -> Mask {
     let open = Rgba { width, height, pixels: open.collect() };
     let open = defocused(open, reach(height)).pixels;
     let inside = open.iter().zip(&mask.pixels);
-    // Along a straight edge half of the disc is open; nearly all of the reach counts wholly.
+    // Along a straight edge half of the disc is open; nearly all of the reach counts fully.
     let weight = |(open, &alpha): (&[f32; 4], &f32)| match alpha > 0.0 {
         true => (6.0 * open[0]).min(1.0),
         false => 0.0,
@@ -67,11 +67,11 @@ pub fn rim(mask: &Mask) -> Mask {
     Mask { width, height, pixels: inside.map(weight).collect() }
 }
 
-/// The pass's guide at every pixel of a premultiplied subject: how much it belongs to the rim, and the most green and blue over
-/// the mean of the other two that is natural there. Where nothing of the subject is further inside, that is 1.
+/// Guide of the pass at every pixel of a premultiplied subject: degree of belonging to the rim, and the natural maxima of
+/// green and blue over the mean of the other two. The maxima are 1 where no subject lies further inside.
 pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
     let inner = rgba(subject, |i, [r, g, b]| {
-        // Nothing of the rim: its colour is what is in doubt.
+        // Without the rim: its colour is in doubt.
         let inside = if rim.pixels[i] > 0.0 { 0.0 } else { mask.pixels[i] };
         [inside * r, inside * g, inside * b, inside]
     });
@@ -79,7 +79,7 @@ pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
     let pixels = inner.pixels.iter().zip(&rim.pixels);
     let natural = |[r, g, b, inside]: [f32; 4], channel: usize| {
         let ratio = [r, g, b][channel] / mean_of_others([r, g, b], channel);
-        // Too little to go by: a hundredth of the disc.
+        // Too few samples: less than a hundredth of the disc.
         if inside > 0.01 && ratio.is_finite() { TOLERANCE * ratio } else { 1.0 }
     };
     Image {
@@ -106,7 +106,7 @@ pub fn spill(subject: &Image, guide: &Image) -> Spill {
     Spill::of(excess, light)
 }
 
-/// Takes `amount` (`[0, 1]`) of a screen's spill out of a subject, as its [`guide`] says.
+/// Removes `amount` (`[0, 1]`) of a screen's spill from a subject, by its [`guide`].
 pub fn despill(subject: &mut Image, guide: &Image, screen: Screen, amount: f32) {
     let channel = screen.channel();
     let pairs = subject.pixels.par_iter_mut().zip(&guide.pixels);
@@ -118,7 +118,7 @@ pub fn despill(subject: &mut Image, guide: &Image, screen: Screen, amount: f32) 
 }
 
 impl Recording<'_> {
-    /// [`rim`] on the GPU, in the red; the fourth value is that of `matte`.
+    /// [`rim`] on the GPU, in the red channel; the fourth value is that of `matte`.
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
@@ -163,7 +163,7 @@ fn mean_of_others(pixel: [f32; 3], channel: usize) -> f32 {
     0.5 * sum
 }
 
-/// Excess of the colour in a pixel of the rim beyond its natural amount.
+/// Excess of the colour in a pixel of the rim over its natural maximum.
 fn surplus(pixel: [f32; 3], guide: [f32; 3], channel: usize) -> f32 {
     guide[0] * (pixel[channel] - guide[channel] * mean_of_others(pixel, channel)).max(0.0)
 }
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
     use crate::compose::tests::disc;
 
-    /// Skin before a screen whose light has reached its rim.
+    /// Skin in front of a screen that lights its rim.
     fn spilt(size: usize, channel: usize, much: f32) -> (Image, Image) {
         let mask = disc(size);
         let rim = rim(&mask);
@@ -195,7 +195,7 @@ mod tests {
             let middle = subject.at(48, 48);
             despill(&mut subject, &guide, screen, 1.0);
             assert_eq!(subject.at(48, 48), middle);
-            // What is left along the edge is the tolerance for colours that differ by themselves.
+            // The rest along the edge is the tolerance for natural variation.
             let clean = middle[channel] / mean_of_others(middle, channel);
             for (pixel, _) in subject.pixels.iter().zip(&guide.pixels).filter(|(_, g)| g[0] == 1.0)
             {

@@ -1,4 +1,4 @@
-//! Pass `difference`: how far the codes are from those of a second picture.
+//! Pass `difference`: distance of the codes from a second picture.
 
 use super::descriptor::{CodesInput, CodesStep, Descriptor, NOT_ASKED, PassContext, Run};
 use super::descriptor::{decide, inspected, key_of};
@@ -39,7 +39,7 @@ pub(crate) const DIFFERENCE: Descriptor = Descriptor {
     })
 };
 
-/// The second picture and the gain; None if a scene asks for no difference, or there is nothing to compare with.
+/// Second picture and gain; None if the scene shows no difference, or there is no second picture.
 fn compared<'a>(context: &PassContext, input: &CodesInput<'a>) -> Option<(&'a Encoded, f32)> {
     match context.effects.inspection {
         Inspection::Difference { gain } => Some((input.second?, gain)),
@@ -79,7 +79,7 @@ impl Recording<'_> {
     }
 }
 
-/// Refuses a second picture of another size than the first.
+/// Refuses a second picture of a different size.
 fn check_size((width, height): (usize, usize), second: &Encoded) -> Result<()> {
     let found = second.0.size();
     if (width, height) == found {
@@ -90,7 +90,7 @@ fn check_size((width, height): (usize, usize), second: &Encoded) -> Result<()> {
             "the second picture has {} × {} pixels, but the first has {width} × {height}",
             found.0, found.1
         ),
-        "Compare pictures of one size",
+        "Compare pictures of equal size",
     ))
 }
 

@@ -1,4 +1,4 @@
-//! Pass `dither`: a pattern below one code keeps smooth gradients from showing steps.
+//! Pass `dither`: a pattern below one code prevents banding in smooth gradients.
 
 use super::descriptor::{CodesStep, Descriptor, Run, needs_display};
 use super::passes::{GpuPicture, Recording, Shader};
@@ -27,8 +27,8 @@ pub(crate) const DITHER: Descriptor = Descriptor {
 };
 
 /// Moves each code by less than half a step of 8 bits, by a fixed pattern (interleaved gradient noise, Jimenez,
-/// SIGGRAPH 2014) that is the same in every frame, so that a film does not boil. Only what shows through the matte
-/// is moved: the subject has grain enough of its own.
+/// SIGGRAPH 2014) that is the same in every frame, so that a film does not boil. Only the background
+/// is dithered: the subject has enough grain of its own.
 pub fn dither(picture: &mut Encoded, mask: &Mask) {
     let width = picture.0.width;
     for (i, (pixel, &alpha)) in picture.0.pixels.iter_mut().zip(&mask.pixels).enumerate() {

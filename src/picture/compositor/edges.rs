@@ -1,16 +1,16 @@
-//! The subject's edge: every partly covered pixel takes the colour of the solid subject next to it.
+//! Edge extension: every partly covered pixel takes the colour of the solid subject next to it.
 
 use imaging::{Image, Mask};
 use rayon::prelude::*;
 
-/// Coverage from which a pixel counts as the subject alone, with nothing of what was behind it.
+/// Coverage from which a pixel counts as pure subject, without its former background.
 pub const SOLID: f32 = 0.98;
 
 /// Gives every partly covered pixel the colour of the solid subject next to it, ring by ring, so that
-/// the subject can be laid over any background: photographs on black are dark at the matte's edge, a
-/// network learns little there, and either would show as a fringe. NaN and infinite pixels are filled
+/// the subject can be laid over any background: photographs on black are dark at the matte's edge, and a
+/// network learns little there; either would show as a fringe. NaN and infinite pixels are filled
 /// likewise. If no solid pixel can be reached the colour stays (NaN and infinite values become 0). Returns
-/// how many pixels of the subject were NaN or infinite. Both rasters have one size.
+/// the number of subject pixels that were NaN or infinite. Both rasters have the same size.
 pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
     let finite = |pixel: &[f32; 3]| pixel.iter().all(|v| v.is_finite());
     let pairs = || subject.pixels.iter().zip(&mask.pixels);
@@ -18,7 +18,7 @@ pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
     let solid = |(p, &a): (&[f32; 3], &f32)| a >= SOLID && finite(p);
     let mut known: Vec<bool> = pairs().map(solid).collect();
     for ring in rings(known.clone(), mask) {
-        // A ring reads earlier rings alone: the result does not depend on the order within it.
+        // A ring reads only earlier rings: the result does not depend on the order within it.
         let colors: Vec<[f32; 3]> = ring
             .par_iter()
             .with_min_len(256)
@@ -42,8 +42,8 @@ pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
     lost
 }
 
-/// The pixels of a matte that are not `known`, in rings around those that are: each pixel of a ring touches
-/// one of the ring before. Pixels that no ring reaches are left out.
+/// The pixels of a matte that are not `known`, in rings around the known ones: each pixel of a ring touches
+/// a pixel of the ring before. Unreachable pixels are left out.
 pub(super) fn rings(mut known: Vec<bool>, mask: &Mask) -> Vec<Vec<usize>> {
     let covered = |i: usize| mask.pixels[i] > 0.0;
     let mut ring: Vec<usize> = (0..known.len())
@@ -64,7 +64,7 @@ pub(super) fn rings(mut known: Vec<bool>, mask: &Mask) -> Vec<Vec<usize>> {
     rings
 }
 
-/// The pixel itself and those that touch it.
+/// The pixel itself and its neighbours.
 fn neighbours(i: usize, (width, height): (usize, usize)) -> impl Iterator<Item = usize> {
     let (x, y) = (i % width, i / width);
     let rows = y.saturating_sub(1)..(y + 2).min(height);

@@ -9,7 +9,7 @@ use scene::{
     ViewTransform,
 };
 
-/// Effects that this set does not call for, though the scene asks for all that has a need measured.
+/// Effects that this set does not need, although the scene requests every effect with a measured need.
 fn idle() -> Effects {
     Effects {
         smoothing: 0.8,
@@ -47,7 +47,7 @@ fn an_effect_that_nothing_calls_for_may_be_left_out() {
         assert!(!ran(name), "{name}");
     }
     let all = forced(&scene, &of);
-    // Smoothing may move light by 0.1 %, wrapping the rim by 0.2 %, despill by 0.5 %; here by rounding.
+    // Bounds on moved light: smoothing 0.1 %, wrapping 0.2 % of the rim, despill 0.5 %; here only rounding.
     assert!(largest_difference(planned.light(), all.light()) < 1e-6);
     let (a, b) = (planned.display.unwrap().0, all.display.unwrap().0);
     assert!(largest_difference(&a, &b) < 1e-5);
@@ -55,7 +55,7 @@ fn an_effect_that_nothing_calls_for_may_be_left_out() {
 
 #[test]
 fn a_little_of_what_calls_for_an_effect_stays_within_the_stated_bounds() {
-    // A trace of flicker, of spill, of light behind and of grain, each under its bound.
+    // A trace of flicker, spill, light behind and grain, each below its bound.
     let mut set = Set::new(96);
     let before = after(None, 0, &set.field, &set.mask, 1.0);
     let rim = rim(&set.mask);
@@ -86,7 +86,7 @@ fn a_little_of_what_calls_for_an_effect_stays_within_the_stated_bounds() {
         let left_out = compose(&scene, &of).unwrap();
         (left_out, forced(&scene, &of))
     };
-    // The mean change over the rim, as a share of the rim's light.
+    // Mean change over the rim, as a share of the rim's light.
     let rim_change = |(a, b): &(Picture, Picture)| {
         let pixels = a.light().pixels.iter().zip(&b.light().pixels);
         let pixels = pixels.zip(&rim.pixels);
@@ -163,7 +163,7 @@ fn every_effect_that_is_called_for_changes_the_picture() {
         let linear = pass < Pass::View;
         assert_eq!(picture.linear != plain.linear, linear, "{pass:?}");
     }
-    // Laying a blurred background of one colour under the subject is drawing that colour.
+    // Laying the subject over a blurred background of one colour equals drawing that colour.
     set.environment.radiance = Image::filled(8, 4, [0.5; 3]);
     let at = |background_blur| {
         let effects = Effects { background_blur, ..off };
@@ -197,7 +197,7 @@ fn a_new_exposure_neither_relights_nor_draws_the_background_again() {
         assert!(first.contains(&"relight".into()) && first.contains(&"background".into()));
         assert_eq!(make(&scene(2.0, 20.0)), ["exposure", "view", "dither"]);
         let turned = make(&scene(2.0, 30.0));
-        // The lamps' weights are the same here: only what is behind the subject turned.
+        // The lamps' weights are the same here: only the background turned.
         assert!(!turned.contains(&"relight".into()) && turned.contains(&"background".into()));
         let back = make(&scene(-1.0, 20.0));
         assert!(back.contains(&"background".into()));
@@ -264,7 +264,7 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
         }
     }
     test_support::shown!(Pictures, "The same with every effect, under light of 0, 1 and 10⁶",
- danger: "an effect divides by what is black, or by the pixels of an empty matte", done: "each effect skips what it cannot measure",
+ danger: "an effect divides by black, or by the pixels of an empty matte", done: "each effect skips what it cannot measure",
  bound: "all light finite", measured: "holds");
 }
 
@@ -273,7 +273,7 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
     let set = Set::new(64);
     let before = after(None, 4, &set.field, &set.mask, 0.8);
     let extra = Extra { before: Some(&before), grain: Some(&Grain::default()), ..Extra::default() };
-    // Lamps beyond white behind the subject call for what a strength asks for.
+    // Lamps beyond white in the background make glare necessary.
     let mut lamps = Set::new(64);
     lamps.environment.radiance = Image::from_fn(64, 32, |x, _| [(x % 7) as f32; 3]);
     let made_of = |set: &Set, effects, background| {
@@ -293,11 +293,11 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
     for pass in strengths.chain([Pass::Exposure]) {
         let on = made(forced(off, pass, true), around);
         assert!(on.passes[pass as usize].ran, "{pass:?}");
-        // Rounding of a background that is drawn before the subject is laid over it.
+        // Rounding of a background drawn before the subject is laid over it.
         let apart = largest_difference(plain.light(), on.light());
         assert!(apart < 1e-6, "{pass:?}: {apart}");
     }
-    // Dither stays below one code, where nothing is behind the subject too.
+    // Dither stays below one code, also without a background.
     let bare = made(off, Background::None).display.unwrap();
     let on = made(forced(off, Pass::Dither, true), Background::None);
     let apart = largest_difference(&bare.0, &on.display.unwrap().0);

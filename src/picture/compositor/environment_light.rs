@@ -1,4 +1,4 @@
-//! An environment that lights a rig: the lamps' weights under any lighting, at a level that is set once.
+//! Light of an environment on a rig: the lamps' weights under any lighting, at a level that is set once.
 
 use super::background::CameraView;
 use super::field::Field;
@@ -12,25 +12,25 @@ use scene::Scene;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// An environment before a rig, and its weights under the scene that was asked for last.
+/// An environment in front of a rig, and its weights under the latest scene.
 pub struct EnvironmentLight {
     environment: Arc<Environment>,
     lit: EnvironmentWeights,
     levels: Levels,
-    /// The lighting of `weights`.
+    /// Lighting of `weights`.
     lighting: Lighting,
     yaw_deg: f32,
     weights: LightWeights,
 }
 
 impl EnvironmentLight {
-    /// Makes `light` what `scene` asks for of an environment of any size. `reference` is the field and the matte of
-    /// one frame, which sets the level of every picture: with a level of its own for each frame a clip would
-    /// flicker. What belongs to the rig is computed once, and so is the level under one environment. Returns the
+    /// Updates `light` to `scene` and an environment of any size. `reference` is the field and the matte of
+    /// one frame, which sets the level of every picture: with one level per frame a clip would
+    /// flicker. The rig's part is computed once, and so is the level under one environment. Returns the
     /// light and the time it took in milliseconds, or None if nothing had changed.
     ///
     /// # Errors
-    /// When the GPU that the field is on fails; then `light` is None.
+    /// When the GPU of the field fails; then `light` is None.
     pub fn update<'a>(
         light: &'a mut Option<Self>,
         environment: &Arc<Environment>,
@@ -73,7 +73,7 @@ impl EnvironmentLight {
         Ok((light.insert(updated), Some(ms)))
     }
 
-    /// True if this is the light of that environment: the same one, not an equal one.
+    /// True if this is the light of that environment, compared by identity and not by value.
     pub fn is_of(&self, environment: &Arc<Environment>) -> bool {
         Arc::ptr_eq(&self.environment, environment)
     }
@@ -86,12 +86,12 @@ impl EnvironmentLight {
         self.levels
     }
 
-    /// The lamps' weights under the scene that was asked for last.
+    /// The lamps' weights under the latest scene.
     pub fn weights(&self) -> &LightWeights {
         &self.weights
     }
 
-    /// The weights of some lamps alone, each with half of the energy of an even light from all of them.
+    /// Weights of only some lamps, each with half of the energy of an even light from all of them.
     pub fn solo(&self, lamps: &[usize]) -> LightWeights {
         let mut weights = self.lit.even();
         let share = 0.5 * weights.per_lamp.len() as f32 * self.levels.of_unit_light();
@@ -102,7 +102,7 @@ impl EnvironmentLight {
         weights
     }
 
-    /// A frame in this light, as [`super::compose`] takes it.
+    /// A frame in this light, for [`super::compose`].
     pub fn on<'a>(&'a self, field: &'a Field, mask: &'a Mask) -> Ingredients<'a> {
         Ingredients {
             field,
@@ -124,7 +124,7 @@ mod tests {
     use light::Lamp;
     use reflectance::ReflectanceField;
 
-    /// Two lamps, left and right, and a frame that each of them lights by half.
+    /// Two lamps, left and right, and a frame lit half by each.
     fn stage() -> (Rig, Field, Mask) {
         let lamp = |x: f32| Lamp {
             name: format!("lamp {x}"),

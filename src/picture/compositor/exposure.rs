@@ -1,4 +1,4 @@
-//! Pass `exposure`: everything is made brighter or darker.
+//! Pass `exposure`: brightens or darkens the whole picture.
 
 use super::descriptor::{Descriptor, LightStep, Run, decide};
 use super::facts::key;
@@ -31,7 +31,7 @@ pub fn scale(picture: &mut Image, factor: f32) {
 }
 
 impl Recording<'_> {
-    /// Scales every value but the fourth ones.
+    /// Scales every value except the fourth ones.
     ///
     /// # Errors
     /// When the GPU cannot hold the result.

@@ -1,60 +1,60 @@
-//! Facts that passes are decided by: what was made before, and what was measured of the picture so far.
+//! Facts that decide about passes: existing results, and measurements of the picture so far.
 
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// Facts that the plan needs besides the scene. What decides about an effect is measured only if the scene asks for the
-/// effect; else it stays at its default.
+/// Facts that the plan needs besides the scene. The need for an effect is measured only if the scene requests the
+/// effect; otherwise it stays at its default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Facts {
-    /// The reflectance field of the scene's frame was cached.
+    /// True if the reflectance field of the scene's frame was cached.
     pub field_cached: bool,
-    /// The weights of the scene's environment and yaw were cached.
+    /// True if the weights of the scene's environment and yaw were cached.
     pub weights_cached: bool,
-    /// Lamps of the rig.
+    /// Number of lamps of the rig.
     pub lamps: usize,
-    /// Lamps whose weight is not zero.
+    /// Number of lamps with a non-zero weight.
     pub lit_lamps: usize,
     /// Columns and rows of the plate that the light is brought to; None if the picture has the working size.
     pub plate: Option<(usize, usize)>,
-    /// The plate has light finer than the working size.
+    /// True if the plate has light finer than the working size.
     pub fine_light: bool,
-    /// Share in `[0, 1]` of pixels that the subject does not cover wholly.
+    /// Share in `[0, 1]` of pixels that the subject does not cover fully.
     pub open_share: f32,
-    /// Ingredients of the picture, as numbers.
+    /// Keys of the picture's ingredients.
     pub inputs: Inputs,
-    /// The gain that would hold this frame's brightness steady; None if it was not measured.
+    /// Gain that would hold this frame's brightness steady; None if not measured.
     pub steady_gain: Option<[f32; 3]>,
-    /// The spill in the relit subject's rim; None if it was not measured.
+    /// Spill in the relit subject's rim; None if not measured.
     pub spill: Option<Spill>,
-    /// Light that wrapping wholly would add to the rim, as a share of the rim's light.
+    /// Light that full wrapping would add to the rim, as a share of the rim's light.
     pub wrap_need: f32,
-    /// The largest linear value before exposure.
+    /// Largest linear value before exposure.
     pub brightest: f32,
     /// The picture's own grain.
     pub own_grain: Grain,
-    /// The largest deviation of the plate's grain beyond the picture's own, in codes.
+    /// Largest deviation of the plate's grain beyond the picture's own, in codes.
     pub missing_grain: f32,
-    /// There is a second picture to compare with.
+    /// True if there is a second picture for a comparison.
     pub second_picture: bool,
 }
 
-/// Numbers that stand for what the passes read: equal numbers stand for equal things.
+/// Keys of the passes' inputs: equal numbers mean equal inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Inputs {
-    /// The frame: its field, its matte and its plate.
+    /// Frame: its field, its matte and its plate.
     pub frame: u64,
     /// The lamps' weights and the subject's level.
     pub light: u64,
-    /// The panorama, its level and the camera that sees it.
+    /// Panorama, its level and its camera.
     pub backdrop: u64,
-    /// The plate's grain.
+    /// Grain of the plate.
     pub grain: u64,
-    /// The second picture.
+    /// Second picture.
     pub second: u64,
 }
 
-/// A screen's colour.
+/// Colour of a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Screen {
@@ -62,17 +62,17 @@ pub enum Screen {
     Blue,
 }
 
-/// Spill as it was measured in a subject's rim.
+/// Spill measured in a subject's rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spill {
-    /// The colour of which there is more.
+    /// Dominant colour of the spill.
     pub screen: Screen,
-    /// Luminance that the rim loses if all spill is taken out, as a share of the rim's luminance.
+    /// Luminance that the rim loses if all spill is removed, as a share of the rim's luminance.
     pub excess: f32,
 }
 
 impl Spill {
-    /// The spill of a rim that has this `light` and this much of it, green and blue, in excess.
+    /// Spill of a rim with this `light` and this excess of green and blue.
     pub(crate) fn of([green, blue]: [f64; 2], light: f64) -> Self {
         let (screen, excess) =
             if blue > green { (Screen::Blue, blue) } else { (Screen::Green, green) };
@@ -82,7 +82,7 @@ impl Spill {
 }
 
 impl Screen {
-    /// The channel of this colour.
+    /// Channel of this colour.
     pub fn channel(self) -> usize {
         match self {
             Self::Green => 1,
@@ -91,7 +91,7 @@ impl Screen {
     }
 }
 
-/// Classes of brightness that grain is measured in, evenly over the codes.
+/// Brightness classes of grain, evenly spaced over the codes.
 pub const BINS: usize = 8;
 
 /// Deviation of the grain in codes, for each class of brightness and channel.
@@ -101,7 +101,7 @@ pub struct Grain {
 }
 
 impl Grain {
-    /// The grain that `self`, times `amount`, has more than `own`: variances subtract.
+    /// The excess of this grain, times `amount`, over `own`: variances subtract.
     pub fn beyond(&self, own: &Self, amount: f32) -> Self {
         Self {
             deviation: std::array::from_fn(|bin| {
@@ -119,7 +119,7 @@ impl Grain {
         self.deviation.iter().flatten().fold(0.0, |m, &d| m.max(d))
     }
 
-    /// The deviation at a code, interpolated between the middles of the classes.
+    /// The deviation at a code, interpolated between the centres of the classes.
     pub(crate) fn at(&self, code: f32, channel: usize) -> f32 {
         let place = (code * BINS as f32 - 0.5).clamp(0.0, (BINS - 1) as f32);
         let low = (place as usize).min(BINS - 2);
@@ -128,7 +128,7 @@ impl Grain {
     }
 }
 
-/// A number that stands for `parts`.
+/// Hash of `parts`.
 pub(crate) fn key(parts: impl Hash) -> u64 {
     let mut hasher = DefaultHasher::new();
     parts.hash(&mut hasher);

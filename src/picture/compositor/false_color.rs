@@ -1,4 +1,4 @@
-//! Pass `false_color`: zones of exposure in flat colours, as camera monitors show them.
+//! Pass `false_color`: zones of exposure in flat colours, as on camera monitors.
 
 use super::curve::Curve;
 use super::descriptor::{Descriptor, EncodeStep, NOT_ASKED, PassContext, Run, inspected};
@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use scene::{Inspection, Pass};
 use std::sync::LazyLock;
 
-const SHADER: Shader = Shader::new("false_color", include_str!("../../../shaders/false_color.wgsl"));
+const SHADER: Shader =
+    Shader::new("false_color", include_str!("../../../shaders/false_color.wgsl"));
 
 pub(crate) const FALSE_COLOR: Descriptor = Descriptor {
     fixed: |_| Some("it is chosen above the picture"),
@@ -38,11 +39,11 @@ fn is_shown(context: &PassContext) -> bool {
     context.effects.inspection == Inspection::FalseColor
 }
 
-/// One zone: luminance from that of the zone before up to `below`, in stops from middle grey (0.18).
+/// One zone: luminance from the end of the zone before up to `below`, in stops from middle grey (0.18).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zone {
     pub below: f32,
-    /// sRGB codes; None if the picture stays, in grey.
+    /// sRGB codes; None for grey, as in the picture.
     pub color: Option<[f32; 3]>,
     pub name: &'static str,
 }
@@ -62,7 +63,7 @@ pub const LEGEND: [Zone; 8] = [
 /// White in stops above middle grey: log2(1 / 0.18).
 pub const WHITE: f32 = 2.473_931;
 
-/// The colour of what is white or brighter and clips.
+/// Colour of clipped light: white or brighter.
 pub const CLIPPED: [f32; 3] = [0.9, 0.1, 0.1];
 
 const fn zone(below: f32, color: Option<[f32; 3]>, name: &'static str) -> Zone {
@@ -71,12 +72,12 @@ const fn zone(below: f32, color: Option<[f32; 3]>, name: &'static str) -> Zone {
 
 static GREY: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
 
-/// The luminances that the zones end below.
+/// The upper luminances of the zones.
 fn limits() -> [f32; LEGEND.len()] {
     LEGEND.map(|zone| 0.18 * zone.below.exp2())
 }
 
-/// The colours of the zones of exposed linear light. Luminance that is NaN is black.
+/// The zone colours of exposed linear light. NaN luminance is black.
 pub fn false_color(linear: &Image) -> Encoded {
     let limits = limits();
     let pixels = linear.pixels.par_iter().with_min_len(4096);

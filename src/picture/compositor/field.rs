@@ -1,4 +1,4 @@
-//! A frame under every lamp, in memory or on the GPU, and its sum under the lamps' weights.
+//! OLATs of a frame, in memory or on the GPU, and their sum under the lamps' weights.
 
 use super::passes::PicturePasses;
 use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
@@ -20,17 +20,17 @@ pub enum Storage {
     /// Half the memory; each value within 0.05 %.
     #[default]
     F16,
-    /// Principal components over the lamps, as many as keep the error below 1 % of the field's root mean square.
+    /// Principal components over the lamps, as many as needed for an error below 1 % of the field's root mean square.
     Compressed,
 }
 
-/// Brings the predicted OLATs of one frame after the other to a storage format.
+/// Converts the predicted OLATs of successive frames to a storage format.
 #[derive(Debug, Default)]
 pub struct FieldEncoder {
     storage: Storage,
-    /// The components of the last frames, and how many of them are used.
+    /// Components of the last frames, and the number in use.
     basis: Option<(LampBasis, usize)>,
-    /// The largest error of a frame in components.
+    /// Largest error of a frame in components.
     error: f64,
 }
 
@@ -42,7 +42,7 @@ pub enum Field {
     Half(HalfField),
     /// As principal components over its lamps.
     Compressed(CompressedField),
-    /// On the GPU that the network computed them on, with the passes that make pictures there.
+    /// On the network's GPU, with the passes that make pictures there.
     Gpu(FieldBuffer, Arc<PicturePasses>),
 }
 
@@ -65,7 +65,7 @@ impl From<CompressedField> for Field {
 }
 
 impl Field {
-    /// The field in f16 if it is in memory as f32. A field on the GPU stays as it is.
+    /// The field in f16 if it is in memory as f32. A field on the GPU stays unchanged.
     #[must_use]
     pub fn halved(self) -> Self {
         match self {
@@ -104,11 +104,11 @@ impl Field {
         }
     }
 
-    /// The picture under lamps of these weights, linear: pass `relight`. From the GPU it is all that
+    /// The linear picture under these lamp weights: pass `relight`. From a GPU only this picture
     /// is copied.
     ///
     /// # Errors
-    /// When the field does not fit the weights, or the device fails.
+    /// When field and weights do not match, or the device fails.
     pub fn relight(&self, weights: &[[f32; 3]]) -> Result<Image> {
         match self {
             Self::Memory(field) => Ok(relight(field, weights, &lit_lamps(weights))),
@@ -120,15 +120,15 @@ impl Field {
 }
 
 impl FieldEncoder {
-    /// The error of [`Storage::Compressed`]: of a frame, and of the one that components are chosen by, so
-    /// that they serve the frames around it too.
+    /// Error of [`Storage::Compressed`]: of a frame, and the lower one by which components are chosen, so
+    /// that they also fit the frames around it.
     const ERRORS: [f64; 2] = [0.01, 0.007];
 
     pub fn new(storage: Storage) -> Self {
         Self { storage, ..Self::default() }
     }
 
-    /// A prediction in the storage format: on a GPU if there are its `passes`, which a network's own GPU shares, else in memory.
+    /// A prediction in the storage format: on the GPU if `passes` are given (the network's own GPU), otherwise in memory.
     ///
     /// # Errors
     /// When the device fails.
@@ -156,7 +156,7 @@ impl FieldEncoder {
         Ok(Field::Gpu(field, passes.clone()))
     }
 
-    /// A sentence: the storage format and what it costs in accuracy.
+    /// Message with the storage format and its cost in accuracy.
     pub fn sentence(&self) -> String {
         match (self.storage, &self.basis) {
             (Storage::F32, _) => "The predicted OLATs are stored in f32".to_owned(),
@@ -173,7 +173,7 @@ impl FieldEncoder {
         }
     }
 
-    /// The field in the components of the frames before it, or in its own if the error of those is too large.
+    /// The field in the components of earlier frames, or in its own if their error is too large.
     fn compressed(&mut self, field: &ReflectanceField) -> CompressedField {
         let [most, chosen] = Self::ERRORS;
         if let Some((basis, count)) = &self.basis
@@ -185,12 +185,12 @@ impl FieldEncoder {
                 return kept;
             }
         }
-        let basis = LampBasis::of(&[field]).expect("one field has one number of lamps");
+        let basis = LampBasis::of(&[field]).expect("a single field is consistent");
         let count = basis.components_for(chosen);
         let own = basis.compress(field, count);
         self.error = self.error.max(basis.error(count));
         self.basis = Some((basis, count));
-        own.expect("it is the field's own basis")
+        own.expect("the field's own basis fits")
     }
 }
 
@@ -198,7 +198,7 @@ impl FieldEncoder {
 mod tests {
     use super::*;
 
-    /// All pixels have the same look under the lamps, each at a brightness of its own.
+    /// All pixels look alike under the lamps, each at its own brightness.
     fn field(look: fn(usize) -> f32, brightness: f32) -> ReflectanceField {
         let (lamps, pixels) = (7, 6 * 5);
         let value = |i: usize| brightness * look(i / pixels) * (1 + i % pixels) as f32;
@@ -217,7 +217,7 @@ mod tests {
         let kept = encoder.compressed(&first);
         assert_eq!(kept.basis.len(), 1);
         assert!(kept.error(&first) <= 0.007);
-        // The same look is in the same components, whatever its brightness.
+        // The same look needs the same components, at any brightness.
         let darker = field(|plane| 1.0 + plane as f32, 0.5);
         assert!(encoder.compressed(&darker).basis == kept.basis);
         let other = field(|plane| (plane % 2) as f32, 1.0);

@@ -1,4 +1,4 @@
-//! Light finer than the working size, added where a plate is lit.
+//! Light finer than the working size, added when a plate is lit.
 
 use super::passes::{GpuPicture, Recording, extent};
 use super::plate::{Plate, PlateParams, SHADER};
@@ -13,16 +13,16 @@ pub trait FineLight: std::fmt::Debug + Send + Sync {
     /// False while it is being read.
     fn is_ready(&self) -> bool;
 
-    /// Added to the ratio of each pixel of the plate under lamps of these weights, and linear in them. None while it is being
-    /// read.
+    /// Amount added to the ratio of each pixel of the plate under these lamp weights, and linear in them. None while it is
+    /// being read.
     fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image>;
 
-    /// The memory that it takes for this frame alone.
+    /// Memory that it takes for this frame, in bytes.
     fn bytes(&self) -> usize;
 }
 
 impl Plate {
-    /// The same with light finer than the working size.
+    /// The plate with light finer than the working size.
     #[must_use]
     pub fn with_fine_light(mut self, fine: Arc<dyn FineLight>) -> Self {
         self.fine = Some(fine);
@@ -34,7 +34,7 @@ impl Plate {
         self.fine.as_ref().is_some_and(|fine| fine.is_ready())
     }
 
-    /// The subject under lamps of these weights, of which `relit` is the sum: [`Self::relit`] and the plate's fine light.
+    /// The subject under these lamp weights, where `relit` is their sum: [`Self::relit`] plus the plate's fine light.
     ///
     /// # Panics
     /// As [`Self::relit`].
@@ -47,7 +47,7 @@ impl Plate {
         picture
     }
 
-    /// The light that [`Self::relit`] lacks under lamps of these weights.
+    /// The light that [`Self::relit`] lacks under these lamp weights.
     pub(crate) fn fine_light(&self, weights: &[[f32; 3]]) -> Option<Image> {
         let mut ratio = self.fine.as_ref()?.ratio(weights)?;
         let pixels = ratio.pixels.par_iter_mut().zip(&self.lit().pixels).with_min_len(4096);

@@ -1,7 +1,7 @@
-//! Pass `glare`: a lens scatters part of the light of what is brighter than white. The scattered light
-//! falls off as the glare of the eye and of lenses does, between 1/θ² and 1/θ³ of the angle (Vos and van
-//! den Berg, CIE 135/1, 1999; Spencer et al., SIGGRAPH 1995): here as 1/θ^2.5, a sum of round spots each
-//! twice as wide as the one before with 1/√2 of its energy. What is at or below white is left alone.
+//! Pass `glare`: a lens scatters part of the light above white. The scattered light
+//! falls off like the glare of the eye and of lenses, between 1/θ² and 1/θ³ of the angle (Vos and van
+//! den Berg, CIE 135/1, 1999; Spencer et al., SIGGRAPH 1995): here as 1/θ^2.5, a sum of round spots, each
+//! twice as wide as the one before with 1/√2 of its energy. Light up to white stays unchanged.
 
 use super::descriptor::{Descriptor, LightStep, Run, decide};
 use super::facts::key;
@@ -38,18 +38,18 @@ pub(crate) const GLARE: Descriptor = Descriptor {
     })
 };
 
-/// The light that is white after exposure.
+/// Light that is white after exposure.
 fn white(scene: &Scene) -> f32 {
     (-scene.exposure_stops).exp2()
 }
 
-/// Energy of one spot in units of that of half its width.
+/// Energy of a spot relative to that of half its width.
 const PER_OCTAVE: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
-/// The most spots: the widest of 512 pixels covers a fourth of the picture.
+/// Largest number of spots: the widest, of 512 pixels, covers a quarter of the picture.
 const MOST_SPOTS: u32 = 7;
 
-/// Scatters `amount` (`[0, 1]`) of what is above `white` over the picture. The picture's energy stays:
+/// Scatters `amount` (`[0, 1]`) of the light above `white` over the picture. The picture's energy stays:
 /// light that would leave it is mirrored back. Linear light, `white` above 0.
 pub fn glare(picture: &mut Image, amount: f32, white: f32) {
     let shares = shares(picture.width, picture.height);
@@ -80,8 +80,8 @@ pub fn brightest(picture: &Image) -> f32 {
     rows.map(largest).reduce(|| 0.0, f32::max)
 }
 
-/// Energies of the spots, the narrowest first; they add up to 1. Empty if a picture is too small to
-/// scatter anything.
+/// Energies of the spots, the narrowest first; their sum is 1. Empty if a picture is too small for
+/// scattering.
 fn shares(width: usize, height: usize) -> Vec<f32> {
     let octaves = width.min(height).checked_ilog2().unwrap_or(0);
     let spots = if octaves == 0 { 0 } else { (octaves - 1).clamp(1, MOST_SPOTS) };
@@ -104,7 +104,7 @@ fn spread(mut fine: Rgba, shares: &[f32], keep: f32) -> Rgba {
     fine
 }
 
-/// The last pixel of a halved odd row stands for half as many pixels as the others, so it carries half
+/// The last pixel of a halved odd row covers half as many pixels as the others, so it carries half
 /// the energy: `weight` is ½ on the way down and 2 on the way up.
 fn weigh_odd_ends(coarse: &mut Rgba, fine: (usize, usize), weight: f32) {
     let (width, height) = coarse.size();

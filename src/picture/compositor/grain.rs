@@ -1,10 +1,10 @@
 //! Pass `grain`: gives the relit picture the plate's grain, if it has less.
 //!
-//! Grain is measured in the codes of the display, as a deviation per channel and brightness: the picture
-//! is high-passed by [1 −2 1] across and down, which no slope and no plane passes (Immerkær, *Fast Noise
-//! Variance Estimation*, 1996), at places of small Sobel gradient, which white noise leaves independent of
-//! the high-pass; the deviation is 1.4826 times the median of magnitudes. Variances subtract, so that what
-//! grain the picture has is not added twice. The grain that is added is white: each pixel's own.
+//! Grain is measured in display codes, as a deviation per channel and brightness. The picture
+//! is high-passed by [1 −2 1] across and down, which removes slopes and planes (Immerkær, *Fast Noise
+//! Variance Estimation*, 1996), at places of small Sobel gradient, which for white noise is independent of
+//! the high-pass. The deviation is 1.4826 times the median of magnitudes. Variances subtract, so that the
+//! picture's own grain is not added twice. The added grain is white: independent for each pixel.
 
 use super::descriptor::{
     CodesInput, CodesStep, Descriptor, PassContext, Run, decide, key_of, needs_display,
@@ -50,7 +50,7 @@ pub(crate) const GRAIN: Descriptor = Descriptor {
     })
 };
 
-/// The plate's grain and the picture's own, the strength and the frame; None without a plate.
+/// Grain of the plate and of the picture, the strength and the frame; None without a plate.
 fn settings<'a>(
     context: &'a PassContext,
     input: &CodesInput<'a>,
@@ -59,23 +59,23 @@ fn settings<'a>(
     Some((grains, context.effects.grain, context.scene.frame))
 }
 
-/// Fewer samples than this are no measurement.
+/// Fewest samples of a measurement.
 const FEWEST: usize = 64;
 
-/// Pixels that are looked at, at most.
+/// Most pixels that are sampled.
 const SAMPLES: usize = 40_000;
 
-/// Grain below this deviation in codes, a quarter of a step of 8 bits, is not seen.
+/// Deviation in codes below which grain is invisible: a quarter of a step of 8 bits.
 const UNSEEN: f32 = 0.25 / 255.0;
 
 impl Grain {
-    /// The grain of a plate as a scene shows it, where the matte is solid. One frame is enough for a clip: grain is the
-    /// camera's, not the frame's.
+    /// Grain of a plate under a scene's view transform, where the matte is solid. One frame represents a clip: grain belongs
+    /// to the camera, not to the frame.
     pub fn of_plate(plate: &Image, mask: &Mask, scene: &Scene) -> Self {
         Self::of(&viewed(plate, scene), mask)
     }
 
-    /// The grain of a picture where the matte is solid. Without enough flat places it is 0.
+    /// Grain of a picture where the matte is solid; 0 without enough flat places.
     pub fn of(codes: &Encoded, mask: &Mask) -> Self {
         if mask.size() != codes.0.size() {
             return Self::default();
@@ -89,7 +89,7 @@ impl Grain {
         })
     }
 
-    /// The grain of a picture whose `sample` at a place, which is a pixel, in a channel is known.
+    /// Grain of a picture given by `sample` at a pixel and a channel.
     fn measured(mask: &Mask, sample: impl Fn(usize, usize, usize) -> Sample + Sync) -> Self {
         let Some((step, count)) = places(mask.size()) else {
             return Self::default();
@@ -120,21 +120,21 @@ impl Grain {
     }
 }
 
-/// The places of a picture that its grain is measured at, among the pixels that have neighbours on all
-/// sides, in order: the step from one to the next, and how many. None if there are no such pixels.
+/// Places at which a picture's grain is measured, in order, among the pixels with neighbours on all
+/// sides: the step from one to the next, and their number. None without such pixels.
 fn places((width, height): (usize, usize)) -> Option<(usize, usize)> {
     let inner = width.saturating_sub(2) * height.saturating_sub(2);
     let step = inner.div_ceil(SAMPLES) | 1;
     (inner > 0).then(|| (step, inner.div_ceil(step)))
 }
 
-/// Measurements of one place.
+/// Measurements at one place.
 struct Sample {
-    /// Smoothed.
+    /// Smoothed code.
     code: f32,
-    /// The square of the gradient.
+    /// Square of the gradient.
     gradient: f32,
-    /// Of white noise of deviation 1 it has the deviation 1.
+    /// High-pass; white noise of deviation 1 gives it a deviation of 1.
     high: f32,
 }
 
@@ -158,7 +158,7 @@ fn class(code: f32) -> usize {
     ((code * BINS as f32) as usize).min(BINS - 1)
 }
 
-/// The deviation of one class from its flatter half.
+/// Deviation of one class, from its flatter half.
 fn deviation_of(mut samples: Vec<(f32, f32)>) -> Option<f32> {
     if samples.len() < FEWEST {
         return None;
@@ -170,7 +170,7 @@ fn deviation_of(mut samples: Vec<(f32, f32)>) -> Option<f32> {
     Some(1.4826 * *median)
 }
 
-/// Classes that were not measured take the nearest that was, the darker of two.
+/// Unmeasured classes take the nearest measured one, the darker of two.
 fn filled(known: [Option<f32>; BINS]) -> [f32; BINS] {
     std::array::from_fn(|bin| {
         let near = (0..BINS).filter(|&other| known[other].is_some());
@@ -179,8 +179,8 @@ fn filled(known: [Option<f32>; BINS]) -> [f32; BINS] {
     })
 }
 
-/// Adds grain to codes: `plate` beyond `own` where the subject is, all of `plate` behind it, each times the
-/// picture's coverage `alpha`. Every frame has grain of its own, the same each time that it is made.
+/// Adds grain to codes: `plate` beyond `own` on the subject, all of `plate` on the background, each times the
+/// picture's coverage `alpha`. Every frame has its own grain, which is reproducible.
 pub fn grain(
     codes: &mut Encoded,
     [mask, alpha]: [&Mask; 2],
@@ -238,7 +238,7 @@ impl Recording<'_> {
         self.run(shader, bytes_of(&params), codes, Some(matte), size)
     }
 
-    /// The grain of codes where the matte is solid, as [`Grain::of`] finds it: from the same places, at most 40,000,
+    /// Grain of codes where the matte is solid, as in [`Grain::of`]: from the same places, at most 40,000,
     /// which are 1.9 MB.
     ///
     /// # Errors
@@ -264,17 +264,17 @@ impl Recording<'_> {
     }
 }
 
-/// A hash of a pixel in a frame.
+/// Hash of a pixel in a frame.
 fn place(pixel: usize, frame: usize) -> u32 {
     hash(hash(frame as u32) ^ pixel as u32)
 }
 
-/// A number of mean 0 and deviation 1 for a channel of a place: the sum of the four bytes of a hash, which
-/// is near enough to a normal one and the same on every device.
+/// Random number of mean 0 and deviation 1 for a channel of a place: the sum of the four bytes of a hash, which
+/// is near enough to normal and the same on every device.
 fn normal(place: u32, channel: usize) -> f32 {
     let bytes = hash(place ^ channel as u32).to_le_bytes().map(u32::from);
     let sum: u32 = bytes.iter().sum();
-    // Four even draws from 0 to 255 have the mean 510 and the variance 4 · (256² − 1) / 12.
+    // Four uniform draws from 0 to 255 have the mean 510 and the variance 4 · (256² − 1) / 12.
     (sum as f32 - 510.0) / 147.8
 }
 
@@ -290,7 +290,7 @@ mod tests {
     use super::*;
     use imaging::Raster;
 
-    /// A ramp with some texture and grain of a deviation that grows with its code.
+    /// A ramp with texture, and grain whose deviation grows with its code.
     fn grainy(size: usize, deviation: f32) -> Encoded {
         Encoded(Raster::from_fn(size, size, |x, y| {
             let code = 0.1 + 0.8 * x as f32 / size as f32;

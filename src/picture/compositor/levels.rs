@@ -1,8 +1,8 @@
 //! Brightness of subject and background, before the scene's own exposure.
 //!
-//! Neither has an absolute scale: an HDRI's radiance is in units of its own, and a reflectance field
+//! Neither has an absolute scale: an HDRI's radiance is in its own units, and a reflectance field
 //! in units of the OLAT session. Their ratio cannot be measured either if the mirror balls were
-//! photographed through a filter of unknown density. So both are set by what is known of people.
+//! photographed through a filter of unknown density. So both are set from assumptions about people.
 
 use super::field::Field;
 use super::reference::SOLID;
@@ -15,20 +15,20 @@ use serde::{Deserialize, Serialize};
 /// light skin (0.35).
 const SUBJECT_ALBEDO: f32 = 0.35;
 
-/// Level of the subject's mean at 0 stops: the middle grey of photography.
+/// Level of the subject's mean at 0 stops: middle grey.
 const MIDDLE_GREY: f32 = 0.18;
 
 /// Factors from stored units to the picture's, constant over a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Levels {
-    /// Times Σ weights · field.
+    /// Factor on Σ weights · field.
     pub subject: f32,
-    /// Times the environment's radiance.
+    /// Factor on the environment's radiance.
     pub background: f32,
 }
 
 impl Default for Levels {
-    /// Units as they are stored.
+    /// Stored units unchanged.
     fn default() -> Self {
         Self { subject: 1.0, background: 1.0 }
     }
@@ -36,12 +36,12 @@ impl Default for Levels {
 
 impl Levels {
     /// Levels at which a subject of albedo 0.35 in light of the environment's mean radiance is middle
-    /// grey, and stands before that environment as it would if it were there. `even` are the weights
+    /// grey, and stands in front of that environment as if it were there. `even` are the weights
     /// of an environment of radiance 1 everywhere; `field` and `mask` are any one frame of the clip.
-    /// If the field or the environment is black, its level is the default.
+    /// A black field or environment gets the default level.
     ///
     /// # Errors
-    /// When the GPU that the field is on fails.
+    /// When the GPU of the field fails.
     pub fn balanced(
         environment: &Environment,
         even: &LightWeights,
@@ -56,23 +56,23 @@ impl Levels {
 }
 
 impl Levels {
-    /// The background's level: an albedo of 0.35 in the environment's mean radiance is middle grey.
+    /// Level of the background: an albedo of 0.35 in the environment's mean radiance is middle grey.
     pub fn of_environment(environment: &Environment) -> f32 {
         positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(environment)))
     }
 
-    /// One unit of light on the stage in the environment's units: what placed lights are given in.
+    /// One unit of light on the stage in the environment's units: the unit of placed lights.
     pub fn unit(&self) -> f32 {
         1.0 / self.background
     }
 
-    /// Factor that brings weights of a light whose radiance is 1 in the mean to these levels.
+    /// Factor that brings the weights of a light with mean radiance 1 to these levels.
     pub fn of_unit_light(&self) -> f32 {
         positive(MIDDLE_GREY / (SUBJECT_ALBEDO * self.background))
     }
 }
 
-/// A usable factor, whose inverse is finite too: 1 if it is not normal or not above 0.
+/// Usable factor with a finite inverse: 1 if it is not normal or not above 0.
 fn positive(factor: f32) -> f32 {
     if factor.is_normal() && factor > 0.0 { factor } else { 1.0 }
 }
@@ -137,7 +137,7 @@ mod tests {
             assert!(levels.subject.is_normal() && levels.background.is_normal(), "{levels:?}");
         }
         test_support::shown!(Pictures, "Levels of black light, light of 3.4·10³⁸, black or NaN fields, empty mattes",
- danger: "levels are 0, infinite or so small that their inverse is", done: "what is not a normal number becomes 1",
+ danger: "levels are 0, infinite or so small that their inverse is", done: "levels that are not normal numbers become 1",
  bound: "levels and their inverses finite and above 0", measured: "holds");
     }
 }

@@ -1,9 +1,9 @@
 //! The compositor: a reflectance field, the weights of its lamps and a scene become a picture.
 //!
-//! [`plan()`] decides which passes a scene calls for, [`compose()`] runs those and reports on all of
-//! them: on the CPU if the field is in memory, on the GPU if the network left it there. Each pass has a file of its
-//! name: what is known of it, its function on the CPU, and what runs its shader, which has its name under `shaders/` and
-//! is tested against that function.
+//! [`plan()`] decides which passes a scene needs, [`compose()`] runs them and reports on all
+//! passes: on the CPU if the field is in memory, on the GPU if the network left it there. Each pass has a file of its
+//! name with its descriptor, its function on the CPU, and the host of its shader. The shader has the same name under
+//! `shaders/` and is tested against the function.
 
 mod background;
 mod background_blur;
@@ -96,7 +96,7 @@ const PASSES: [&Descriptor; Pass::ALL.len()] = [
     &false_color::FALSE_COLOR,
 ];
 
-/// The shaders, as a GPU is given them.
+/// Shaders as WGSL for a GPU.
 pub fn shaders() -> impl Iterator<Item = &'static passes::Shader> {
     let own = PASSES.into_iter().filter_map(|pass| pass.shader);
     own.chain(passes::SHARED)

@@ -1,5 +1,5 @@
-//! Pass `light_wrap`: light from behind reaches around the rim of what stands before it. Where the
-//! blurred background is brighter than the subject's rim, the rim is drawn towards it.
+//! Pass `light_wrap`: light from behind reaches around the subject's rim. Where the
+//! blurred background is brighter than the rim, the rim is drawn towards it.
 
 use super::background_blur::defocused;
 use super::descriptor::{Descriptor, decide, key_of, needs_background};
@@ -30,23 +30,23 @@ pub(crate) const LIGHT_WRAP: Descriptor = Descriptor {
     })
 };
 
-/// Wrapped light that adds less than this share to the rim's is skipped.
+/// Wrapped light below this share of the rim's light is skipped.
 const LEAST_WRAP: f32 = 0.002;
 
 /// Reach of the light around a rim, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
 
-/// Longer side in pixels of the pictures that the need for wrapping is measured on.
+/// Longer side in pixels of the pictures on which the need for wrapping is measured.
 const MEASURED: usize = 64;
 
-/// The radius in pixels of the blur by which the light behind reaches around a rim.
+/// Radius in pixels of the blur by which the light behind reaches around a rim.
 fn reach(height: usize) -> f32 {
     (REACH * height as f32).max(1.0)
 }
 
 /// Adds `amount` (`[0, 1]`) of the wrapped light to a premultiplied subject: with `W` the blurred light
 /// that comes past the matte and `b` the blurred opening, max(0, α·W − b·subject), which is 0 wherever
-/// the light behind, `W / b`, is no brighter than the subject. All have one size.
+/// the light behind, `W / b`, is no brighter than the subject. All pictures have the same size.
 pub fn light_wrap(subject: &mut Image, mask: &Mask, behind: &Image, amount: f32) {
     if subject.pixels.is_empty() || amount.is_nan() || amount <= 0.0 {
         return;
@@ -59,14 +59,14 @@ pub fn light_wrap(subject: &mut Image, mask: &Mask, behind: &Image, amount: f32)
     });
 }
 
-/// The size at which the need for wrapping is measured: at most 64 pixels along each side.
+/// Size at which the need for wrapping is measured: at most 64 pixels along each side.
 pub(super) fn measured_size((width, height): (usize, usize)) -> (usize, usize) {
     let scale = (MEASURED as f32 / width.max(height).max(1) as f32).min(1.0);
     let small = |n: usize| ((n as f32 * scale).round() as usize).max(1);
     (small(width), small(height))
 }
 
-/// Light that wrapping wholly would add to the rim, as a share of the light that the rim has: the need for it, of
+/// Light that full wrapping would add to the rim, as a share of the rim's light: the need for the pass, for
 /// pictures of [`measured_size`]. 0 without a rim.
 pub(super) fn need(subject: &Image, mask: &Mask, behind: &Image) -> f32 {
     let past = light_past(mask, behind);
@@ -83,7 +83,7 @@ fn wrapped(subject: [f32; 3], alpha: f32, past: [f32; 4]) -> [f32; 3] {
     std::array::from_fn(|c| (alpha * past[c] - past[3] * subject[c]).max(0.0))
 }
 
-/// The light that comes past the matte, blurred, and in the fourth value how open the matte is there.
+/// The light that passes the matte, blurred, and in the fourth value the matte's opening.
 fn light_past(mask: &Mask, behind: &Image) -> Rgba {
     let open = rgba(behind, |i, light| {
         let open = 1.0 - mask.pixels[i];
@@ -94,7 +94,7 @@ fn light_past(mask: &Mask, behind: &Image) -> Rgba {
 }
 
 impl Recording<'_> {
-    /// [`light_wrap`] on the GPU: the fourth value of `subject` is its matte, `behind` is not yet laid under it.
+    /// [`light_wrap`] on the GPU: the fourth value of `subject` is its matte; `behind` is not yet laid under it.
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
@@ -110,7 +110,7 @@ impl Recording<'_> {
         self.plain((&SHADER, "wrap"), values, subject, Some(&past))
     }
 
-    /// A premultiplied subject over what is behind it. The fourth value becomes 1.
+    /// A premultiplied subject over its background. The fourth value becomes 1.
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
@@ -118,7 +118,7 @@ impl Recording<'_> {
         self.plain((&SHADER, "over"), [0; 2], subject, Some(behind))
     }
 
-    /// Light that wrapping would add to the rim, as [`light_wrap`] measures it: on two pictures of at most 64 pixels
+    /// Light that wrapping would add to the rim, measured like [`light_wrap`]: on two pictures of at most 64 pixels
     /// along each side, 128 KiB.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ mod tests {
         let mut after = before.clone();
         light_wrap(&mut after, &mask, &behind, 1.0);
         for (a, b) in after.pixels.iter().zip(&before.pixels) {
-            // α·W and b·subject are one number, rounded apart.
+            // α·W and b·subject are equal up to rounding.
             assert!((a[0] - b[0]).abs() < 1e-6);
         }
         assert!(need(&before, &mask, &behind) < 1e-5);

@@ -1,4 +1,4 @@
-//! Pictures that a GPU makes are the CPU's, whatever the scene asks for.
+//! Pictures made by a GPU match the CPU's in every scene.
 
 use super::compose::tests::{Set, largest_difference, scene};
 use super::passes::{PicturePasses, relight::tests::device};
@@ -25,15 +25,15 @@ struct Both {
 }
 
 impl Both {
-    /// None if there is no adapter. `timed` asks for its clock.
+    /// None if there is no adapter. `timed` requires its clock.
     fn new(timed: bool) -> Option<Self> {
         let (device, queue) = device(timed)?;
         let mut memory = Set::new(SIZE);
         let rim = rim(&memory.mask);
         let Field::Memory(field) = &mut memory.field else {
-            panic!("it is in memory");
+            panic!("the field is in memory");
         };
-        // Green at the rim; and a level that is not the frame's before.
+        // Green at the rim, and a level that differs from the frame's.
         let plane = SIZE * SIZE;
         for (i, value) in field.values.iter_mut().enumerate() {
             let green = (i / plane) % 3 == 1;
@@ -67,14 +67,14 @@ impl Both {
         [memory, gpu]
     }
 
-    /// The same scene by the CPU and by the GPU.
+    /// The same scene on the CPU and on the GPU.
     fn compose(&self, scene: &Scene) -> Result<[Picture; 2]> {
         let [memory, gpu] = self.ingredients();
         Ok([compose(scene, &memory)?, compose(scene, &gpu)?])
     }
 }
 
-/// Every effect by itself, and most of them together.
+/// Every effect alone, and most of them together.
 fn effects() -> Vec<Effects> {
     let off = Effects::default();
     let inspect = |inspection| Effects { inspection, ..off };
@@ -133,7 +133,7 @@ fn a_gpu_s_picture_is_the_cpu_s() {
                 ran.collect::<Vec<_>>()
             };
             assert_eq!(what(&here), what(&there), "{scene:?}");
-            // Nothing that a scene asks for here is left out for want of a need.
+            // Every requested effect is needed here.
             let effects = scene.effects;
             let shown = output == Output::Display;
             let around = scene.background == Background::Environment;
@@ -150,12 +150,12 @@ fn a_gpu_s_picture_is_the_cpu_s() {
             let opaque = scene.background == Background::Environment && !off;
             assert_eq!(there.linear.is_some(), output == Output::Linear || !opaque);
             if let (Some(here), Some(there)) = (&here.linear, &there.linear) {
-                // Up to 20: arc tangents of the background are good to 2e-3 of a GPU's texel.
+                // Up to 20: arc tangents of the background are accurate to 2e-3 of a GPU's texel.
                 let apart = largest_difference(here, there);
                 assert!(apart < 5e-3, "{apart}: {scene:?}");
             }
             if let (Some(here), Some(there)) = (&here.display, &there.display) {
-                // Dither moves a code by a whole step where its pattern wraps.
+                // Dither moves a code by a full step where its pattern wraps.
                 let apart = largest_difference(&here.0, &there.0);
                 assert!(apart < 1.5 / 255.0, "{apart}: {scene:?}");
                 let pairs = here.0.pixels.iter().flatten().zip(there.0.pixels.iter().flatten());
@@ -179,13 +179,13 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
     };
     let plain = made(Forced::default());
     let strengths = STRENGTHS.iter().map(|strength| strength.pass);
-    // Grain is given to codes.
+    // Grain is added to codes.
     let light = strengths.filter(|pass| *pass != Pass::Grain);
     for pass in light.chain([Pass::Exposure]) {
         let on = made(Forced::default().with(pass, Some(true)));
         assert!(on.passes[pass as usize].ran, "{pass:?}");
         let apart = largest_difference(plain.light(), on.light());
-        // A rounding of the brightest value, 20.
+        // Rounding of the brightest value, 20.
         assert!(apart < 20.0 * 1e-6, "{pass:?}: {apart}");
     }
 }
@@ -221,7 +221,7 @@ fn a_gpu_s_clock_times_every_pass_that_runs() {
         let mut sum = 0.0;
         for pass in &picture.passes {
             let ms = pass.ms.unwrap_or_else(|| panic!("{} is not timed", pass.name));
-            // Smoothing is in the weights: only measuring it takes time. The first two are not passes here.
+            // Smoothing is in the weights: only its measurement takes time. The first two are not passes here.
             assert!(ms > 0.0 || !pass.ran || pass.name == "smoothing", "{pass:?}");
             assert!(ms >= 0.0);
             sum += ms;
@@ -246,10 +246,10 @@ fn a_gpu_says_how_many_pixels_it_mended() {
         return;
     };
     let Field::Memory(field) = &mut both.memory.field else {
-        panic!("it is in memory");
+        panic!("the field is in memory");
     };
     let Field::Gpu(buffer, passes) = &mut both.gpu else {
-        panic!("it is on the GPU");
+        panic!("the field is on the GPU");
     };
     field.values[SIZE * SIZE / 2 + SIZE / 2] = f32::NAN;
     *buffer = FieldBuffer::upload(field, &passes.device);
@@ -274,9 +274,9 @@ fn what_does_not_fit_is_refused_on_a_gpu_too() {
     let [_, mut of] = both.ingredients();
     of.extra.second = Some(&second);
     assert!(compose(&scene, &of).unwrap_err().to_string().contains("8 × 8"));
-    // A device that is asked for nothing more binds 128 MiB at most.
+    // A device with default limits binds at most 128 MiB.
     let Field::Gpu(_, passes) = &both.gpu else {
-        panic!("it is on the GPU");
+        panic!("the field is on the GPU");
     };
     let large = ReflectanceField {
         width: 1024,

@@ -1,11 +1,11 @@
-//! Passes that a scene calls for, with the reasons. The plan is data: it can be shown, tested and overruled.
+//! Passes that a scene needs, with the reasons. The plan is data: it can be shown, tested and overruled.
 
 use super::PASSES;
 use super::descriptor::{NOT_ASKED, PassContext, PlannedPass, Run};
 use super::facts::{Facts, key};
 use scene::{Pass, Scene};
 
-/// Decides about every pass, in the order in which they run.
+/// Decides on every pass, in running order.
 pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
     let context = PassContext { scene, effects: scene.effects.bounded(), facts };
     let mut planned: Vec<PlannedPass> = Vec::with_capacity(PASSES.len());
@@ -21,15 +21,15 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
                 (true, "on by hand; not needed here".to_owned())
             }
             (Some(true), Ok(reason) | Err(reason)) => (true, format!("on by hand; {reason}")),
-            // Whether it would be called for was not measured.
+            // Its need was not measured.
             (Some(false), _) => (false, "off by hand".to_owned()),
         };
         let read = (descriptor.reads)(&context, &planned);
         let key = match (descriptor.run, pass) {
-            // Whether these had to be made again does not change what they are.
+            // Recomputing these does not change them.
             (Run::Before, _) => read,
             _ if run => key((pass, read, (descriptor.settings)(&context))),
-            // Nothing is behind the subject, whatever the panorama is.
+            // Without a background the panorama does not matter.
             (_, Pass::Background) => 0,
             _ => read,
         };

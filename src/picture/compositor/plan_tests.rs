@@ -28,7 +28,7 @@ fn with(effects: Effects) -> Scene {
     Scene { effects, ..scene() }
 }
 
-/// Everything at once, and facts that call for all of it.
+/// A scene with everything, and facts that need all of it.
 fn everything() -> (Scene, Facts) {
     let effects = Effects {
         smoothing: 0.5,
@@ -99,10 +99,10 @@ fn every_effect_runs_where_it_is_asked_for_and_called_for() {
     let wanted: Vec<_> = Pass::ALL.iter().map(|p| p.name()).collect();
     let wanted: Vec<_> = wanted.into_iter().filter(|n| !inspections.contains(n)).collect();
     assert_eq!(ran, wanted);
-    // The same need, and nobody asks.
+    // The same need without a request.
     let plate = Facts { plate: facts.plate, ..FACTS };
     assert_eq!(names(&self::scene(), &facts), names(&self::scene(), &plate));
-    // Somebody asks, and there is no need.
+    // A request without a need.
     let idle = names(&scene, &FACTS);
     for name in ["smoothing", "despill", "light_wrap", "glare", "grain"] {
         assert!(!idle.contains(&name), "{name}");
@@ -168,7 +168,7 @@ fn every_pass_stands_in_its_place_and_one_with_a_strength_can_be_skipped() {
     }
 }
 
-/// Names of the passes whose key is another.
+/// Names of the passes with a changed key.
 fn changed(before: (&Scene, &Facts), after: (&Scene, &Facts)) -> Vec<&'static str> {
     let (a, b) = (plan(before.0, before.1), plan(after.0, after.1));
     let pairs = a.iter().zip(&b);
@@ -192,7 +192,7 @@ fn a_setting_changes_the_keys_of_its_pass_and_of_those_after_it() {
     let channel = Inspection::Channel(Channel::Red);
     let looked = from(&|s| s.effects.inspection = channel);
     assert_eq!(looked, ["channels", "difference", "false_color"]);
-    // An effect that nothing calls for changes no key, however its slider is moved.
+    // A skipped effect changes no key, at any strength.
     assert!(from(&|s| s.effects.glare = 0.7).is_empty());
     assert!(from(&|s| s.effects.despill = 0.7).is_empty());
 }

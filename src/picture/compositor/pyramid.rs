@@ -1,15 +1,15 @@
-//! Halving and doubling of pictures, which makes wide blurs cheap: both are the bilinear ×2 with
+//! Halving and doubling of pictures, for cheap wide blurs: the bilinear ×2 with
 //! half-pixel centres and its transpose, so that a flat picture stays flat and a point becomes a round
-//! spot wherever it lies. Outside its edges a picture goes on mirrored.
+//! spot at any position. Pictures are mirrored at their edges.
 
 use imaging::{Image, Raster};
 use rayon::prelude::*;
 
-/// Four values a pixel, as on the GPU: linear RGB and coverage or a weight.
+/// Four values per pixel, as on the GPU: linear RGB and coverage or a weight.
 pub type Rgba = Raster<[f32; 4]>;
 
-/// A picture's pixels with a fourth value, both as `pixel` gives them. NaN and infinite values
-/// become 0: a blur would carry them everywhere.
+/// Pixels of a picture with a fourth value, both from `pixel`. NaN and infinite values
+/// become 0: a blur would spread them everywhere.
 pub fn rgba(image: &Image, pixel: impl Fn(usize, [f32; 3]) -> [f32; 4] + Sync) -> Rgba {
     let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
     let pixels = image.pixels.par_iter().enumerate().with_min_len(4096);
@@ -39,8 +39,8 @@ pub fn halve(fine: &Rgba) -> Rgba {
     Rgba { width, height, pixels }
 }
 
-/// The fine pixels that a coarse one is the mean of, along one axis of `n` fine pixels, and their
-/// shares, which add up to 1.
+/// The fine pixels averaged by a coarse one, along one axis of `n` fine pixels, and their
+/// weights, whose sum is 1.
 fn taps(coarse: usize, n: usize) -> [(usize, f32); 4] {
     let at = 2 * coarse;
     let before = at.saturating_sub(1);
@@ -52,7 +52,7 @@ fn taps(coarse: usize, n: usize) -> [(usize, f32); 4] {
     [(before, 0.125), (at, 0.375), (at + 1, 0.375), (after, 0.125)]
 }
 
-/// Twice the size, bilinear, onto `fine`, whose halved size `coarse` has: `fine` · `keep` + doubled.
+/// Bilinear doubling of `coarse`, the halved size of `fine`: `fine` · `keep` + doubled.
 pub fn double_onto(coarse: &Rgba, fine: &mut Rgba, keep: f32) {
     let width = fine.width;
     let rows = fine.pixels.par_chunks_mut(width.max(1)).enumerate();
@@ -83,7 +83,7 @@ pub(super) fn add(sum: &mut [f32; 4], value: [f32; 4], weight: f32) {
     (0..4).for_each(|c| sum[c] += weight * value[c]);
 }
 
-/// The pixel that stands at `i` where a row of `n` goes on mirrored on both sides.
+/// Index of the pixel at `i` in a row of `n` that is mirrored on both sides.
 pub fn mirrored(i: isize, n: usize) -> usize {
     let at = i.rem_euclid(2 * n as isize) as usize;
     at.min(2 * n - 1 - at)

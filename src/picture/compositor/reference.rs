@@ -1,4 +1,4 @@
-//! The passes on the CPU, and what the shaders are tested against.
+//! The passes on the CPU, the reference for the shaders' tests.
 
 pub use super::dither::dither;
 pub use super::edges::{SOLID, extend_edges};

@@ -1,5 +1,5 @@
 //! Pass `relight` on the CPU: the sum of lamps, for each storage format of a field. Memory is read once,
-//! by all threads, in wide loops over several lamps at a time; lamps that are not lit are not read.
+//! by all threads, in wide loops over several lamps at a time. Unlit lamps are not read.
 
 use super::descriptor::{Descriptor, decide, key_of};
 use super::facts::key;
@@ -11,7 +11,7 @@ use reflectance::{CompressedField, ReflectanceField, compressed};
 use scene::Pass;
 
 pub(crate) const RELIGHT: Descriptor = Descriptor {
-    fixed: |_| Some("it makes the subject: no picture is made without it"),
+    fixed: |_| Some("it makes the subject: every picture needs it"),
     reads: |_, planned| key([Pass::Smoothing, Pass::Weights].map(|pass| key_of(planned, pass))),
     ..Descriptor::new(Pass::Relight, |context| {
         let (lit, all) = (context.facts.lit_lamps, context.facts.lamps);
@@ -23,20 +23,20 @@ pub(crate) const RELIGHT: Descriptor = Descriptor {
     })
 };
 
-/// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
+/// Pixels summed by one task: three sums of this length (48 KiB) stay in a core's own cache, and every
 /// plane is read in runs of 16 KiB. Measured best of 1024 to 8192.
 const CHUNK: usize = 4096;
 
-/// Planes that are added in one visit of the sums, of f32 and of f16: measured best of 1 to 16.
+/// Planes added per visit of the sums, of f32 and of f16: measured best of 1 to 16.
 const PLANES: usize = 4;
 const HALF_PLANES: usize = 8;
 
-/// The lamps whose weight is not zero in every channel.
+/// The lamps with a non-zero weight in at least one channel.
 pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
     (0..weights.len()).filter(|&lamp| weights[lamp] != [0.0; 3]).collect()
 }
 
-/// Per channel, the lamps among `lamps` that have energy there, with their weights.
+/// Per channel, the lamps among `lamps` with energy there, and their weights.
 fn shares(weights: &[[f32; 3]], lamps: &[usize]) -> Shares {
     [0, 1, 2].map(|channel| {
         let share = |&lamp: &usize| (lamp, weights[lamp][channel]);
@@ -45,8 +45,8 @@ fn shares(weights: &[[f32; 3]], lamps: &[usize]) -> Shares {
     })
 }
 
-/// Σ `weights[i]` · R_i over `lamps`, per channel, in f32 and in the order of `lamps`. A plane whose weight
-/// is zero is not read, and NaN stays within its own pixel.
+/// Σ `weights[i]` · R_i over `lamps`, per channel, in f32 and in the order of `lamps`. Planes of zero
+/// weight are not read, and NaN stays within its own pixel.
 /// `weights` has one entry per lamp of `field`.
 pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
     let shares = shares(weights, lamps);
@@ -61,8 +61,8 @@ pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) 
     relit
 }
 
-/// [`relight`] for a field in f16, summed in f32. Its bound is that of what [`HalfField`] keeps: a sum
-/// errs by 2⁻¹¹ of the sum of magnitudes.
+/// [`relight`] for a field in f16, summed in f32. The error is that of [`HalfField`]: a sum
+/// is off by up to 2⁻¹¹ of the sum of magnitudes.
 pub fn relight_half(field: &HalfField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
     let shares = shares(weights, lamps);
     let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
@@ -76,7 +76,7 @@ pub fn relight_half(field: &HalfField, weights: &[[f32; 3]], lamps: &[usize]) ->
     relit
 }
 
-/// [`relight`] for a field of principal components, each plane of which is read once for all channels.
+/// [`relight`] for a field of principal components; each plane is read once for all channels.
 pub fn relight_compressed(field: &CompressedField, weights: &[[f32; 3]]) -> Image {
     let shares = compressed::shares(&field.basis, weights);
     let shares = shares.into_iter().enumerate();
@@ -123,7 +123,7 @@ fn add_components<const N: usize>(
     for (plane, (component, _)) in planes.iter_mut().zip(shares) {
         *plane = &field.plane(*component)[chunk * CHUNK..][..count];
     }
-    // The planes come from memory for the first channel, and from the first cache for the others.
+    // The planes come from memory for the first channel, and from the first-level cache for the others.
     for (channel, sums) in sums.iter_mut().enumerate() {
         for (i, sum) in sums[..count].iter_mut().enumerate() {
             for n in 0..N {
@@ -170,7 +170,7 @@ fn sum_tile(field: &HalfField, shares: &Shares, tile: usize, out: &mut [[f32; 3]
         for share in rest {
             add_halves(&mut sums[channel], planes, &[*share]);
         }
-        // Not in the weights, which it could take out of f32's range.
+        // Kept out of the weights, which it could push out of f32's range.
         for sum in &mut sums[channel] {
             *sum *= field.scale();
         }
@@ -178,7 +178,7 @@ fn sum_tile(field: &HalfField, shares: &Shares, tile: usize, out: &mut [[f32; 3]
     interleave(&sums, out);
 }
 
-/// Adds planes times the weights of their shares, in their order. Every plane is at least as long as the
+/// Adds planes times their weights, in order. Every plane is at least as long as the
 /// sums.
 #[inline(always)]
 fn add<const N: usize>(sums: &mut [f32], mut planes: [&[f32]; N], shares: &[(usize, f32); N]) {
@@ -210,7 +210,7 @@ fn add_halves<const N: usize>(
     }
 }
 
-/// Three planes become pixels.
+/// Interleaves three planes into pixels.
 #[inline(always)]
 fn interleave<const N: usize>(planes: &[[f32; N]; 3], out: &mut [[f32; 3]]) {
     for (i, pixel) in out.iter_mut().enumerate() {
@@ -222,7 +222,7 @@ fn interleave<const N: usize>(planes: &[[f32; N]; 3], out: &mut [[f32; 3]]) {
 pub(super) mod tests {
     use super::*;
 
-    /// A field of `lamps` lamps with values in [0, 1) and no pattern to speak of.
+    /// A field of `lamps` lamps with pseudo-random values in [0, 1).
     pub fn noise_field(width: usize, height: usize, lamps: usize) -> ReflectanceField {
         let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
         let values = (0..lamps * 3 * width * height).map(value).collect();
@@ -233,7 +233,7 @@ pub(super) mod tests {
         (0..weights.len()).collect()
     }
 
-    /// The largest difference in units of the sum of magnitudes, which bounds what f32 can do.
+    /// The largest difference relative to the sum of magnitudes, which bounds the error of f32.
     fn relative(a: &Image, b: &Image, largest: f32) -> f32 {
         let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
         pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f32::max) / largest
@@ -285,7 +285,7 @@ pub(super) mod tests {
         assert!(relight(&field, &[[0.0; 3]; 5], &[]).pixels.iter().all(|&p| p == [0.0; 3]));
     }
 
-    /// The weights of a sun beside weak lamps and dark ones.
+    /// The weights of a sun among weak lamps and dark ones.
     fn sunny(lamps: usize) -> Vec<[f32; 3]> {
         let mut weights: Vec<_> =
             (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
@@ -315,7 +315,7 @@ pub(super) mod tests {
         let full = relight(&field, &weights, &all(&weights));
         let pairs = half.pixels.iter().flatten().zip(full.pixels.iter().flatten());
         for (half, full) in pairs {
-            // 2⁻¹¹ by the format; values and weights are positive. 41 additions round besides.
+            // 2⁻¹¹ from the format; values and weights are positive. Plus the rounding of 41 additions.
             assert!((half - full).abs() <= (0.5f32.powi(11) + 41.0 * 1.2e-7) * full);
         }
     }
@@ -325,7 +325,7 @@ pub(super) mod tests {
         let mut field = noise_field(9, 9, 3);
         field.values[40] = f32::NAN;
         field.values[7] = f32::INFINITY;
-        // The second lamp is bad throughout, and dark.
+        // The second lamp is invalid throughout, and dark.
         field.values[3 * 81..6 * 81].fill(f32::NAN);
         let half = HalfField::from(&field);
         let weights = [[1.0; 3], [0.0; 3], [1e6; 3]];
@@ -357,7 +357,7 @@ pub(super) mod tests {
         let weights = [[1e4, 0.0, 2.0], [0.0; 3], [1.0; 3], [0.5; 3], [0.0, 3.0, 0.0]];
         let here = relight_compressed(&compressed, &weights);
         let full = relight(&field, &weights, &all(&weights));
-        // Per channel, in units of the brightest pixel.
+        // Per channel, relative to the brightest pixel.
         for c in 0..3 {
             let largest = full.pixels.iter().map(|p| p[c]).fold(0.0, f32::max);
             for (here, full) in here.pixels.iter().zip(&full.pixels) {

@@ -1,4 +1,4 @@
-//! Pictures kept for the next one: the picture after each pass that costs, with the key that it was made under.
+//! Cache of pictures after expensive passes, each with its key.
 
 use super::facts::{Grain, Spill};
 use super::passes::{GpuMatte, GpuPicture};
@@ -7,18 +7,18 @@ use imaging::{Image, Mask};
 use scene::Pass;
 use std::sync::Arc;
 
-/// Cache from one picture to the next, for each device that made one. It belongs to one series of pictures, such as
-/// those of a window, and holds at most six pictures, a matte and a panorama.
+/// Cache across pictures, for each device that made one. It belongs to one series of pictures, such as
+/// a window's, and holds at most six pictures, a matte and a panorama.
 #[derive(Clone, Debug, Default)]
 pub struct Reuse {
     pub(super) memory: Cache<Arc<Image>, Rim>,
     pub(super) gpu: Cache<GpuPicture, Uploads>,
 }
 
-/// The rim of the last matte that was asked for.
+/// Rim of the last matte.
 pub(super) type Rim = Cached<Arc<Mask>>;
 
-/// Pictures that were copied to the GPU, and made there, for a frame and for an environment.
+/// Pictures copied to or made on the GPU, for a frame and for an environment.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Uploads {
     pub matte: Cached<GpuMatte>,
@@ -27,20 +27,20 @@ pub(super) struct Uploads {
     pub panorama: Cached<GpuPicture>,
 }
 
-/// The cache of one device, in pictures of the kind `L`.
+/// Cache of one device, for pictures of type `L`.
 #[derive(Clone, Debug)]
 pub(super) struct Cache<L, O> {
-    /// The picture after a pass: the subject, until it is laid over its background in `light_wrap`; after
-    /// `background_blur` what is behind it.
+    /// Picture after a pass: the subject alone before `light_wrap`; the background after
+    /// `background_blur`.
     after: [Cached<L>; Pass::ALL.len()],
-    /// The guide of despill, and the spill that it measured.
+    /// Guide of despill, and its measured spill.
     pub spill: Cached<(L, Spill)>,
     pub wrap_need: Cached<f32>,
-    /// The largest value before glare.
+    /// Largest value before glare.
     pub brightest: Cached<f32>,
-    /// The codes' own grain.
+    /// Grain of the codes.
     pub grain: Cached<Grain>,
-    /// The device's cache for itself.
+    /// Device-specific cache.
     pub own: O,
 }
 
@@ -64,7 +64,7 @@ impl<L, O: Default> Default for Cache<L, O> {
     }
 }
 
-/// One thing and the key that it was made under.
+/// A value and its key.
 #[derive(Clone, Debug)]
 pub(super) struct Cached<T>(Option<(u64, T)>);
 
@@ -75,13 +75,13 @@ impl<T> Default for Cached<T> {
 }
 
 impl<T: Clone> Cached<T> {
-    /// The value made under this key, if that one is cached.
+    /// The value cached under this key, if any.
     pub fn get(&self, key: u64) -> Option<T> {
         let cached = self.0.as_ref().filter(|(of, _)| *of == key);
         cached.map(|(_, value)| value.clone())
     }
 
-    /// Caches this in place of what was cached.
+    /// Caches this value in place of the old one.
     pub fn put(&mut self, key: u64, value: T) {
         self.0 = Some((key, value));
     }

@@ -1,4 +1,4 @@
-//! Pictures one after the other, of a clip or of a window: what one leaves for the next.
+//! Successive pictures of a clip or a window, with the data that one leaves for the next.
 
 use super::compose::{compose_reusing, make};
 use super::facts::Grain;
@@ -14,15 +14,15 @@ use scene::{Pass, Scene, ViewTransform, Viewing};
 #[derive(Debug, Default)]
 pub struct Series {
     reuse: Reuse,
-    /// A plate's grain, and the frame (as [`super::Identity`] numbers it) and the view transform that it is of.
+    /// Grain of a plate, with its frame (numbered as in [`super::Identity`]) and its view transform.
     grain: Option<((u64, ViewTransform, Viewing), Grain)>,
     steady: Option<Steady>,
 }
 
 impl Series {
-    /// The next picture. `plate` is the frame at the working size, with its matte, for the pass `grain` of a
-    /// picture of that size. What the passes
-    /// `grain` and `smoothing` read is filled in here; `of.extra.identity` says what has changed.
+    /// Makes the next picture. `plate` is the frame at the working size, with its matte, for the pass `grain` of a
+    /// picture of that size. The input of the passes `grain` and `smoothing` is filled in here;
+    /// `of.extra.identity` states changes.
     ///
     /// # Errors
     /// As [`super::compose`].
@@ -35,7 +35,7 @@ impl Series {
         Ok(self.next(scene, plate, of, false)?.picture)
     }
 
-    /// The next picture, for a window: what a GPU makes stays there. As [`Self::compose`].
+    /// Makes the next picture for a window: a GPU's picture stays there. Like [`Self::compose`].
     ///
     /// # Errors
     /// As [`super::compose`].
@@ -64,7 +64,7 @@ impl Series {
         Ok(shown)
     }
 
-    /// A smaller picture that stands in for the next one, with what its size keeps in `reuse`. It leaves nothing to
+    /// A smaller picture in place of the next one, with its own cache `reuse`. It does not affect
     /// the picture after it.
     ///
     /// # Errors
@@ -79,7 +79,7 @@ impl Series {
         compose_reusing(scene, &self.fill_in(scene, plate, of), reuse)
     }
 
-    /// With what the passes `grain` and `smoothing` read.
+    /// Adds the input of the passes `grain` and `smoothing`.
     fn fill_in<'a>(
         &'a mut self,
         scene: &Scene,
@@ -208,7 +208,7 @@ mod tests {
         assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
         assert!(grain.most() > 0.0);
         assert_eq!(grain, Grain::of_plate(&clip.plate, &clip.mask, &Scene::default()));
-        // Another plate under the same number is not looked at.
+        // Another plate under the same number is ignored.
         let flat = Image::filled(64, 64, [0.3; 3]);
         series.compose(&Clip::scene(0), (&flat, &clip.mask), &of).unwrap();
         assert_eq!(series.grain, Some((key, grain)));

@@ -6,13 +6,13 @@ use super::picture::Picture;
 use base::error::Result;
 use scene::Pass;
 
-/// A picture for a window. If a GPU made it, it stays there: the window draws its texture, and its pixels come to
-/// memory when somebody reads them.
+/// A picture for a window. A GPU's picture stays there: the window draws its texture, and its pixels are copied to
+/// memory only when they are read.
 #[derive(Debug)]
 pub struct ShownPicture {
-    /// Until it is read it has neither pixels nor the times of its passes.
+    /// Without pixels and times of passes until it is read.
     pub picture: Picture,
-    /// The texture that the window draws; None if the picture was made in memory.
+    /// Texture that the window draws; None if the picture was made in memory.
     pub texture: Option<DisplayTexture>,
     unread: Option<Unread>,
 }
@@ -39,13 +39,13 @@ impl ShownPicture {
         self.unread.is_none()
     }
 
-    /// Brings its pixels to memory, the times of its passes, and how many pixels were mended, unless they are there.
+    /// Reads its pixels, the times of its passes, and the number of repaired pixels, unless this was done before.
     ///
     /// # Errors
     /// When the GPU fails or is lost.
     pub fn read(&mut self) -> Result<()> {
         if let Some(unread) = &self.unread {
-            // What stays has codes: it is shown.
+            // A picture on the GPU has codes, since it is shown.
             take(&mut self.picture, ReadPicture::of(unread.read()?, true));
             self.unread = None;
         }
@@ -53,7 +53,7 @@ impl ShownPicture {
     }
 }
 
-/// Gives a picture its pixels and its reports what was measured.
+/// Adds pixels and measurements to a picture.
 fn take(picture: &mut Picture, read: ReadPicture) {
     picture.linear = read.linear;
     picture.display = read.display;

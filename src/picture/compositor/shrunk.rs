@@ -1,12 +1,12 @@
-//! A frame with fewer pixels, for pictures that have to be there soon.
+//! Reduced frames for quick pictures.
 
 use super::field::Field;
 use imaging::Mask;
 use reflectance::HalfField;
 
 impl Field {
-    /// The field, and the matte that it is under, at a `factor`-th of their width and height, as
-    /// [`HalfField::shrunk`] has it. None for what is quick to light as it is: components, and a field on a GPU.
+    /// Field and matte at 1/`factor` of their width and height, by
+    /// [`HalfField::shrunk`]. None for fields that are quick to light at full size: components, and fields on a GPU.
     pub fn shrunk(&self, mask: &Mask, factor: usize) -> Option<(Self, Mask)> {
         let (small, mask) = match self {
             Self::Memory(field) => HalfField::from(field).shrunk(mask, factor),

@@ -1,10 +1,10 @@
-//! One pixel of a field under every lamp: what lights it.
+//! Light of one pixel under every lamp.
 
 use super::field::Field;
 use reflectance::half_field::{TILE, widen};
 
 impl Field {
-    /// The light of the pixel in column `x` and row `y` under each lamp at full power; None outside the
+    /// Light of the pixel in column `x` and row `y` under each lamp at full power; None outside the
     /// picture, or if a GPU fails. Waits for a field on a GPU: do not call it on the window's thread.
     pub fn texel(&self, x: usize, y: usize) -> Option<Vec<[f32; 3]>> {
         let (width, height) = self.size();

@@ -1,10 +1,10 @@
-//! The passes `predict` and `weights`, which are made before a picture is composed and cached by whoever asks for it.
+//! Passes `predict` and `weights`, which run before composition; the caller caches them.
 
 use super::descriptor::{Descriptor, Run, decide};
 use super::facts::key;
 use scene::Pass;
 
-const CACHED: &str = "no picture is made without it";
+const CACHED: &str = "every picture needs it";
 
 pub(crate) const PREDICT: Descriptor = Descriptor {
     fixed: |_| Some(CACHED),

@@ -30,7 +30,7 @@ pub(crate) const VIEW: Descriptor = Descriptor {
         context.displayed()?;
         let viewing = &context.scene.viewing;
         if let Some(table) = &viewing.through {
-            return Ok(format!("looked at through {}", table.name));
+            return Ok(format!("shown through {}", table.name));
         }
         let curve = match context.scene.view() {
             ViewTransform::Srgb => "the display is sRGB",
@@ -51,13 +51,13 @@ const AGX_INSET: [[f32; 3]; 3] = [
     [0.042_328_242, 0.878_468_64, 0.079_166_13],
     [0.042_375_655, 0.078_433_6, 0.879_143],
 ];
-/// The way back, after the curve.
+/// Inverse matrix, after the curve.
 const AGX_OUTSET: [[f32; 3]; 3] = [
     [1.196_879, -0.098_020_88, -0.099_029_74],
     [-0.052_896_85, 1.151_903_1, -0.098_961_18],
     [-0.052_971_635, -0.098_043_45, 1.151_073_7],
 ];
-/// log2 of the darkest and the brightest light that the curve tells apart: 10 stops below middle grey and
+/// log2 of the darkest and the brightest light within the curve: 10 stops below middle grey and
 /// 6.5 above.
 const AGX_STOPS: [f32; 2] = [-12.473_93, 4.026_069];
 
@@ -74,11 +74,11 @@ const ACES_OUTPUT: [[f32; 3]; 3] = [
     [-0.102_08, 1.108_13, -0.006_05],
     [-0.003_27, -0.072_76, 1.076_02],
 ];
-/// Brings 18 % grey back to where sRGB has it: the fit alone is darker, as projectors want it.
+/// Brings 18 % grey to its sRGB code: the plain fit is darker, made for projectors.
 const ACES_EXPOSURE: f32 = 1.0 / 0.6;
 
-/// Codes of linear light, all in `[0, 1]`. Negative light and NaN count as black;
-/// infinite light is as white as it gets.
+/// Codes of linear light, all in `[0, 1]`. Negative light and NaN become black;
+/// infinite light becomes white.
 pub fn view(linear: &Image, transform: ViewTransform) -> Encoded {
     match transform {
         ViewTransform::Srgb => srgb(linear),
@@ -87,7 +87,7 @@ pub fn view(linear: &Image, transform: ViewTransform) -> Encoded {
     }
 }
 
-/// [`view`] as a scene is looked at: see [`scene::Viewing`].
+/// [`view`] with a scene's viewing settings: see [`scene::Viewing`].
 pub fn viewed(linear: &Image, scene: &Scene) -> Encoded {
     match (&scene.viewing.through, scene.viewing.factor_and_power()) {
         (None, [1.0, 1.0]) => view(linear, scene.view()),
@@ -95,7 +95,7 @@ pub fn viewed(linear: &Image, scene: &Scene) -> Encoded {
     }
 }
 
-/// One pixel's codes as a scene is looked at.
+/// Codes of one pixel with a scene's viewing settings.
 pub fn viewed_code(pixel: [f32; 3], scene: &Scene) -> [f32; 3] {
     let [factor, power] = scene.viewing.factor_and_power();
     let seen = light(pixel.map(|v| factor * v));
@@ -160,7 +160,7 @@ impl Recording<'_> {
     }
 }
 
-/// One pixel's codes.
+/// Codes of one pixel.
 pub fn code(pixel: [f32; 3], transform: ViewTransform) -> [f32; 3] {
     match transform {
         ViewTransform::Srgb => pixel.map(srgb_from_linear),
@@ -169,7 +169,7 @@ pub fn code(pixel: [f32; 3], transform: ViewTransform) -> [f32; 3] {
     }
 }
 
-/// The curve of film between the matrices, codes of a display of γ 2.2 by light.
+/// Film curve between the matrices: codes of a γ 2.2 display from light.
 static FILMIC: LazyLock<Curve> = LazyLock::new(|| {
     let [darkest, brightest] = AGX_STOPS;
     Curve::new(|light| {
@@ -184,7 +184,7 @@ static FILMIC: LazyLock<Curve> = LazyLock::new(|| {
 
 static SRGB: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
 
-/// Light that the curves can take: what they do to larger values cannot be seen.
+/// Upper limit of the curves' input: larger values look the same.
 fn light(pixel: [f32; 3]) -> [f32; 3] {
     pixel.map(|v| if v > 0.0 { v.min(65504.0) } else { 0.0 })
 }
@@ -239,7 +239,7 @@ mod tests {
             assert_eq!(codes, viewed_code([light; 3], &scene));
             codes[0]
         };
-        // Two stops darker, light of 2 and 3 is told apart again.
+        // Two stops darker, light of 2 and 3 is distinct again.
         assert_eq!(seen(2.0, 0.0, 1.0), seen(3.0, 0.0, 1.0));
         assert_eq!(seen(2.0, -2.0, 1.0), srgb_from_linear(0.5));
         assert!(seen(3.0, -2.0, 1.0) > seen(2.0, -2.0, 1.0) + 0.1);

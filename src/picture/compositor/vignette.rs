@@ -1,6 +1,6 @@
 //! Pass `vignette`: a lens darkens towards its corners. The light of a rectilinear lens falls off as cos⁴ of the angle
-//! at which it comes in (Kingslake, *Optics in Photography*, 1992); the angle at the corners follows from the
-//! share of light that they are to lose.
+//! of incidence (Kingslake, *Optics in Photography*, 1992); the corner angle follows from the
+//! requested loss of light.
 
 use super::descriptor::{Descriptor, LightStep, Run, decide};
 use super::facts::key;
@@ -35,8 +35,8 @@ pub(crate) const VIGNETTE: Descriptor = Descriptor {
 /// share that its light does.
 const UNSEEN: f32 = 0.002;
 
-/// Multiplies light by cos⁴θ, where θ is 0 in the middle of the picture and tan θ grows with the distance from there, so
-/// that the corners lose `lost` (`[0, 1)`) of their light. Nothing happens if that is 0 or NaN.
+/// Multiplies light by cos⁴θ, where θ is 0 in the middle of the picture and tan θ grows with the distance from it, so
+/// that the corners lose `lost` (`[0, 1)`) of their light. Does nothing if `lost` is 0 or NaN.
 pub fn vignette(picture: &mut Image, lost: f32) {
     let (width, height) = picture.size();
     let spread = spread((width, height), lost);
@@ -60,7 +60,7 @@ fn spread((width, height): (usize, usize), lost: f32) -> f32 {
     (1.0 / kept.sqrt() - 1.0) / corner.max(1.0)
 }
 
-/// A lens whose corners lose more sees half a turn.
+/// A larger loss would need a field of view of half a turn.
 const LARGEST: f32 = 0.999;
 
 impl Recording<'_> {
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(report(&dark), (true, "the corners lose 50.0 % of their light"));
         let [plain, dark] = [&plain, &dark].map(|picture| picture.light().at(0, 0)[2]);
         assert!((dark / plain - 0.5).abs() < 0.02, "{dark} of {plain}");
-        // It is done to light: what inspects exposure sees it.
+        // It acts on light: exposure tools show it.
         let zones = |vignette| {
             let inspection = Inspection::FalseColor;
             let effects = Effects { vignette, inspection, ..off };

@@ -1,24 +1,24 @@
-//! Adapters that the system offers to compute with, used or not.
+//! Compute adapters of the system, used or not.
 
 use serde::{Deserialize, Serialize};
 
-/// An adapter of the system: a GPU by way of one of its drivers, or a processor that plays one.
+/// An adapter of the system: a GPU through one of its drivers, or a software rasteriser.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Adapter {
     pub name: String,
-    /// The interface that it is reached by: `vulkan`, `metal`, `dx12` or `gl`.
+    /// Interface: `vulkan`, `metal`, `dx12` or `gl`.
     pub backend: String,
-    /// The driver, with its version as far as it says one.
+    /// Driver, with its version if it reports one.
     pub driver: String,
     /// `discrete GPU`, `integrated GPU`, `virtual GPU`, `software` or `unknown`.
     pub kind: String,
-    /// Bytes of the largest block of memory that it hands out. wgpu does not say how much there is in all.
+    /// Largest buffer in bytes. wgpu does not report the total memory.
     pub largest_buffer_bytes: u64,
-    /// Bytes of the largest block that a shader reads: a frame's OLATs have to fit.
+    /// Largest buffer that a shader reads, in bytes: a frame's OLATs must fit.
     pub largest_binding_bytes: u64,
 }
 
-/// All adapters, the fastest kinds first. One GPU may be there once for each interface.
+/// All adapters, the fastest kinds first. A GPU may appear once for each interface.
 pub fn adapters() -> Vec<Adapter> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
@@ -27,7 +27,7 @@ pub fn adapters() -> Vec<Adapter> {
 }
 
 impl Adapter {
-    /// True if it is a GPU, and no processor that plays one.
+    /// True for a GPU; false for a software rasteriser.
     pub fn is_hardware(&self) -> bool {
         self.kind.contains("GPU")
     }

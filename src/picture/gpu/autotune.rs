@@ -1,15 +1,15 @@
-//! Store of the GPU kernels that burn found the fastest for each shape. burn times them when it first meets a shape,
-//! which takes seconds to minutes for a whole network; later runs read the result.
+//! Cache of burn's autotuning: the fastest GPU kernel for each shape. burn times the kernels when it first meets a shape,
+//! which takes seconds to minutes for a network; later runs read the result.
 
 use cubecl_runtime::config::cache::CacheConfig;
 use cubecl_runtime::config::environment::EnvironmentConfig;
 use cubecl_runtime::config::{CubeClRuntimeConfig, RuntimeConfig};
 use std::path::PathBuf;
 
-/// The variable that names another folder to store the results in, such as an empty one to time them all again.
+/// Environment variable with another folder for the results, such as an empty one to time all kernels again.
 pub const FOLDER: &str = "AFTERLIGHT_KERNELS";
 
-/// In the person's cache folder, or that of temporary files if there is none; or as [`FOLDER`] says.
+/// In the user's cache folder, or in the folder for temporary files if there is none; [`FOLDER`] overrides it.
 pub fn folder() -> PathBuf {
     if let Some(folder) = std::env::var_os(FOLDER).filter(|folder| !folder.is_empty()) {
         return folder.into();
@@ -18,8 +18,8 @@ pub fn folder() -> PathBuf {
     cache.join("afterlight").join("kernels")
 }
 
-/// Has burn store its results in [`folder`]. A configuration that is there, such as a file `cubecl.toml`, is left as it
-/// is. Call it before anything computes on a GPU.
+/// Makes burn store its results in [`folder`]. An existing configuration, such as a file `cubecl.toml`, stays unchanged.
+/// Call it before any computation on a GPU.
 pub fn keep() {
     let config = CubeClRuntimeConfig {
         environment: EnvironmentConfig {

@@ -1,5 +1,5 @@
 //! Devices that make pictures and run the network. Passes and window share one GPU, whose results agree with the CPU's.
-//! The network runs on burn's CPU backend, or on that GPU if a person asks for it: then what it computes is lit and
+//! The network runs on burn's CPU backend, or on that GPU if the user chooses it: its output is then lit and
 //! drawn there without a copy.
 
 mod adapters;
@@ -19,7 +19,7 @@ use compositor::passes::PicturePasses;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// A person's choice of device.
+/// Device setting of the user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeviceChoice {
@@ -32,38 +32,38 @@ pub enum DeviceChoice {
     Gpu,
 }
 
-/// A device for the network, and a sentence that says which and why.
+/// Device of the network, with the reason for the choice.
 #[derive(Clone, Debug)]
 pub struct ComputeDevice {
     pub device: Device,
-    /// Such as `CPU (flex): no GPU was found`.
+    /// Text such as `CPU (flex): no GPU was found`.
     pub description: String,
-    /// The GPU that makes the pictures, which `device` may be too; None without one.
+    /// GPU that makes the pictures, possibly also `device`; None without one.
     pub gpu: Option<Gpu>,
 }
 
-/// The GPU of this process: wgpu's device and queue, and the same device as burn names it.
+/// GPU of this process: wgpu's device and queue, and burn's name for the same device.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// The compositor's passes, compiled once for all that make pictures there.
+    /// Passes of the compositor, compiled once for all pictures made there.
     pub passes: Arc<PicturePasses>,
     adapter: wgpu::AdapterInfo,
     setup: Box<WgpuSetup>,
-    /// This GPU as burn names it, once a network is to run there: each device that burn knows keeps two threads awake.
+    /// burn's name of this GPU, once a network runs there: each device known to burn keeps two threads awake.
     network: Arc<OnceLock<Result<Device, String>>>,
-    /// Findings of the self-test on pictures and on the network, once it has run.
+    /// Results of the self-tests for pictures and for the network, once they have run.
     verdicts: Arc<[OnceLock<Result<(), String>>; 2]>,
 }
 
-/// The GPU of this process. burn keeps a device that it was given for as long as the process runs: there is one, for all.
+/// GPU of this process. burn keeps a device for the lifetime of the process, so there is only one.
 static SHARED: Mutex<Shared> = Mutex::new(Shared::None);
 
 #[derive(Debug)]
 enum Shared {
     None,
-    /// The window's.
+    /// Device of the window.
     Offered(Box<WgpuSetup>),
     Open(Box<Gpu>),
 }
@@ -78,11 +78,11 @@ impl Shared {
 }
 
 impl ComputeDevice {
-    /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster. A GPU
-    /// whose results differ from the CPU's in a short test, once for each process, is not used.
+    /// Picks a device. Software rasterisers do not count as GPUs: the CPU backend is faster. A GPU
+    /// whose results differ from the CPU's in a short test, run once per process, is not used.
     pub fn choose(choice: DeviceChoice) -> Self {
         match choice {
-            DeviceChoice::Cpu => Self::trusted(Err("as asked".to_owned()), Gpu::check),
+            DeviceChoice::Cpu => Self::trusted(Err("as requested".to_owned()), Gpu::check),
             DeviceChoice::Auto => Self::trusted(Gpu::shared(is_hardware), Gpu::check),
             // The test starts the last of burn's threads.
             DeviceChoice::Gpu => quiet::starting(|| {
@@ -92,10 +92,10 @@ impl ComputeDevice {
         }
     }
 
-    /// The device whether it passes the self-test or not, to measure it: what it computes may be wrong.
+    /// The device without regard to its self-test, for measurements: its results may be wrong.
     ///
     /// # Errors
-    /// When a GPU was asked for and there is none.
+    /// When a GPU is required and there is none.
     pub fn untested(choice: DeviceChoice) -> Result<Self, String> {
         let suits = match choice {
             DeviceChoice::Cpu => return Ok(Self::choose(choice)),
@@ -136,20 +136,20 @@ impl ComputeDevice {
         }
     }
 
-    /// The compositor's passes on the GPU; None without one, where pictures are made in memory.
+    /// The compositor's passes on the GPU; None if pictures are made in memory.
     pub fn passes(&self) -> Option<&Arc<PicturePasses>> {
         self.gpu.as_ref().map(|gpu| &gpu.passes)
     }
 
-    /// True if it has a GPU that is lost.
+    /// True if its GPU is lost.
     pub fn is_lost(&self) -> bool {
         self.passes().is_some_and(|passes| passes.is_lost())
     }
 
-    /// Does `work` that needs this device; on a GPU as [`PicturePasses::guarded`].
+    /// Runs `work` that needs this device; on a GPU through [`PicturePasses::guarded`].
     ///
     /// # Errors
-    /// As that.
+    /// As [`PicturePasses::guarded`].
     pub fn guarded<T>(&self, work: impl FnOnce() -> error::Result<T>) -> error::Result<T> {
         match self.passes() {
             Some(passes) => passes.guarded(work),
@@ -165,7 +165,7 @@ pub fn is_lost() -> bool {
 }
 
 impl Gpu {
-    /// Offers a device that the window draws with, made as [`device_descriptor`] says, as the GPU of this process, unless
+    /// Offers the window's device, made by [`device_descriptor`], as the GPU of this process, unless
     /// there is one.
     pub fn share(setup: WgpuSetup) {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -184,7 +184,7 @@ impl Gpu {
         }
     }
 
-    /// Ok if it can make pictures; otherwise the reason that it cannot.
+    /// Ok if it can make pictures; otherwise the reason.
     fn check(&self) -> Result<(), String> {
         if self.passes.is_lost() {
             let name = &self.adapter.name;
@@ -196,14 +196,14 @@ impl Gpu {
         pictures.get_or_init(|| self_test::pictures(&self.adapter.name, &self.passes)).clone()
     }
 
-    /// Ok if a network can run on it; otherwise the reason that it cannot.
+    /// Ok if a network can run on it; otherwise the reason.
     fn check_network(&self) -> Result<(), String> {
         let (name, device) = (&self.adapter.name, self.network()?);
         let [_, network] = &*self.verdicts;
         network.get_or_init(|| self_test::network(name, &device)).clone()
     }
 
-    /// This GPU as burn names it.
+    /// burn's name of this GPU.
     fn network(&self) -> Result<Device, String> {
         let register = || {
             autotune::keep();
@@ -214,7 +214,7 @@ impl Gpu {
         self.network.get_or_init(register).clone()
     }
 
-    /// The GPU of this process if it `suits`; it is opened if there is none yet.
+    /// The GPU of this process if it `suits`; opened if there is none yet.
     fn shared(suits: fn(&wgpu::AdapterInfo) -> bool) -> Result<Self, String> {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         if let Shared::Offered(setup) = &*shared
@@ -268,10 +268,10 @@ impl Gpu {
     }
 }
 
-/// Description of a device on which the network can compute: burn goes by the features and limits of the adapter, so it
-/// has to have all of them.
+/// Description of a device for the network: burn uses the features and limits of the adapter, so the device
+/// must have all of them.
 pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
-    // Buffers that are both a GPU's own and mapped are slow on real GPUs.
+    // Mappable device buffers are slow on discrete GPUs.
     let unwanted =
         wgpu::Features::MAPPABLE_PRIMARY_BUFFERS | wgpu::Features::all_experimental_mask();
     wgpu::DeviceDescriptor {
@@ -304,7 +304,7 @@ mod tests {
     use base::error::Error;
     use burn::tensor::Tensor;
 
-    /// On a GPU of the test's own, for there is one for all others.
+    /// On a separate GPU device, because the process has only one shared device.
     #[test]
     fn a_network_on_a_gpu_that_is_lost_says_so_and_the_next_device_is_the_cpu() {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());

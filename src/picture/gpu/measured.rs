@@ -1,13 +1,13 @@
-//! Measurements of a GPU: how fast it copies, how much memory it has handed out.
+//! Measurements of a GPU: copy bandwidth and allocated memory.
 
 use super::Gpu;
 use std::time::Instant;
 
 impl Gpu {
-    /// Result of the self-test, which runs once for each process.
+    /// Result of the self-test, which runs once per process.
     ///
     /// # Errors
-    /// A sentence: what it computed, and what was expected.
+    /// Message with the computed and the expected value.
     pub fn self_test(&self) -> Result<(), String> {
         self.check()?;
         self.check_network()
@@ -18,7 +18,7 @@ impl Gpu {
         &self.adapter.name
     }
 
-    /// Bytes read and written in a second by copying 64 MiB sixteen times: the median of five runs.
+    /// Bytes read and written per second when copying 64 MiB sixteen times: the median of five runs.
     pub fn copied_per_second(&self) -> f64 {
         const BYTES: u64 = 64 << 20;
         const TIMES: usize = 16;
@@ -47,14 +47,14 @@ impl Gpu {
         2.0 * (BYTES * TIMES as u64) as f64 / seconds[seconds.len() / 2]
     }
 
-    /// Waits for all that was submitted.
+    /// Waits for all submitted work.
     pub fn wait(&self) {
-        // A device that is lost has nothing left to wait for; who asks for its results learns of it.
+        // A lost device has nothing to wait for; reading its results reports the loss.
         let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
     }
 
-    /// Bytes that this process has taken of the GPU's memory, for the network and for pictures; None where wgpu
-    /// does not know. Freed memory is kept for reuse: after some work it is the peak.
+    /// Bytes of GPU memory allocated by this process, for the network and for pictures; None where wgpu
+    /// does not know. Freed memory is kept for reuse, so this is close to the peak.
     pub fn taken_bytes(&self) -> Option<u64> {
         let report = self.device.generate_allocator_report()?;
         Some(report.total_reserved_bytes)

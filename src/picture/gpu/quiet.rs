@@ -1,20 +1,20 @@
-//! Threads that do not wake for nothing.
+//! Idle threads that do not keep the processor awake.
 //!
-//! burn runs what a GPU computes on threads of its own. Without work they sleep, but look around every 150 µs, so that a
-//! window at rest would keep a processor awake. Work that comes wakes them at once: so they may sleep longer. Only a thread
-//! that has found the queue of another full for some milliseconds sleeps without being woken, at most 20 ms too long.
+//! burn runs a GPU's work on its own threads. Without work they sleep, but poll every 150 µs, so that an idle window
+//! would keep a processor awake. New work wakes them at once, so they may sleep longer. Only a thread
+//! that has found another's queue full for some milliseconds sleeps without being woken, at most 20 ms too long.
 
-/// Largest delay that the system may add to the end of a sleep of these threads, in nanoseconds.
+/// Largest delay that the system may add to a sleep of these threads, in nanoseconds.
 #[cfg(target_os = "linux")]
 const SLACK_NS: std::ffi::c_ulong = 20_000_000;
 
-/// Does what starts the threads. They take over how exactly this thread is woken.
+/// Runs the code that starts the threads. They inherit this thread's timer slack.
 pub fn starting<T>(start: impl FnOnce() -> T) -> T {
     let _kept = Slack::set();
     start()
 }
 
-/// This thread's own exactness, set again at the end.
+/// This thread's own timer slack, restored at the end.
 struct Slack {
     #[cfg(target_os = "linux")]
     before: Option<std::ffi::c_ulong>,
@@ -25,12 +25,12 @@ impl Slack {
     fn set() -> Self {
         use nix::sys::prctl::{get_timerslack, set_timerslack};
         let before = get_timerslack().ok().and_then(|ns| ns.try_into().ok());
-        // Where it cannot be set, they wake as often as they want.
+        // Where it cannot be set, they wake at their usual rate.
         let set = before.is_some() && set_timerslack(SLACK_NS).is_ok();
         Self { before: before.filter(|_| set) }
     }
 
-    /// Elsewhere a process cannot ask for this.
+    /// Other systems have no such setting per process.
     #[cfg(not(target_os = "linux"))]
     fn set() -> Self {
         Self {}

@@ -1,4 +1,4 @@
-//! A short test of a GPU before it is used: drivers and kernels have given wrong numbers without an error. The
+//! Short self-test of a GPU before use: drivers and kernels have given wrong numbers without an error. The
 //! network's layers, the sum of lamps and a pass are computed there and on the CPU, from the same numbers.
 
 use burn::module::Param;
@@ -14,15 +14,15 @@ use reflectance::{HalfField, ReflectanceField};
 use scene::{Effects, Scene, ViewTransform};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Width and height of what the layers see.
+/// Width and height of the layers' input.
 const SIZE: usize = 16;
-/// Lamps of the field that is summed.
+/// Number of lamps of the summed field.
 const LAMPS: usize = 9;
 
-/// A computation that is done twice.
+/// Computation that runs on both devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Check {
-    /// Every kind of layer that the network has, one after the other.
+    /// Every kind of layer of the network, in sequence.
     Layers,
     Sum,
     /// The sum of a field in f16.
@@ -43,8 +43,8 @@ impl Check {
         }
     }
 
-    /// Largest error of a value, as a share of the largest. Sums in another order are off by 1e-5 and products of shorter
-    /// numbers, as tensor cores make them, by 5e-4; powers and logarithms of shaders by 2e-4. Wrong values are off by much more.
+    /// Largest error of a value, as a share of the largest. A different order of summation is off by 1e-5, products of shorter
+    /// numbers, as in tensor cores, by 5e-4, and powers and logarithms of shaders by 2e-4. Wrong values are off by much more.
     fn tolerance(self) -> f32 {
         match self {
             Self::Layers | Self::View => 1e-3,
@@ -64,7 +64,7 @@ impl Check {
         Ok(values(picture))
     }
 
-    /// Of all but the layers, by the passes of a GPU.
+    /// All checks but the layers, by the passes of a GPU.
     fn on_gpu(self, passes: &PicturePasses) -> Result<Vec<f32>, String> {
         let (field, weights) = (field(), weights());
         let picture = match self {
@@ -82,7 +82,7 @@ impl Check {
     }
 }
 
-/// A scene that is shown through the film curve.
+/// A scene shown through the film curve.
 fn filmic() -> Scene {
     Scene {
         effects: Effects { view: ViewTransform::Filmic, ..Effects::default() },
@@ -90,17 +90,17 @@ fn filmic() -> Scene {
     }
 }
 
-/// Ok if a GPU makes pictures as the CPU does; otherwise a sentence about what it did instead.
+/// Ok if a GPU makes pictures like the CPU; otherwise a message about the difference.
 pub(super) fn pictures(adapter: &str, passes: &PicturePasses) -> Result<(), String> {
     compare(adapter, &Check::PICTURES, |check| check.on_gpu(passes))
 }
 
-/// The same of the network's layers on burn's device.
+/// The same for the network's layers on burn's device.
 pub(super) fn network(adapter: &str, device: &Device) -> Result<(), String> {
     compare(adapter, &[Check::Layers], |_| layers(device))
 }
 
-/// Ok if the values `found` for each check are those that the CPU finds.
+/// Ok if the values `found` match the CPU's in each check.
 fn compare(
     adapter: &str,
     checks: &[Check],
@@ -137,7 +137,7 @@ fn compare(
     Ok(())
 }
 
-/// Numbers in [−1, 1] with no pattern to speak of.
+/// Pseudo-random numbers in [−1, 1].
 fn noise(count: usize, seed: usize) -> impl Iterator<Item = f32> {
     let bits = move |i: usize| (i + 7919 * seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff;
     (0..count).map(move |i| bits(i) as f32 / 32768.0 - 1.0)
@@ -148,7 +148,7 @@ fn values(picture: Image) -> Vec<f32> {
 }
 
 fn field() -> ReflectanceField {
-    // No multiple of a workgroup or of a tile.
+    // Not a multiple of a workgroup or of a tile.
     let (width, height) = (61, 13);
     let count = LAMPS * 3 * width * height;
     ReflectanceField {
@@ -199,7 +199,7 @@ fn convolution(inputs: usize, outputs: usize, kernel: usize, device: &Device) ->
     }
 }
 
-/// A little network with every kind of layer that the real one has, and its skip connections.
+/// A small network with every kind of layer of the real one, and its skip connections.
 fn layers(device: &Device) -> Result<Vec<f32>, String> {
     let scale = |channels, seed| Param::from_tensor(tensor([channels], seed, 1.0, device));
     let mut group = GroupNormConfig::new(8, 16).init(device);
@@ -236,7 +236,7 @@ mod tests {
 
     const ALL: [Check; 4] = [Check::Layers, Check::Sum, Check::HalfSum, Check::View];
 
-    /// Comparison with a GPU that is right, but with the values of one check spoilt.
+    /// Comparison with a correct GPU, except for the values of one check.
     fn spoilt(which: Check, spoil: impl Fn(Vec<f32>) -> Vec<f32>) -> Result<(), String> {
         compare("Broken 9000", &ALL, |check| {
             let right = check.on_cpu()?;

@@ -1,11 +1,11 @@
 //! The trained network on disk: `checkpoint/checkpoint.toml` and the weight files that it names.
 //!
-//! Weight files carry their step in their name and are written before the table that names them, so
-//! that a process that is killed leaves a table whose files are complete. Files that the table does not name are
+//! Weight files carry their step in their name and are written before the table that names them. A killed
+//! process therefore leaves a table whose files are complete. Files that the table does not name are
 //! removed after it is written.
 //!
-//! The table is input from a stranger: it may only name files beside it, and their bytes must have the checksums that it
-//! states. (Tables of older versions state none.)
+//! The table is untrusted input: it may only name files in its own folder, and their bytes must match its
+//! checksums. (Tables of older versions have none.)
 
 use super::unet::{Halved, UNet, UNetConfig};
 use base::error::{Error, Result};
@@ -21,30 +21,30 @@ use std::path::Path;
 
 const REMEDY: (&str, &str) = ("Train again", "afterlight train PROJECT --fresh");
 
-/// Content of `checkpoint.toml` besides the names of the weight files.
+/// Content of `checkpoint.toml`, except for the names of the weight files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CheckpointInfo {
-    /// Optimiser steps made.
+    /// Number of optimiser steps.
     pub step: u64,
     /// Seconds of training so far.
     pub seconds: f64,
-    /// Value of an output of 1, in linear units (of the ratio, if that is learnt).
+    /// Value of an output of 1, in linear units (of the ratio, if the network learns ratios).
     pub scale: f32,
-    /// Interview frames that training has used.
+    /// Number of interview frames used by training.
     pub training_frames: Vec<usize>,
     /// The network's shape.
     pub network: UNetConfig,
-    /// The score of the network that predicts on the held-out pose.
+    /// Score on the held-out pose of the network used for prediction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
 }
 
-/// A network's score on a pose held out of training.
+/// Score of a network on a pose held out of training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     /// Number of the pose, from 0.
     pub pose: usize,
-    /// The step of the best score.
+    /// Step of the best score.
     pub step: u64,
     /// PSNR over the encoded OLATs within the matte, in dB.
     pub decibels: f32,
@@ -63,7 +63,7 @@ struct Table {
 }
 
 impl Table {
-    /// The names of all files.
+    /// Names of all files.
     fn names(&mut self) -> impl Iterator<Item = &mut String> {
         let more =
             [self.average_weights.as_mut(), self.live_weights.as_mut(), self.optimizer.as_mut()];
@@ -71,20 +71,20 @@ impl Table {
     }
 }
 
-/// The state of a training run as bytes.
+/// State of a training run as bytes.
 pub struct TrainingState {
-    /// Weights of the averaged network, if another one predicts.
+    /// Weights of the averaged network, if prediction uses another one.
     pub average_weights: Option<Bytes>,
-    /// Weights of the network that learns.
+    /// Weights of the network in training.
     pub live_weights: Bytes,
     /// Moments of the optimiser.
     pub optimizer: Bytes,
 }
 
-/// The weights' file in a packed checkpoint.
+/// Name of the weight file in a packed checkpoint.
 const PACKED_WEIGHTS: &str = "weights.bpk";
 
-/// Writes a checkpoint: the network that predicts, and what training needs to continue.
+/// Writes a checkpoint: the network for prediction, and the state for continuing the training.
 pub fn save(
     folder: &Path,
     info: &CheckpointInfo,
@@ -94,7 +94,7 @@ pub fn save(
     let written = || {
         let mut checksums = BTreeMap::new();
         let mut write = |what: &str, bytes: &[u8]| {
-            // The current checkpoint may be of this step too.
+            // The current checkpoint may have the same step.
             let name = unused(folder, &format!("{what}-{:07}", info.step));
             checksums.insert(name.clone(), crc32fast::hash(bytes));
             write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
@@ -115,14 +115,14 @@ pub fn save(
         save_table(folder, table)
     };
     written().inspect_err(|_| {
-        // The files that were written are useless without the rest.
+        // The files written so far are useless without the rest.
         if let Ok(table) = table(folder) {
             remove_unnamed(folder, table);
         }
     })
 }
 
-/// Writes the project's network in `from` small into `to`: half floats, without optimiser state.
+/// Writes the project's network in `from` into `to` in small form: half floats, without optimiser state.
 pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     let (info, network) = load(from, &Device::flex())?;
     let small = weight_bytes(&network.map(&mut Halved))?;
@@ -139,15 +139,15 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     Ok(info)
 }
 
-/// The name of a weight file that the folder does not hold yet.
+/// A name for a weight file that is not used in the folder yet.
 fn unused(folder: &Path, stem: &str) -> String {
     let numbered = (2..).map(|i| format!("{stem}-{i}.bpk"));
     let mut names = std::iter::once(format!("{stem}.bpk")).chain(numbered);
-    // The names do not end.
+    // The sequence of names is infinite.
     (names.find(|name| !folder.join(name).exists())).unwrap_or_default()
 }
 
-/// Makes the checkpoint in `from` that of the folder `to` as well. Weight files are never changed, so both may
+/// Copies the checkpoint in `from` to the folder `to`. Weight files are never changed, so both may
 /// share them on disk. If the process is killed, `to` holds the old checkpoint or this one.
 ///
 /// # Errors
@@ -180,8 +180,8 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
     save_table(to, table)
 }
 
-/// True if the checkpoint in `folder` has an optimiser's state, so that training continues as if it had not stopped. A packed
-/// one has none.
+/// True if the checkpoint in `folder` has an optimiser state, from which training continues exactly. A packed
+/// checkpoint has none.
 pub fn has_optimizer(folder: &Path) -> Result<bool> {
     Ok(table(folder)?.optimizer.is_some())
 }
@@ -205,8 +205,8 @@ fn remove_unnamed(folder: &Path, mut table: Table) {
     }
 }
 
-/// True if this is a name that this program gives weight files, such as `live-0001200-2.bpk`. All else in the folder is a
-/// person's.
+/// True for this program's names of weight files, such as `live-0001200-2.bpk`. All other files in the folder belong to
+/// the user.
 fn is_ours(name: &str) -> bool {
     let Some(stem) = name.strip_suffix(".bpk") else {
         return false;
@@ -223,7 +223,7 @@ fn is_ours(name: &str) -> bool {
     }
 }
 
-/// A network's weights as one burnpack.
+/// Weights of a network as one burnpack.
 pub fn weight_bytes(network: &UNet) -> Result<Bytes> {
     network
         .clone()
@@ -248,20 +248,20 @@ pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
     })
 }
 
-/// Everything that training needs to continue.
+/// State for continuing a training.
 pub struct Resumed {
     pub info: CheckpointInfo,
-    /// The network that predicts, on the plain device.
+    /// Network for prediction, on the plain device.
     pub best: UNet,
-    /// The averaged network, on the plain device.
+    /// Averaged network, on the plain device.
     pub average: UNet,
-    /// The network that learns, on the autodiff device.
+    /// Network in training, on the autodiff device.
     pub live: UNet,
-    /// The optimiser's moments; a packed checkpoint has none.
+    /// Moments of the optimiser; None in a packed checkpoint.
     pub optimizer: Option<Bytes>,
 }
 
-/// Loads what training needs to continue from the checkpoint in `folder`.
+/// Loads the state for continuing a training from the checkpoint in `folder`.
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     read_whole(folder, |table| {
         let live = table.live_weights.as_ref().unwrap_or(&table.weights);
@@ -278,8 +278,8 @@ pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     })
 }
 
-/// Result of `read` for the folder's table and its files. A training in another process may replace both meanwhile: then the
-/// new ones are read.
+/// Result of `read` for the folder's table and its files. A training in another process may replace both meanwhile; the
+/// new ones are then read.
 fn read_whole<T>(folder: &Path, read: impl Fn(&Table) -> Result<T>) -> Result<T> {
     let mut found = table(folder)?;
     loop {
@@ -302,7 +302,7 @@ fn table(folder: &Path) -> Result<Table> {
     let mut table: Table =
         toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
     if let Some(name) = table.names().find(|name| !files::is_bare(name)) {
-        let problem = format!("{name:?} is not the name of a file beside it");
+        let problem = format!("{name:?} is not the name of a file in its folder");
         return Err(Error::codec("read", &path, problem, REMEDY));
     }
     let info = &table.info;
@@ -320,7 +320,7 @@ fn table(folder: &Path) -> Result<Table> {
 }
 
 impl Table {
-    /// The bytes of one of the table's files.
+    /// Bytes of one of the table's files.
     fn read(&self, folder: &Path, name: &str) -> Result<Bytes> {
         let path = folder.join(name);
         let mut bytes = Vec::new();
@@ -331,7 +331,7 @@ impl Table {
             Some(sum) if *sum != crc32fast::hash(&bytes) => Err(Error::codec(
                 "read",
                 &path,
-                "it is damaged: its checksum is not that in checkpoint.toml",
+                "checksum mismatch with checkpoint.toml: damaged, or edited by hand",
                 REMEDY,
             )),
             _ => Ok(Bytes::from_bytes_vec(bytes)),
@@ -346,13 +346,13 @@ impl Table {
 }
 
 impl CheckpointInfo {
-    /// The network of these weights, or what is wrong with them.
+    /// The network with these weights, or the fault of the weights.
     fn network_of(&self, bytes: Bytes, device: &Device) -> std::result::Result<UNet, String> {
-        // Before memory is taken for the network: half floats are the smallest that are written.
+        // Checked before memory is allocated for the network: half floats are the smallest stored format.
         let weights = self.network.cost().parameters;
         if (bytes.len() as u64) < 2 * weights {
             return Err(format!(
-                "checkpoint.toml describes a network of {weights} weights, and this file has only {} bytes",
+                "checkpoint.toml describes a network of {weights} weights, but this file has only {} bytes",
                 bytes.len()
             ));
         }
@@ -361,7 +361,7 @@ impl CheckpointInfo {
         let network =
             (self.network.init(0.5, device)).try_load_record(record).map_err(|e| match e {
                 RecordError::Validation(_) => {
-                    "it holds a network of another shape than checkpoint.toml says".to_owned()
+                    "it holds a network of another shape than in checkpoint.toml".to_owned()
                 }
                 RecordError::Io(problem) => problem,
             })?;

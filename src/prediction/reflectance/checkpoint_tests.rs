@@ -1,4 +1,4 @@
-//! Checkpoints that were changed, damaged or made by strangers.
+//! Edited, damaged and hostile checkpoints.
 
 use super::*;
 use crate::kernels::Precision;
@@ -25,7 +25,7 @@ fn info() -> CheckpointInfo {
     }
 }
 
-/// A small checkpoint in a folder of its own.
+/// A small checkpoint in its own folder.
 fn saved() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let network = info().network.init(0.5, &Device::flex());
@@ -43,7 +43,7 @@ fn save_network(folder: &Path, network: &UNet) {
 }
 
 fn refused(folder: &Path) -> String {
-    load_training(folder, &Device::flex()).err().expect("it is refused").to_string()
+    load_training(folder, &Device::flex()).err().expect("a refused checkpoint").to_string()
 }
 
 fn table_of(folder: &Path) -> String {
@@ -72,7 +72,7 @@ fn one_flipped_byte_in_any_file_is_noticed() {
     test_support::shown!(
         Strangers,
         "One byte of the weights, or of the optimiser's state, changes on the disk",
-        danger: "pictures up to 183 codes off, and nobody is told",
+        danger: "pictures up to 183 codes off without a warning",
         done: "the table holds a checksum of each file",
     );
 }
@@ -97,7 +97,7 @@ fn weights_that_are_nan_are_refused_where_no_checksum_tells() {
         Strangers,
         "Weights from elsewhere are NaN",
         danger: "black pictures",
-        done: "the network is refused, and the file named",
+        done: "the network is refused; the message names the file",
     );
 }
 
@@ -107,16 +107,16 @@ fn a_table_names_only_files_beside_it() {
         let folder = saved();
         change_table(folder.path(), "weights-0000007.bpk", name);
         let said = refused(folder.path());
-        assert!(said.contains("file beside it"), "{said}");
+        assert!(said.contains("file in its folder"), "{said}");
         let to = folder.path().join("to");
         assert!(link(folder.path(), &to).is_err());
         assert!(!folder.path().join("weights.bpk").exists());
     }
     test_support::shown!(
         Strangers,
-        "`checkpoint.toml` names files elsewhere, such as `../../x` or `/dev/zero`",
+        "`checkpoint.toml` names files in other folders, such as `../../x` or `/dev/zero`",
         danger: "files outside the project are written, or memory fills up",
-        done: "names in a table are names of files beside it",
+        done: "a table may only name files in its own folder",
     );
 }
 
@@ -130,9 +130,9 @@ fn an_impossible_network_is_refused_before_memory_is_taken() {
     }
     test_support::shown!(
         Strangers,
-        "`checkpoint.toml` asks for a network of a billion lamps",
-        danger: "memory for it is taken, and the program ends",
-        done: "the shape is checked before memory is taken",
+        "`checkpoint.toml` describes a network of a billion lamps",
+        danger: "memory runs out, and the program ends",
+        done: "the shape is checked before memory is allocated",
     );
 }
 
@@ -149,7 +149,7 @@ fn a_checkpoint_of_the_same_step_does_not_touch_the_one_before() {
     for folder in [folder.path(), kept.path()] {
         load_training(folder, &Device::flex()).unwrap();
     }
-    // Going back gives the files names that are free, and their checksums move along.
+    // Going back gives the files free names, and their checksums move along.
     link(kept.path(), folder.path()).unwrap();
     load_training(folder.path(), &Device::flex()).unwrap();
     assert!(table_of(folder.path()).contains("[checksums]"));
@@ -176,8 +176,8 @@ fn weights_of_another_shape_are_told_in_words() {
     test_support::shown!(
         Network,
         "Weights of another network",
-        danger: "the sentence prints the program's own structures",
-        done: "the sentence names the file; settings that differ are named as checkpoint.toml names them"
+        danger: "the message prints internal data structures",
+        done: "the message names the file; differing settings have their names in checkpoint.toml"
     );
 }
 
@@ -197,9 +197,9 @@ fn only_weights_that_training_wrote_are_removed() {
     assert!(mine.iter().all(|name| at(name).exists()));
     test_support::shown!(
         Strangers,
-        "A person's own files in `checkpoint/`",
+        "The user's own files in `checkpoint/`",
         danger: "training removes every .bpk that its table does not name",
-        done: "it removes only files that are named as it names them"
+        done: "it removes only files with its own naming scheme"
     );
 }
 
@@ -232,7 +232,7 @@ fn a_checkpoint_is_read_whole_while_another_program_replaces_it() {
     test_support::shown!(
         Accidents,
         "A network is read while training saves the next one",
-        danger: "the weights that the table names are gone when they are opened",
+        danger: "the weights named in the table are gone when they are opened",
         done: "if the table changed meanwhile, the new one is read",
         bound: "no read fails",
         measured: format!("{reads} reads beside {saves} saves")

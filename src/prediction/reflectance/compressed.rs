@@ -4,13 +4,13 @@ use super::eigen::{Symmetric, eigenvectors};
 use super::field::ReflectanceField;
 use rayon::prelude::*;
 
-/// Pixels that are multiplied with each other at a time: 123 planes of as many in f64 fit a core's cache.
+/// Pixels multiplied with each other at a time: 123 planes of this length in f64 fit a core's cache.
 const CHUNK: usize = 512;
 
-/// Pixels of a component that are summed at a time, in a core's first cache.
+/// Pixels of a component summed at a time, in a core's first-level cache.
 const SUMS: usize = 4096;
 
-/// Orthonormal combinations of a field's planes, the one that carries most light first. A plane is one
+/// Orthonormal combinations of a field's planes, the one with the most light first. A plane is one
 /// channel of one lamp, so red, green and blue of all lamps are combined jointly: for the same
 /// number of planes the error is a third to a fifth of that with a basis for each channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct LampBasis {
     lamps: usize,
     /// `components[k][lamp · 3 + channel]`.
     components: Vec<Vec<f64>>,
-    /// Σ of squares that each component carries in the fields that the basis was made for.
+    /// Σ of squares of each component in the fields of the basis.
     energies: Vec<f64>,
 }
 
@@ -37,8 +37,8 @@ pub struct CompressedField {
 }
 
 impl LampBasis {
-    /// The basis that is best in the mean square for all of `fields`, such as frames of one clip: the
-    /// eigenvectors of their planes' products, by falling eigenvalue. Pixels with NaN are left out.
+    /// The best basis in the mean square for all of `fields`, such as frames of one clip: the
+    /// eigenvectors of their planes' products, by descending eigenvalue. Pixels with NaN are left out.
     /// `None` if the fields differ in their number of lamps.
     pub fn of(fields: &[&ReflectanceField]) -> Option<Self> {
         let lamps = fields.first()?.lamps;
@@ -59,7 +59,7 @@ impl LampBasis {
         })
     }
 
-    /// Components of the whole basis: three for each lamp.
+    /// Number of components of the full basis: three for each lamp.
     pub fn len(&self) -> usize {
         self.components.len()
     }
@@ -69,8 +69,8 @@ impl LampBasis {
         self.components.is_empty()
     }
 
-    /// The relative root-mean-square error of keeping `count` components, over all lamps and pixels of the
-    /// fields that the basis was made for.
+    /// Relative root-mean-square error with `count` components, over all lamps and pixels of the
+    /// fields of the basis.
     pub fn error(&self, count: usize) -> f64 {
         let left: f64 = self.energies.iter().skip(count).sum();
         let all: f64 = self.energies.iter().sum();
@@ -83,7 +83,7 @@ impl LampBasis {
         (0..=self.len()).find(enough).unwrap_or(self.len())
     }
 
-    /// A field projected on the first `count` components. `None` if it has another number of lamps.
+    /// A field projected on the first `count` components. `None` if it has a different number of lamps.
     pub fn compress(&self, field: &ReflectanceField, count: usize) -> Option<CompressedField> {
         if field.lamps != self.lamps {
             return None;
@@ -117,11 +117,11 @@ impl LampBasis {
 }
 
 impl CompressedField {
-    /// A field in the fewest of its own components whose error is at most `error` of its root mean square.
+    /// A field in the fewest of its own components with an error of at most `error` of its root mean square.
     pub fn of(field: &ReflectanceField, error: f64) -> Self {
         let compressed = LampBasis::of(&[field])
             .and_then(|basis| basis.compress(field, basis.components_for(error)));
-        compressed.expect("a field has its own number of lamps")
+        compressed.expect("a field fits its own basis")
     }
 
     /// One plane, row by row.
@@ -130,7 +130,7 @@ impl CompressedField {
         &self.planes[component * pixels..(component + 1) * pixels]
     }
 
-    /// The field's relative root-mean-square error against `of`, which it was made from. NaN is left out.
+    /// Relative root-mean-square error against the original field `of`. NaN is left out.
     pub fn error(&self, of: &ReflectanceField) -> f64 {
         let energy = |planes: &[f32]| -> f64 {
             let squares = planes.par_chunks(SUMS).map(|chunk| {
@@ -151,7 +151,7 @@ impl CompressedField {
     }
 }
 
-/// Each component's contribution to red, green and blue under these weights, one per lamp, for a basis
+/// Contribution of each component to red, green and blue under these weights, one per lamp, for a basis
 /// ([`CompressedField::basis`]): Σ over lamps of basis · weight, summed in f64.
 pub fn shares(basis: &[Vec<f32>], weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let share = |component: &Vec<f32>| {
@@ -167,10 +167,10 @@ pub fn shares(basis: &[Vec<f32>], weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
 }
 
 /// Σ over pixels of the products of any two planes, without pixels with NaN.
-/// Threads take runs of pixels of one size and their sums are added in order, so that the result does not
-/// depend on how many threads there are.
+/// Threads take runs of pixels of equal size and their sums are added in order, so that the result does not
+/// depend on the number of threads.
 fn plane_products(field: &ReflectanceField) -> Symmetric {
-    /// Chunks of a run.
+    /// Number of chunks in a run.
     const RUN: usize = 16;
     let planes = 3 * field.lamps;
     let pixels = field.width * field.height;

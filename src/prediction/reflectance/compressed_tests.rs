@@ -1,4 +1,4 @@
-//! Tests of a compressed field: the detail that it keeps, and hard fields.
+//! Tests of compressed fields: preserved detail, and difficult fields.
 
 use super::*;
 
@@ -25,7 +25,7 @@ fn lobes(size: usize, lamps: usize) -> ReflectanceField {
     })
 }
 
-/// The field that is kept, summed in f64.
+/// Reconstruction of the field, summed in f64.
 fn expanded(compressed: &CompressedField) -> Vec<f32> {
     let pixels = compressed.width * compressed.height;
     let value = |i: usize| {
@@ -135,6 +135,6 @@ fn suns_denormals_and_what_is_no_number_leave_the_rest_finite() {
         assert!(relative_error(&kept, &values) < 1e-4);
     }
     test_support::shown!(Pictures, "Components of a field with a sun of 10⁶, a denormal, NaN and ∞; in units of 10⁻³⁰ and 10³⁰",
- danger: "squares overflow; one NaN spoils the basis", done: "products are in f64 and leave out pixels with NaN",
+ danger: "squares overflow; one NaN spoils the basis", done: "products are in f64, without the pixels that have NaN",
  bound: "no other pixel is touched; 1e-4 of the root mean square in any unit", measured: "holds");
 }

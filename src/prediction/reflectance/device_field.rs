@@ -13,7 +13,7 @@ use cubecl_runtime::storage::ManagedResource;
 use imaging::{Image, Mask};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// Largest factor by which [`DeviceField::summing_to`] scales a pixel.
+/// Largest factor of [`DeviceField::summing_to`] on a pixel.
 const MOST_SCALE: f32 = 8.0;
 
 /// A predicted field on the network's device: `[lamps, 3, height, width]`.
@@ -35,14 +35,14 @@ pub struct FieldBuffer {
 /// Storage of a field in its buffer.
 #[derive(Debug)]
 pub enum FieldFormat {
-    /// In f32 as [`ReflectanceField::values`].
+    /// In f32, in the layout of [`ReflectanceField::values`].
     Full,
-    /// As [`HalfField::values`], two of them to a word.
+    /// In the layout of [`HalfField::values`], two per word.
     Half {
-        /// Two words: bits that the GPU chose the scale by, and [`HalfField::scale`].
+        /// Two words: the bits from which the GPU chose the scale, and [`HalfField::scale`].
         scale: wgpu::Buffer,
     },
-    /// As [`CompressedField::planes`].
+    /// In the layout of [`CompressedField::planes`].
     Components {
         /// [`CompressedField::basis`].
         basis: Vec<Vec<f32>>,
@@ -57,7 +57,7 @@ enum Buffer {
 }
 
 impl DeviceField {
-    /// A field of linear OLATs `[lamps, 3, h, w]` in f32, once the device has computed them.
+    /// A field from linear OLATs `[lamps, 3, h, w]` in f32, once the device has computed them.
     pub(super) fn finished(olats: Tensor<4>) -> Result<Self> {
         olats.device().sync().map_err(|e| device_failure(&e))?;
         Ok(Self { olats })
@@ -71,7 +71,7 @@ impl DeviceField {
         Self::finished(tensor(field, device))
     }
 
-    /// The mean of this field, which counts with each pixel's `share` from 0 to 1, and another of its size, which counts with the
+    /// Blend of this field, with the weight `share` from 0 to 1 per pixel, and another of its size, with the
     /// rest: the square of the mean of roots.
     ///
     /// # Errors
@@ -84,7 +84,7 @@ impl DeviceField {
         Self::finished((other.clone() + (own - other) * share).square())
     }
 
-    /// The field scaled pixel by pixel such that its sum under `weights` is `plate`; no pixel is scaled by more than 8.
+    /// The field scaled per pixel such that its sum under `weights` is `plate`. The factors are at most 8.
     ///
     /// # Errors
     /// When the device fails.
@@ -111,8 +111,8 @@ impl DeviceField {
         })
     }
 
-    /// The field in a buffer of `gpu`, which is the network's own device if that is on a GPU: its own buffer without a copy, or a
-    /// copy of one in memory. Work submitted to the GPU from now on sees the field.
+    /// The field in a buffer of `gpu`. If that is the network's own device, this is the network's buffer without a copy;
+    /// otherwise a copy through memory. Work submitted to the GPU from now on sees the field.
     ///
     /// # Errors
     /// When the device fails.
@@ -140,7 +140,7 @@ impl DeviceField {
 }
 
 impl FieldBuffer {
-    /// Copies a field, which may not be empty, to a GPU.
+    /// Copies a field, which must not be empty, to a GPU.
     pub fn upload(field: &ReflectanceField, device: &wgpu::Device) -> Self {
         Self {
             width: field.width,
@@ -163,9 +163,9 @@ impl FieldBuffer {
         }
     }
 
-    /// [`Self::upload`] for principal components, of which there may be none.
+    /// [`Self::upload`] for principal components; there may be none.
     pub fn upload_components(field: CompressedField, device: &wgpu::Device) -> Self {
-        // No buffer is empty.
+        // No buffer may be empty.
         let planes = if field.planes.is_empty() { &[0.0] } else { &field.planes[..] };
         Self {
             width: field.width,
@@ -226,7 +226,7 @@ fn stored(contents: &[u8], device: &wgpu::Device) -> wgpu::Buffer {
 
 fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
     Error::device(
-        format!("the device did not give the prediction back: {cause:?}"),
+        format!("the device did not return the prediction: {cause:?}"),
         ("Try again on the CPU", "--device cpu"),
     )
 }

@@ -2,7 +2,7 @@
 
 use super::kernels::chunks::vectorized;
 
-/// A symmetric matrix, whole, row by row.
+/// A full symmetric matrix, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Symmetric {
     rows: Vec<Vec<f64>>,
@@ -19,7 +19,7 @@ impl Symmetric {
         (values.zip(other.rows.iter().flatten())).for_each(|(a, b)| *a += b);
     }
 
-    /// Adds the inner product of any two of `vectors`, of which there are as many as rows.
+    /// Adds the inner products of all pairs of `vectors`, one vector per row.
     pub fn add_products<const N: usize>(&mut self, vectors: &[[f64; N]]) {
         vectorized(
             #[inline(always)]
@@ -38,7 +38,7 @@ impl Symmetric {
     }
 }
 
-/// In as many sums as keep a vector unit busy.
+/// As many partial sums as keep a vector unit busy.
 #[inline(always)]
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     let mut sums = [0f64; 32];
@@ -53,18 +53,18 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Eigenvalues, falling, and to each its eigenvector of length 1, by Jacobi's cyclic rotations (Golub and
+/// Eigenvalues in descending order with their unit eigenvectors, by Jacobi's cyclic rotations (Golub and
 /// Van Loan, Matrix Computations, section 8.5): slow for large matrices, exact for all. Values are finite.
 pub fn eigenvectors(matrix: Symmetric) -> (Vec<f64>, Vec<Vec<f64>>) {
-    /// Rotations shrink what is off the diagonal quadratically: six to ten sweeps suffice for hundreds of
+    /// Most sweeps. Rotations shrink off-diagonal elements quadratically: six to ten sweeps suffice for hundreds of
     /// rows.
     const SWEEPS: usize = 40;
     let mut rows = matrix.rows;
     let size = rows.len();
-    // Rows are the eigenvectors in the end.
+    // In the end the rows are the eigenvectors.
     let mut vectors: Vec<Vec<f64>> =
         (0..size).map(|i| (0..size).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-    // What is less than this moves no eigenvalue by more than rounding has already.
+    // Smaller elements move no eigenvalue beyond the rounding so far.
     let magnitudes = rows.iter().flatten().map(|value| value.abs());
     let negligible = f64::EPSILON * magnitudes.fold(0.0, f64::max);
     for _ in 0..SWEEPS {
@@ -100,7 +100,7 @@ pub fn eigenvectors(matrix: Symmetric) -> (Vec<f64>, Vec<Vec<f64>>) {
     (values, sorted.collect())
 }
 
-/// Turns rows `p` < `q` in their plane.
+/// Rotates rows `p` < `q` in their plane.
 fn rotate(rows: &mut [Vec<f64>], p: usize, q: usize, cos: f64, sin: f64) {
     let (head, tail) = rows.split_at_mut(q);
     for (x, y) in head[p].iter_mut().zip(&mut tail[0]) {

@@ -1,9 +1,9 @@
-//! A reflectance field: one frame under every lamp alone.
+//! A reflectance field: one frame under each single lamp.
 
 use imaging::Image;
 
-/// One frame under every lamp, linear, in the OLAT session's units. Stored planar as the network
-/// gives it: `values[((lamp · 3 + channel) · height + y) · width + x]`.
+/// One frame under each lamp, linear, in the OLAT session's units. Stored planar in the network's
+/// order: `values[((lamp · 3 + channel) · height + y) · width + x]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReflectanceField {
     pub width: usize,
@@ -29,7 +29,7 @@ impl ReflectanceField {
         Image { width: self.width, height: self.height, pixels }
     }
 
-    /// A field of pictures that are already there, such as an exemplar's. All have one size.
+    /// A field from existing pictures, such as an exemplar's. All have the same size.
     pub fn from_olats(olats: &[Image]) -> Self {
         let (width, height) = olats.first().map_or((0, 0), Image::size);
         let mut values = Vec::with_capacity(olats.len() * 3 * width * height);

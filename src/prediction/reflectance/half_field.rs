@@ -7,21 +7,21 @@ use half::f16;
 use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
 use rayon::prelude::*;
 
-/// Pixels of a tile. Their sum stays in registers while all lamps are read, 128 bytes of each.
+/// Pixels of a tile. Their sums stay in registers while all lamps are read, 128 bytes of each.
 pub const TILE: usize = 64;
 
-/// Tiles that one task converts: it reads runs of 16 KiB from every plane.
+/// Tiles converted by one task: it reads runs of 16 KiB from every plane.
 const TASK: usize = 64;
 
-/// A frame under every lamp, as [`ReflectanceField`], in f16. A value `v` is kept as
+/// A frame under each lamp, like [`ReflectanceField`], in f16. A value `v` is stored as
 /// `f16(v / scale)`, where the scale is a power of two that puts the largest magnitude of the field in
-/// [2¹⁴, 2¹⁵), below half's 65,504. So what is kept differs from `v` by at most 2⁻¹¹·|v|, and below 2⁻²⁹ of
-/// the field's largest, where halves are denormal, by at most 2⁻³⁹ of that. Infinities and NaN stay
-/// as they are.
+/// [2¹⁴, 2¹⁵), below half's 65,504. The error is at most 2⁻¹¹·|v|, and below 2⁻²⁹ of
+/// the field's largest value, where halves are denormal, at most 2⁻³⁹ of that value. Infinities and NaN stay
+/// unchanged.
 ///
 /// Tiles of `TILE` pixels lie one after the other, so that a sum over lamps reads memory from its start
 /// to its end: `values[((tile · 3 + channel) · lamps + lamp) · TILE + pixel % TILE]`, pixels row by row.
-/// The last tile is filled up with zeros.
+/// The last tile is padded with zeros.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfField {
     pub width: usize,
@@ -66,23 +66,23 @@ impl From<&ReflectanceField> for HalfField {
 }
 
 impl HalfField {
-    /// Bytes of a field with so many pixels and lamps.
+    /// Bytes of a field with this many pixels and lamps.
     pub fn bytes(pixels: usize, lamps: usize) -> usize {
         size_of::<u16>() * pixels.div_ceil(TILE) * 3 * lamps * TILE
     }
 
-    /// The factor on stored values, a power of two.
+    /// Factor on stored values, a power of two.
     #[inline]
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// All stored values, in the layout that the type describes.
+    /// All stored values, in the layout described at the type.
     pub fn values(&self) -> &[u16] {
         &self.values
     }
 
-    /// The stored values of a tile: of channel `c` under lamp `l` at `c · lamps + l`.
+    /// Stored values of a tile: channel `c` under lamp `l` is at `c · lamps + l`.
     #[inline]
     pub fn tile(&self, tile: usize) -> &[[u16; TILE]] {
         let planes = 3 * self.lamps;
@@ -109,7 +109,7 @@ impl HalfField {
 /// The power of two that brings the largest finite magnitude to [2¹⁴, 2¹⁵), as far as f32 can hold both
 /// its factor and its inverse; 0 if there is none.
 fn stored_exponent(values: &[f32]) -> i32 {
-    // Without its sign the bits of a float are in the order of its magnitude.
+    // Without the sign, the bits of floats sort like their magnitudes.
     let largest = values
         .par_chunks(1 << 16)
         .map(|chunk| {
@@ -129,14 +129,14 @@ const fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((127 + exponent) as u32) << 23)
 }
 
-/// A half in f32, exactly. It is written in operations on whole vectors of any processor: with them the sum
-/// of lamps was as fast as with the processor's own conversion, because it waits for memory.
+/// A half as f32, exactly. It consists of operations on whole vectors of any processor: the sum
+/// of lamps is then as fast as with the processor's own conversion, because it waits for memory.
 #[inline(always)]
 pub fn widen(half: u16) -> f32 {
-    // Exponent and mantissa go to their places, the sign stays at the top. The exponent is then too
-    // small by the difference of both biases, 112, which the factor mends, for denormals too.
+    // Exponent and mantissa move to their places, the sign stays at the top. The exponent is then too
+    // small by the difference of both biases, 112, which the factor corrects, also for denormals.
     let placed = ((i32::from(half as i16) << 13) as u32) & 0x8fff_ffff;
-    // A constant: a call of a function of this crate would not become part of the caller's loop.
+    // A constant: a call of a function of this crate would not be inlined into the caller's loop.
     const BIASES: f32 = power_of_two(112);
     let value = f32::from_bits(placed) * BIASES;
     if half & 0x7fff < 0x7c00 { value } else { f32::from_bits(value.to_bits() | 0x7f80_0000) }
@@ -160,7 +160,7 @@ mod tests {
             );
         }
         test_support::shown!(Pictures, "All 65,536 halves to f32 and back",
- danger: "denormals become 0, or NaN a number", done: "exponent and mantissa go to their places; one factor mends both",
+ danger: "denormals become 0, or NaN becomes a number", done: "exponent and mantissa go to their places; one factor mends both",
  bound: "IEEE 754, bit for bit", measured: "all the same");
     }
 
@@ -217,15 +217,15 @@ mod tests {
         assert!(kept.values[0].is_nan());
         assert_eq!(kept.values[1..3], values[1..3]);
         assert!(kept.values[5].is_finite());
-        // A field of denormals alone comes back as exactly as f32 can hold their scale.
+        // A field of only denormals comes back as exactly as f32 can hold their scale.
         let small = f32::from_bits(0x7000);
         let kept = HalfField::from(&field(1, 1, 1, vec![small, 0.0, -small])).widened();
         assert_eq!(kept.values, [small, 0.0, -small]);
-        // The sun's own pixel does not take the others' precision.
+        // The sun's own pixel does not reduce the others' precision.
         let kept = HalfField::from(&field(1, 1, 1, vec![1e6, 1.0 / 3.0, 0.1])).widened();
         assert!((kept.values[1] * 3.0 - 1.0).abs() <= power_of_two(-11));
-        test_support::shown!(Pictures, "A field in f16 that is empty, black, of denormals alone, with NaN, ∞, 3·10³⁸",
- danger: "the scale is 0 or ∞ and takes all values along", done: "the scale is of finite values, and such that its inverse is finite",
+        test_support::shown!(Pictures, "A field in f16 that is empty, black, only denormals, with NaN, ∞, 3·10³⁸",
+ danger: "the scale is 0 or ∞ and spoils all values", done: "the scale is of finite values, and such that its inverse is finite",
  bound: "NaN and ∞ stay, denormals come back exactly, the rest within 2⁻¹¹", measured: "holds");
     }
 }

@@ -1,4 +1,4 @@
-//! The reflectance field and the network that predicts it. `docs/method.md` says how it follows the
+//! The reflectance field and the network that predicts it. `docs/method.md` compares it with the
 //! paper.
 
 pub mod checkpoint;

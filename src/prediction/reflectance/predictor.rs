@@ -1,4 +1,4 @@
-//! A trained network in use: interview frame in, reflectance field out.
+//! Prediction with a trained network: interview frame in, reflectance field out.
 
 use super::checkpoint::{self, CheckpointInfo};
 use super::device_field::DeviceField;
@@ -16,7 +16,7 @@ use std::path::Path;
 /// A network on a device, ready to predict.
 pub struct Predictor {
     network: UNet,
-    /// The network computes in f16.
+    /// True if the network computes in f16.
     half: bool,
     info: CheckpointInfo,
     device: Device,
@@ -33,12 +33,12 @@ impl Predictor {
     /// Loads the project's checkpoint.
     ///
     /// # Errors
-    /// When there is no checkpoint, or it was trained for another size or another number of lamps.
+    /// When there is no checkpoint, or its size or number of lamps differs from the project's.
     pub fn open(project: &Project, device: &Device) -> Result<Self> {
         Self::open_at(project, &project.checkpoint_path(), device)
     }
 
-    /// Loads a checkpoint of the project that is in another folder.
+    /// Loads a checkpoint of the project from another folder.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -64,7 +64,7 @@ impl Predictor {
         &self.info
     }
 
-    /// Features of a frame from the network's encoder, as small as they can be with at least `side` values on each side.
+    /// Features of a frame from the network's encoder, at the lowest resolution with at least `side` values on each side.
     ///
     /// # Errors
     /// When the device fails.
@@ -108,7 +108,7 @@ impl Predictor {
         };
         let network = &self.info.network;
         let light = light(&plate, network.formulation, self.info.scale);
-        // The light of an output of 1 is only one picture: masking it is cheaper than masking all OLATs.
+        // The light of an output of 1 is a single picture: masking it is cheaper than masking all OLATs.
         let olats = olats(output, &(light * mask.greater_elem(0.0).float()));
         DeviceField::finished(olats)
     }
@@ -122,12 +122,12 @@ impl Predictor {
     }
 }
 
-/// True if a network of half precision predicts in f16 on this device: on a GPU whose shaders have it.
+/// True if a network of half precision predicts in f16 on this device: on a GPU whose shaders support it.
 pub fn predicts_in_half(device: &Device) -> bool {
     *device != Device::flex() && device.supports_dtype(DType::F16)
 }
 
-/// Refuses a checkpoint for another size or number of lamps.
+/// Refuses a checkpoint with a different size or number of lamps.
 pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
     let (network, settings) = (&info.network, &project.settings);
     if network.size == settings.size && network.lamps == settings.shoot.lamps.len() {

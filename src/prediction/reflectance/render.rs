@@ -1,4 +1,4 @@
-//! From the network's output to light: what the sigmoid stands for, and the differentiable renderer.
+//! From the network's output to light: meaning of the sigmoid, and the differentiable renderer.
 
 use super::unet::Formulation;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -13,12 +13,12 @@ const OFFSET: f32 = 0.01;
 const POWER: f32 = 1.0 / 2.2;
 
 /// Display-like encoding for the network's input and its losses: (x + o)^(1/2.2) − o^(1/2.2).
-/// The offset o keeps the slope at black finite: 8.9 at o = 0.01, where a pure power has none.
+/// The offset o keeps the slope at black finite: 8.9 at o = 0.01; that of a pure power is infinite.
 pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)
 }
 
-/// The linear light whose [`encode`] is this, from 0 up.
+/// Inverse of [`encode`]: linear light, from 0 up.
 pub fn decode<const D: usize>(encoded: Tensor<D>) -> Tensor<D> {
     (encoded.clamp_min(0.0) + OFFSET.powf(POWER)).powf_scalar(1.0 / POWER) - OFFSET
 }
@@ -28,14 +28,14 @@ pub fn encoded_white() -> f32 {
     (1.0 + OFFSET).powf(POWER) - OFFSET.powf(POWER)
 }
 
-/// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the [`light()`] of an
+/// OLATs of a network's output: `[1, 3·lamps, h, w]` in (0, 1) and the [`light()`] of an
 /// output of 1 → linear OLATs `[lamps, 3, h, w]`.
 pub fn olats(output: Tensor<4>, light: &Tensor<4>) -> Tensor<4> {
     let [_, channels, h, w] = output.dims();
     output.reshape([channels / 3, 3, h, w]) * light.clone()
 }
 
-/// The linear light that an output of 1 stands for, `[1, 3, h, w]`.
+/// Linear light of an output of 1, `[1, 3, h, w]`.
 pub fn light(plate: &Tensor<4>, formulation: Formulation, scale: f32) -> Tensor<4> {
     match formulation {
         Formulation::Direct => plate.ones_like() * scale,
@@ -54,7 +54,7 @@ pub fn tensor_from_image(image: &Image, device: &Device) -> Tensor<4> {
     tensor_from_images(std::slice::from_ref(image), device)
 }
 
-/// Images of one size as a tensor `[n, 3, h, w]`.
+/// Images of equal size as a tensor `[n, 3, h, w]`.
 pub fn tensor_from_images(images: &[Image], device: &Device) -> Tensor<4> {
     let (w, h) = images.first().map_or((0, 0), Image::size);
     let mut planar = Vec::with_capacity(images.len() * 3 * h * w);

@@ -1,4 +1,4 @@
-//! The two changes of resolution in the network, written with operations whose gradients exist on
+//! The two changes of resolution in the network, built from operations with gradients on
 //! every backend (burn's own bilinear has none on wgpu).
 
 use burn::tensor::{Tensor, s};

@@ -9,7 +9,7 @@ use burn::tensor::{DType, Device, FloatDType, Tensor};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// The slope of the encoder's leaky ReLU below zero.
+/// Slope of the encoder's leaky ReLU below zero.
 const LEAK: f32 = 0.2;
 
 /// Shape of a [`UNet`]; two networks with equal configurations can exchange weights.
@@ -28,7 +28,7 @@ pub struct UNetConfig {
     pub most_channels: usize,
     /// Normalisation after the encoder's convolutions.
     pub normalization: Normalization,
-    /// Whose statistics batch normalisation uses when predicting.
+    /// Statistics that batch normalisation uses for prediction.
     #[serde(default)]
     pub statistics: Statistics,
     /// Meaning of the sigmoid's output.
@@ -44,14 +44,14 @@ pub struct UNetConfig {
 pub enum Normalization {
     /// Batch normalisation as in the paper, left out at 1×1, where one picture has no variance.
     Batch,
-    /// Group normalisation over eight groups, left out at 4×4 and below. It does not differ between
-    /// training and prediction, as batch normalisation with one picture per step does.
+    /// Group normalisation over eight groups, left out at 4×4 and below. It is the same in
+    /// training and prediction, unlike batch normalisation with one picture per step.
     Group,
     /// None.
     None,
 }
 
-/// Whose mean and variance batch normalisation uses when predicting. In training, with one picture per step,
+/// Mean and variance that batch normalisation uses for prediction. In training, with one picture per step,
 /// they are always the picture's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -75,15 +75,15 @@ pub enum Formulation {
 }
 
 impl UNetConfig {
-    /// More lamps than any stage has. With the widest channels their layer takes half a gigabyte.
+    /// Limit on lamps, above any stage. With the widest channels their layer takes half a gigabyte.
     const MOST_LAMPS: usize = 4096;
 
-    /// Blocks of the encoder and of the decoder.
+    /// Number of blocks of the encoder and of the decoder.
     pub fn blocks(&self) -> usize {
         self.depth.unwrap_or(self.most_blocks())
     }
 
-    /// Blocks that reduce the picture to one pixel.
+    /// Number of blocks that reduce the picture to one pixel.
     fn most_blocks(&self) -> usize {
         self.size.ilog2() as usize + 1
     }
@@ -137,7 +137,7 @@ impl UNetConfig {
         }
     }
 
-    /// Differences from the one that was `asked` for, in the words of `checkpoint.toml`.
+    /// Differences from the requested network `asked`, with the names of `checkpoint.toml`.
     pub fn differences(&self, asked: &Self) -> String {
         let table = |config: &Self| toml::Table::try_from(config).unwrap_or_default();
         let (here, asked) = (table(self), table(asked));
@@ -152,7 +152,7 @@ impl UNetConfig {
             .join("; ")
     }
 
-    /// Refuses a configuration that no network can have.
+    /// Refuses an invalid configuration.
     pub fn check(&self) -> Result<()> {
         project::check_size(self.size)?;
         let widths = [self.width, self.most_channels];
@@ -161,7 +161,7 @@ impl UNetConfig {
         {
             return Err(Error::invalid(
                 format!(
-                    "a network of {} lamps and {} to {} channels is not possible: it needs 1 to {} lamps, and \
+                    "a network cannot have {} lamps and {} to {} channels: it needs 1 to {} lamps, and \
                      channel counts that are multiples of 8 from 8 to 1024",
                     self.lamps,
                     self.width,
@@ -186,7 +186,7 @@ impl UNetConfig {
     }
 
     /// A network with fresh weights: the last layer starts small, with its bias at the logit of
-    /// `mean_output`, the mean of what it has to predict. From the default start it collapses to
+    /// `mean_output`, the mean of its target. From the default initialisation it collapses to
     /// black.
     pub fn init(&self, mean_output: f32, device: &Device) -> UNet {
         let convolution =
@@ -238,9 +238,9 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Bytes that training holds at most: what the layers keep, and parameters nine times, as they are, as
-    /// gradients, as both moments of the optimiser and as a moving average, and all but the gradients once
-    /// more while a checkpoint is written.
+    /// Peak memory of training in bytes: the kept layers, plus the parameters nine times (themselves,
+    /// gradients, both moments of the optimiser, a moving average, and all but the gradients once
+    /// more while a checkpoint is written).
     pub fn training_bytes(&self) -> u64 {
         self.activations + 9 * 4 * self.parameters
     }
@@ -287,7 +287,7 @@ impl UNet {
         self.forward_lamps(plate, None)
     }
 
-    /// Features of plates `[n, 3, size, size]` up to and with block `block` of the encoder: `[n, channels, size / 2^block,
+    /// Features of plates `[n, 3, size, size]` up to and including block `block` of the encoder: `[n, channels, size / 2^block,
     /// …]`.
     pub fn encoded(&self, plate: Tensor<4>, block: usize) -> Tensor<4> {
         let mut x = plate;
@@ -332,13 +332,13 @@ impl UNet {
 
 impl UNet {
     /// Batch normalisation's statistics of the pictures so far, `[channels]` each: running means and variances, which every
-    /// pass of training changes. Empty without batch normalisation.
+    /// training pass changes. Empty without batch normalisation.
     pub fn running_statistics(&self) -> Vec<Tensor<1>> {
         let values = self.running().map(|running| running.value_sync());
         values.collect()
     }
 
-    /// Goes back to what [`Self::running_statistics`] gave.
+    /// Restores the result of [`Self::running_statistics`].
     pub fn set_running_statistics(&self, values: Vec<Tensor<1>>) {
         for (running, value) in self.running().zip(values) {
             running.update(value);
@@ -351,8 +351,8 @@ impl UNet {
         batches.flat_map(|batch| [&batch.running_mean, &batch.running_var])
     }
 
-    /// The network with convolutions in f16, for predictions on a GPU: its input has to be f16 too, and
-    /// its output is. Normalisation computes in f32.
+    /// The network with convolutions in f16, for predictions on a GPU: input and output are f16 too.
+    /// Normalisation computes in f32.
     pub fn halved(self) -> Self {
         let half = |convolution: Conv2d| convolution.map(&mut Halved);
         let block =
@@ -369,7 +369,7 @@ impl UNet {
 /// Makes parameters half floats.
 pub(super) struct Halved;
 
-/// Looks for parameters that are no numbers.
+/// Searches for parameters that are NaN or infinite.
 struct Finite(bool);
 
 impl ModuleVisitor for Finite {
@@ -445,7 +445,7 @@ mod tests {
                 precision: Precision::Full,
             };
             let network = config.init(0.1, &Device::flex());
-            // burn counts the running mean and variance of batch normalisation, which are not learnt.
+            // burn counts the running mean and variance of batch normalisation, which are not trained.
             let running = network.encoder.iter().filter_map(|b| b.batch.as_ref());
             let running: usize = running.map(|b| 2 * b.gamma.dims()[0]).sum();
             let parameters = network.num_params() - running;

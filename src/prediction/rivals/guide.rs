@@ -1,5 +1,5 @@
-//! Place of a pixel on the subject, as a colour: a mixture of Gaussians of random colours, as Texler et al. give it to their
-//! network beside the picture. Theirs are carried along by a deformation from the keyframe; these are laid over the matte's
+//! Guide image: position of a pixel on the subject as a colour, by a mixture of Gaussians of random colours, as in Texler et
+//! al. In the paper a deformation from the keyframe moves them; here they are laid over the matte's
 //! centre and extent, in keyframe and frame alike.
 
 use super::learner::draw;
@@ -85,7 +85,7 @@ mod tests {
         }
         assert!(differ > 0.2, "{differ}");
         assert_eq!(here.at(0, 0), [0.0; 3]);
-        // Nothing to lay it over.
+        // No matte to lay it over.
         let empty = guide(&Mask::filled(8, 8, 0.0), 3);
         assert!(empty.pixels.iter().flatten().all(|v| *v == 0.0));
     }

@@ -1,5 +1,5 @@
-//! One way of learning for all methods, that of the network's own training: Adam with a rate that warms up and falls,
-//! clipped gradients, and a moving average of the weights, which predicts.
+//! Common learning of all methods, equal to the network's own training: Adam with a rate that warms up and falls,
+//! clipped gradients, and a moving average of the weights for prediction.
 
 use super::quiet::Quiet;
 use base::error::{Error, Result};
@@ -14,17 +14,17 @@ use std::time::Instant;
 use training::schedule::learning_rate;
 use training::{Adam, Preset, TrainingConfig, blend, clip};
 
-/// This many skipped steps in a row end a run.
+/// Number of skipped steps in a row that ends a run.
 const MOST_BAD_STEPS: u32 = 3;
 
 /// Limits of a method's learning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Minutes of learning if nothing slows it down; reading pictures does not count, as it does not for the network.
+    /// Minutes of undisturbed learning, without reading pictures, as for the network.
     pub minutes: f64,
-    /// Steps after which it ends even before that.
+    /// Largest number of steps.
     pub steps: Option<u64>,
-    /// The seed of every random draw.
+    /// Seed of all random draws.
     pub seed: u64,
 }
 
@@ -32,22 +32,22 @@ pub struct Effort {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spent {
     pub steps: u64,
-    /// Seconds of the steps if nothing slows them down.
+    /// Seconds of the steps without other load.
     pub seconds: f64,
 }
 
-/// A generator for one purpose at one step.
+/// Random generator for one purpose at one step.
 pub fn draw(seed: u64, step: u64, purpose: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ purpose.rotate_left(32));
     rng.set_stream(step);
     rng
 }
 
-/// Improves `network`, which is on an autodiff device, until the effort is spent; `loss` is that of one step. Gives back
+/// Trains `network`, which is on an autodiff device, within the effort; `loss` is the loss of one step. Returns
 /// the average, on the plain device.
 ///
 /// # Errors
-/// When it is stopped, or the loss is not finite three times in a row.
+/// When the user stops, or the loss is not finite three times in a row.
 pub fn learn<M: Module>(
     network: M,
     effort: &Effort,

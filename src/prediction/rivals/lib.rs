@@ -1,10 +1,10 @@
-//! Other methods of relighting, to compare the network with: learnt on the same exemplars, at the same size, with the
+//! Rival relighting methods, for comparison with the network: trained on the same exemplars, at the same size, with the
 //! same kernels, in the same time.
 //!
 //! [`PatchStyle`] is few-shot patch-based training (Texler et al., "Interactive video stylization using few-shot
 //! patch-based training", SIGGRAPH 2020), [`Portrait`] is single image portrait relighting (Sun et al., SIGGRAPH 2019): the
-//! two that the paper compares itself with. Both are as published where that is to their advantage, and
-//! `docs/method.md` lists what differs.
+//! two comparisons of the paper. Both follow their publications wherever that is to their advantage;
+//! `docs/method.md` lists the differences.
 
 mod guide;
 mod learner;

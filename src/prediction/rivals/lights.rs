@@ -1,22 +1,22 @@
-//! Lights at random, in terms of a rig: what a network that takes any light learns from.
+//! Random lights for a rig: training input of a network that accepts any light.
 
 use glam::Vec3;
 use light::weights::{Partition, Weighting};
 use light::{Environment, Rig, YawTable, built_in};
 use rand::{Rng, RngExt};
 
-/// Columns of the panoramas that lights are drawn from.
+/// Columns of the panoramas from which lights are drawn.
 const WIDTH: usize = 256;
-/// Yaws at which each is kept, in degrees.
+/// Yaws of each panorama, in degrees.
 const STEP_DEG: usize = 15;
-/// Lamps that a lobe of light is spread over.
+/// Number of lamps that a lobe of light covers.
 const MOST_LOBES: usize = 3;
 
 /// Source of random lights.
 pub struct Lights {
     /// Weights under the built-in environments, at many yaws.
     environments: Vec<Vec<[f32; 3]>>,
-    /// Direction of each lamp and the inverse of its energy, 0 if it cannot be used.
+    /// Direction of each lamp and the inverse of its energy, 0 if the lamp is unusable.
     lamps: Vec<(Vec3, [f32; 3])>,
 }
 
@@ -37,7 +37,7 @@ impl Lights {
         Self { environments, lamps: rig.lamps.iter().map(lamp).collect() }
     }
 
-    /// One lamp alone, every second time; else a built-in environment at some yaw in some colour, or lobes of light from
+    /// In half of the draws a single lamp; otherwise a built-in environment at a random yaw and colour, or lobes of light from
     /// random directions. Weights on OLATs, in any unit.
     pub fn draw(&self, rng: &mut impl Rng) -> Vec<[f32; 3]> {
         match rng.random_range(0..4) {
@@ -52,7 +52,7 @@ impl Lights {
         if rng.random_range(0..2) == 0 { self.environment(rng) } else { self.lobes(rng) }
     }
 
-    /// One lamp alone.
+    /// One single lamp.
     pub fn lamp(&self, lamp: usize) -> Vec<[f32; 3]> {
         let mut weights = vec![[0.0; 3]; self.lamps.len()];
         weights[lamp] = [1.0; 3];
@@ -90,13 +90,13 @@ impl Lights {
     }
 }
 
-/// Factors up to `stops` up or down.
+/// Random factor of up to `stops` up or down.
 fn colour(rng: &mut impl Rng, stops: f32) -> [f32; 3] {
     std::array::from_fn(|_| rng.random_range(-stops..=stops).exp2())
 }
 
-/// A light as a network is given it: of each lamp and channel the square root of its share of what the subject gets, and
-/// the whole per channel. `levels` are the subject's means under each lamp. Relighting is linear, so a network of
+/// Network input for a light: for each lamp and channel the square root of its share of the subject's light, and
+/// the total per channel. `levels` are the subject's means under each lamp. Relighting is linear, so a network of
 /// shares has to learn neither exposure nor white balance.
 pub struct Shares {
     pub roots: Vec<f32>,
@@ -119,7 +119,7 @@ impl Shares {
         Self { roots: given.iter().flat_map(root).collect(), total }
     }
 
-    /// The same light, so dim or bright that each channel's total is 1; a channel without light stays black.
+    /// The light scaled to a total of 1 per channel; a channel without light stays black.
     pub fn normal(&self, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let factor = self.total.map(|t| if t > 0.0 { 1.0 / t } else { 0.0 });
         let scaled = |w: &[f32; 3]| std::array::from_fn(|c| w[c].max(0.0) * factor[c]);

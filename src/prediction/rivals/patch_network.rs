@@ -1,9 +1,9 @@
-//! The generator of Texler et al., with a head of three channels for each look: two convolutions down, residual blocks, two
+//! Generator of Texler et al., with a head of three channels for each look: two convolutions down, residual blocks, two
 //! up with skip connections, and smoothing convolutions at the end.
 //!
-//! As in the network that it is compared with, resolution changes by blur-pool and bilinear interpolation, and widths are
-//! half those published. The published 7 × 7 convolution near the end is one of 3 × 3 here: it alone would cost more than all
-//! else together. There is no batch normalisation, whose statistics differ between patches and whole frames.
+//! As in our own network, resolution changes by blur-pool and bilinear interpolation, and widths are
+//! half those published. The published 7 × 7 convolution near the end is 3 × 3 here: it would cost more than all
+//! other layers together. There is no batch normalisation, whose statistics differ between patches and whole frames.
 
 use burn::module::{Initializer, Module, Param};
 use burn::nn::PaddingConfig2d;
@@ -46,7 +46,7 @@ pub fn convolution(from: usize, to: usize, kernel: usize) -> Conv2dConfig {
         .with_padding(PaddingConfig2d::Explicit(pad, pad, pad, pad))
 }
 
-/// An output layer that starts at `means`, one for each channel, and learns from there.
+/// Output layer with the initial means `means`, one per channel.
 pub fn output_layer(from: usize, kernel: usize, means: &[f32], device: &Device) -> Conv2d {
     let bound = 0.1 / ((from * kernel * kernel) as f64).sqrt();
     let start = Initializer::Uniform { min: -bound, max: bound };
@@ -62,7 +62,7 @@ pub fn output_layer(from: usize, kernel: usize, means: &[f32], device: &Device) 
 }
 
 impl PatchNetwork {
-    /// A network whose heads start at these means of what they have to predict, three channels for each look.
+    /// Network whose heads start at the means of their targets, three channels for each look.
     pub fn new(means: &[f32], device: &Device) -> Self {
         let [half, quarter] = [2 * WIDTH, 4 * WIDTH];
         let layer = |from, to, kernel| convolution(from, to, kernel).init(device);

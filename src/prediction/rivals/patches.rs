@@ -1,8 +1,8 @@
-//! Few-shot patch-based training (Texler et al. 2020): the poses, relit, are keyframes, and a network that is trained on
-//! random patches of them carries their look over to the frames.
+//! Few-shot patch-based training (Texler et al. 2020): the relit poses are keyframes. A network trained on
+//! random patches of them transfers their look to the frames.
 //!
 //! A look is a light. The published method trains a network for each; here one network has a head for each, so that all
-//! looks share the time. Looks that the network was not trained for cannot be had from it.
+//! looks share the time. It cannot make looks outside its training.
 
 use super::guide::guide;
 use super::learner::{Effort, Spent, draw, learn};
@@ -24,18 +24,18 @@ use reflectance::render::{
 
 /// Side of a patch in pixels.
 const PATCH: usize = 32;
-/// Patches in a step.
+/// Patches per step.
 const BATCH: usize = 16;
-/// Looks that a step compares.
+/// Looks compared per step.
 const LOOKS: usize = 8;
 const RATE: f64 = 1e-3;
-/// Weight of differences between neighbours, which stand for the published perceptual loss.
+/// Weight of differences between neighbours, which replace the published perceptual loss.
 const EDGES: f32 = 0.5;
 
-/// A network that gives frames the looks it was trained on.
+/// A network that gives frames the looks of its training.
 pub struct PatchStyle {
     network: PatchNetwork,
-    /// The factor on each look before it is encoded.
+    /// Factor on each look before encoding.
     gains: Vec<f32>,
     seed: u64,
     device: Device,
@@ -50,7 +50,7 @@ struct Keyframe {
     mask: Tensor<4>,
     /// Encoded, `[looks, 3, h, w]`.
     looks: Tensor<4>,
-    /// Pixels at which patches may be centred.
+    /// Possible centre pixels of patches.
     subject: Vec<usize>,
 }
 
@@ -58,7 +58,7 @@ impl PatchStyle {
     /// Learns a look for each of `lights`, which are weights on the poses' OLATs.
     ///
     /// # Errors
-    /// When there is no look, it is stopped, or it fails.
+    /// When there is no look, the user stops, or training fails.
     pub fn learn(
         poses: &Poses,
         lights: &[Vec<[f32; 3]>],
@@ -68,7 +68,7 @@ impl PatchStyle {
     ) -> Result<Self> {
         if lights.is_empty() {
             return Err(Error::missing(
-                "there is no light whose look could be learnt",
+                "there is no light to learn a look from",
                 "Give at least one environment",
             ));
         }
@@ -111,7 +111,7 @@ impl PatchStyle {
         Ok(Self { network, gains, seed: effort.seed, device: device.clone(), spent })
     }
 
-    /// A frame in each look that was learnt, linear, zero outside the matte.
+    /// A frame in each learnt look, linear, zero outside the matte.
     ///
     /// # Errors
     /// When the device fails.
@@ -143,7 +143,7 @@ pub fn images(pictures: Tensor<4>) -> Result<Vec<Image>> {
     let values = pictures
         .into_data()
         .try_into_vec::<f32>()
-        .map_err(|e| Error::bug(format!("the device gave no pictures: {e}")))?;
+        .map_err(|e| Error::bug(format!("the device returned no pictures: {e}")))?;
     let picture = |n: usize| {
         let plane = |c: usize| &values[(3 * n + c) * h * w..][..h * w];
         let [r, g, b] = [0, 1, 2].map(plane);
@@ -153,7 +153,7 @@ pub fn images(pictures: Tensor<4>) -> Result<Vec<Image>> {
     Ok((0..n).map(picture).collect())
 }
 
-/// The mean of each look's channels over the keyframes' subjects, encoded.
+/// Mean of each look's channels over the keyframes' subjects, encoded.
 fn means(keyframes: &[Keyframe]) -> Vec<f32> {
     let channels = keyframes[0].looks.dims()[0] * 3;
     let mut sums = vec![0.0f32; channels];
@@ -169,7 +169,7 @@ fn means(keyframes: &[Keyframe]) -> Vec<f32> {
     sums
 }
 
-/// The patches of one step.
+/// Patches of one step.
 struct Batch {
     /// `[n, 6, s, s]`.
     input: Tensor<4>,
@@ -177,7 +177,7 @@ struct Batch {
     mask: Tensor<4>,
     /// `[n, 3·looks, s, s]`.
     truth: Tensor<4>,
-    /// The looks that are compared; None means all.
+    /// Looks that are compared; None means all.
     looks: Option<Vec<usize>>,
 }
 
@@ -219,7 +219,7 @@ impl Batch {
         }
     }
 
-    /// The mean absolute difference inside the matte, and that of neighbours' differences.
+    /// Mean absolute difference inside the matte, plus that of the differences between neighbours.
     fn loss(self, network: &PatchNetwork) -> Tensor<1> {
         let output = network.forward(self.input, self.looks.as_deref());
         let [_, channels, h, w] = output.dims();

@@ -1,7 +1,7 @@
-//! Single image portrait relighting (Sun et al. 2019), trained on this subject's poses alone: a picture in one light and
-//! the light that is wanted in, the picture in that light out.
+//! Single image portrait relighting (Sun et al. 2019), trained only on this subject's poses. Input: a picture in one light and
+//! a target light. Output: the picture in the target light.
 //!
-//! Theirs saw eighteen people and never the one that it relights; this one sees nobody else, which favours it.
+//! The published network saw eighteen people but never the one it relights; this one sees only its subject, which favours it.
 
 use super::learner::{Effort, Spent, draw, learn};
 use super::lights::{Lights, Shares};
@@ -21,24 +21,24 @@ use reflectance::render::{encode, tensor_from_image, tensor_from_mask};
 use training::augment::shift;
 use training::loss::Criterion;
 
-/// Lights that a step asks for, of one pose.
+/// Target lights per step, of one pose.
 const TARGETS: usize = 6;
-/// Lights that are predicted at once.
+/// Number of lights predicted at once.
 const AT_ONCE: usize = 8;
-/// Every how many steps the picture that is relit was taken in another light than the interview's.
+/// Interval in steps of input pictures in a light other than the interview's.
 const OTHER_SOURCE: u64 = 4;
-/// Weight of the error of the light that the picture was taken in.
+/// Weight of the error in the estimated light of the input picture.
 const SOURCE: f32 = 0.2;
-/// The largest shift of a pose, as a share of its size: as the network's own training.
+/// Largest shift of a pose, as a share of its size, as in the network's own training.
 const SHIFT: f32 = 0.05;
 const RATE: f64 = 1e-3;
-/// Lights by which the level of relit pictures is measured.
+/// Number of lights by which the level of relit pictures is measured.
 const MEASURED: u64 = 24;
 
-/// A network that shows a frame's subject in any light.
+/// A network that relights a frame by any light.
 pub struct Portrait {
     network: PortraitNetwork,
-    /// The poses' means under each lamp.
+    /// Means of the poses under each lamp.
     levels: Vec<[f32; 3]>,
     /// Value of an output of 1, in a light whose total is 1.
     scale: f32,
@@ -47,10 +47,10 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// Learns from the poses in lights drawn at random: single lamps, the built-in environments, lobes of light.
+    /// Trains on the poses in random lights: single lamps, the built-in environments, lobes of light.
     ///
     /// # Errors
-    /// When no pose has light on it, it is stopped, or it fails.
+    /// When no pose has light on it, the user stops, or training fails.
     pub fn learn(
         poses: &Poses,
         effort: &Effort,
@@ -82,7 +82,7 @@ impl Portrait {
         Ok(Self { network, levels: learner.levels, scale, device: device.clone(), spent })
     }
 
-    /// Number of a light's lamps.
+    /// Number of lamps of a light.
     pub fn lamps(&self) -> usize {
         self.levels.len()
     }
@@ -90,12 +90,12 @@ impl Portrait {
     /// A frame under each of `lights`, linear, zero outside the matte.
     ///
     /// # Errors
-    /// When the device fails, or a light is for another number of lamps.
+    /// When the device fails, or a light has a different number of lamps.
     pub fn relit(&self, frame: &Frame, lights: &[Vec<[f32; 3]>]) -> Result<Vec<Image>> {
         if let Some(light) = lights.iter().find(|l| l.len() != self.levels.len()) {
             return Err(Error::invalid(
                 format!(
-                    "the light has {} lamps, but {} were learnt",
+                    "the light has {} lamps, but the network learnt {}",
                     light.len(),
                     self.levels.len()
                 ),
@@ -121,7 +121,7 @@ impl Portrait {
         Ok(pictures)
     }
 
-    /// The shares of the lamps in the light that a frame was taken in, as the network sees it, per channel.
+    /// Estimated lamp shares of a frame's light, per channel.
     ///
     /// # Errors
     /// When the device fails.
@@ -129,7 +129,7 @@ impl Portrait {
         let _turn = turn::DEVICE.lock();
         let roots = self.network.source(&self.encoding(frame));
         let roots = roots.into_data().try_into_vec::<f32>();
-        let roots = roots.map_err(|e| Error::bug(format!("the device gave no light: {e}")))?;
+        let roots = roots.map_err(|e| Error::bug(format!("the device returned no light: {e}")))?;
         let share = |root: &[f32]| std::array::from_fn(|c| root[c].max(0.0).powi(2));
         Ok(roots.chunks_exact(3).map(share).collect())
     }
@@ -141,10 +141,10 @@ impl Portrait {
     }
 }
 
-/// Input of a step's learning.
+/// Input of a training step.
 struct Learner {
     poses: Vec<PoseTensors>,
-    /// The sum of each pose's plate over the subject.
+    /// Sum of each pose's plate over the subject.
     brightness: Vec<f32>,
     levels: Vec<[f32; 3]>,
     lights: Lights,
@@ -202,7 +202,7 @@ impl Learner {
         total + off.abs().mean() * SOURCE
     }
 
-    /// A picture as bright as the pose's plate.
+    /// Scales a picture to the brightness of the pose's plate.
     fn exposed(&self, picture: Tensor<4>, pose: usize) -> Tensor<4> {
         let sum = (picture.clone() * self.poses[pose].mask.clone()).sum();
         let factor = sum.clamp_min(1e-6).recip() * self.brightness[pose];
@@ -210,20 +210,20 @@ impl Learner {
     }
 }
 
-/// The sum of a pose's plate over its matte.
+/// Sum of a pose's plate over its matte.
 fn brightness(pose: &super::poses::Pose) -> f32 {
     let pairs = pose.plate.pixels.iter().zip(&pose.mask.pixels);
     pairs.map(|(p, alpha)| alpha * p.iter().sum::<f32>()).sum()
 }
 
-/// Lights as the network is given them, `[n, 3·lamps]`.
+/// Lights as network input, `[n, 3·lamps]`.
 fn roots(shares: &[Shares], device: &Device) -> Tensor<2> {
     let values: Vec<f32> = shares.iter().flat_map(|s| s.roots.clone()).collect();
     let shape = [shares.len(), values.len() / shares.len().max(1)];
     Tensor::from_data(TensorData::new(values, shape), device)
 }
 
-/// The bright level and the mean of the poses in lights whose total is 1.
+/// Bright level and mean of the poses in lights whose total is 1.
 fn level(poses: &Poses, lights: &Lights, levels: &[[f32; 3]], seed: u64) -> Result<(f32, f32)> {
     let mut values = Vec::new();
     for light in 0..MEASURED {

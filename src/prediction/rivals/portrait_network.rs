@@ -1,8 +1,8 @@
-//! The network of Sun et al.: an encoder whose bottleneck says which light the picture was taken in and is given the light
-//! that is wanted, and a decoder with skip connections that makes the picture.
+//! Network of Sun et al.: an encoder, a bottleneck that estimates the picture's light and receives the target
+//! light, and a decoder with skip connections that makes the picture.
 //!
-//! Light goes in and comes out as shares of the rig's lamps, where theirs is a lat-long picture of 16 × 32 texels: nothing that
-//! the truth is made of is lost. Resolution changes and normalisation are those of the network that it is compared with.
+//! Lights are shares of the rig's lamps here, instead of lat-long pictures of 16 × 32 texels: no information of
+//! the ground truth is lost. Resolution changes and normalisation follow our own network.
 
 use super::patch_network::{convolution, output_layer};
 use burn::module::Module;
@@ -15,9 +15,9 @@ use reflectance::kernels::{self, Activation};
 /// Channels of the first block, and of the widest.
 const WIDTH: usize = 24;
 const MOST: usize = 96;
-/// Pixels on each side of the bottleneck, at least.
+/// Least size of the bottleneck, in pixels.
 const BOTTLENECK: usize = 8;
-/// Channels that the wanted light has there.
+/// Channels of the target light in the bottleneck.
 const LIGHT: usize = 96;
 const LEAK: f32 = 0.2;
 const RELU: Activation = Activation::LeakyRelu(0.0);
@@ -40,7 +40,7 @@ struct Block {
     norm: Option<GroupNorm>,
 }
 
-/// The encoder's features of a picture.
+/// Encoder features of a picture.
 pub struct Encoding {
     bottleneck: Tensor<4>,
     /// From full resolution down.
@@ -48,7 +48,7 @@ pub struct Encoding {
 }
 
 impl PortraitNetwork {
-    /// A network for pictures of `size` pixels and a rig of so many lamps, whose output starts at `mean`.
+    /// Network for pictures of `size` pixels and a rig of this many lamps, whose output starts at `mean`.
     pub fn new(size: usize, lamps: usize, mean: f32, device: &Device) -> Self {
         let layer = |from, to, kernel| convolution(from, to, kernel).init(device);
         let blocks = (size / BOTTLENECK).max(1).ilog2() as usize + 1;
@@ -103,7 +103,7 @@ impl PortraitNetwork {
         Encoding { bottleneck: x, skips }
     }
 
-    /// The light that the plate was taken in, `[1, 3·lamps]`: places vote, by how sure they are.
+    /// Estimated light of the plate, `[1, 3·lamps]`: a vote of all places, weighted by confidence.
     pub fn source(&self, encoding: &Encoding) -> Tensor<2> {
         let x = encoding.bottleneck.clone();
         let votes = kernels::convolution(x, None, &self.source, Activation::None, Precision::Split);

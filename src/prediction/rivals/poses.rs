@@ -1,4 +1,4 @@
-//! Input of the methods' learning: the poses of the OLAT session, as the network's training has them.
+//! Training input of the rival methods: the poses of the OLAT session, as in the network's training.
 
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -26,15 +26,15 @@ pub struct Pose {
 pub struct Poses {
     pub(crate) poses: Vec<Pose>,
     pub(crate) rig: Rig,
-    /// The weights of the lamps in the interview's light.
+    /// Weights of the lamps in the interview's light.
     pub(crate) interview: Vec<[f32; 3]>,
 }
 
 impl Poses {
-    /// Reads the project's poses but `held_out`, and lights them as the interview was lit.
+    /// Reads the project's poses except `held_out`, and lights them like the interview.
     ///
     /// # Errors
-    /// When a picture cannot be read, or no pose is left whose matte shows a subject.
+    /// When a picture cannot be read, or no remaining pose has a matte with a subject.
     pub fn load(
         project: &Project,
         calibration: &Calibration,
@@ -75,7 +75,7 @@ impl Poses {
         self.poses[0].mask.size()
     }
 
-    /// The mean over the subject's pixels of all poses under each lamp, per channel.
+    /// Mean over the subject's pixels of all poses under each lamp, per channel.
     pub(crate) fn levels(&self) -> Vec<[f32; 3]> {
         let mean = |lamp: usize| {
             let (mut sum, mut count) = ([0.0f64; 3], 0usize);
@@ -110,7 +110,7 @@ impl Pose {
         sum
     }
 
-    /// The same on a device.
+    /// The pose on a device.
     pub fn tensors(&self, device: &Device) -> PoseTensors {
         PoseTensors {
             plate: tensor_from_image(&self.plate, device),
@@ -140,18 +140,18 @@ impl PoseTensors {
     }
 }
 
-/// Input of a network: the encoded plate, cut out.
+/// Network input: the encoded plate, cut out.
 pub fn input(plate: Tensor<4>, mask: &Tensor<4>) -> Tensor<4> {
     encode(plate) * mask.clone()
 }
 
-/// The pixels that show the subject.
+/// The pixels of the subject.
 pub fn subject(mask: &Mask) -> impl Iterator<Item = usize> + '_ {
     let pixels = mask.pixels.iter().enumerate();
     pixels.filter(|(_, a)| **a > SUBJECT).map(|(i, _)| i)
 }
 
-/// The level that all but the brightest 0.1 % of these pixels' values stay below; None if they are all dark.
+/// The 99.9 % quantile of these pixels' values; None if they are all dark.
 pub fn bright_level(values: &mut [f32]) -> Option<f32> {
     let rank = (values.len() as f64 * 0.999) as usize;
     if rank >= values.len() {

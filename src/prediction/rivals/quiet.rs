@@ -1,18 +1,18 @@
-//! The time that steps take when nothing slows them down.
+//! Undisturbed duration of training steps.
 
-/// Steps that are timed together: methods take samples of several kinds in turn.
+/// Steps timed as a group: methods alternate between several kinds of samples.
 const TOGETHER: u64 = 4;
 
-/// Counts steps as if all had taken what the fastest did, so that other work on the machine costs a method no steps beside a
-/// network that is trained by steps.
+/// Counts every step at the duration of the fastest group, so that other work on the machine costs a method no steps compared
+/// with a network that is trained for a number of steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quiet {
     steps: u64,
-    /// Seconds as the clock had them.
+    /// Seconds by the clock.
     passed: f64,
-    /// Seconds of the steps that are timed together now.
+    /// Seconds of the current group.
     now: f64,
-    /// The least mean of steps that were timed together.
+    /// Smallest mean duration of a group.
     least: f64,
 }
 
@@ -23,7 +23,7 @@ impl Default for Quiet {
 }
 
 impl Quiet {
-    /// Adds a step that took so many seconds by the clock.
+    /// Adds a step with its seconds by the clock.
     pub fn add(&mut self, seconds: f64) {
         self.steps += 1;
         self.passed += seconds;
@@ -34,12 +34,12 @@ impl Quiet {
         }
     }
 
-    /// Steps that were made.
+    /// Number of steps.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Seconds that they would have taken.
+    /// Seconds of the steps without other load.
     pub fn seconds(&self) -> f64 {
         self.passed.min(self.steps as f64 * self.least)
     }
@@ -53,7 +53,7 @@ mod tests {
     fn other_work_costs_no_time() {
         let (mut quiet, mut busy) = (Quiet::default(), Quiet::default());
         for step in 0..100 {
-            // Every fourth step is dearer than the others.
+            // Every fourth step is slower than the others.
             let seconds = if step % 4 == 3 { 2.0 } else { 1.0 };
             quiet.add(seconds);
             busy.add(if step < 60 { 3.0 * seconds } else { seconds });
@@ -61,7 +61,7 @@ mod tests {
         assert!((quiet.seconds() - 125.0).abs() < 1e-9);
         assert_eq!(busy.seconds(), quiet.seconds());
         assert_eq!(busy.steps(), 100);
-        // Before anything was timed together, the clock counts.
+        // Before the first complete group, the clock counts.
         let mut first = Quiet::default();
         first.add(5.0);
         assert_eq!(first.seconds(), 5.0);

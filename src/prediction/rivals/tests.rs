@@ -10,7 +10,7 @@ use footage::Frame;
 use imaging::Image;
 use test_shoot::TestShoot;
 
-/// The poses of a small shoot; at most so many.
+/// The poses of a small shoot, up to a number.
 fn poses(most: usize) -> Poses {
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = TestShoot::default().calibrate(folder.path(), "project");
@@ -32,7 +32,7 @@ fn alone(lamps: usize, lit: usize) -> Vec<[f32; 3]> {
     (0..lamps).map(weight).collect()
 }
 
-/// Root mean square error over the subject as a share of the truth's root mean square, square roots compared.
+/// Root mean square error over the subject as a share of the truth's root mean square, on square roots of values.
 fn error(picture: &Image, truth: &Image, pose: &Pose) -> f64 {
     let root = |v: f32| f64::from(v.max(0.0)).sqrt();
     let (mut off, mut all) = (0.0, 0.0);
@@ -46,7 +46,7 @@ fn error(picture: &Image, truth: &Image, pose: &Pose) -> f64 {
     (off / f64::max(all, 1e-12)).sqrt()
 }
 
-/// The plate itself, made as bright and as coloured as the truth: relighting that moves no shadow.
+/// Baseline: the plate scaled to the truth's brightness and colour, so that no shadow moves.
 fn unmoved(pose: &Pose, truth: &Image) -> Image {
     let sums = |image: &Image| -> [f32; 3] {
         std::array::from_fn(|c| subject(&pose.mask).map(|i| image.pixels[i][c]).sum())
@@ -74,7 +74,7 @@ fn patches_learn_each_look_of_one_pose() {
         let (found, trivial) =
             (error(picture, &truth, pose), error(&unmoved(pose, &truth), &truth, pose));
         println!("off by {found:.3}, the plate itself by {trivial:.3}");
-        // So few steps show that it learns, not how far it comes.
+        // So few steps prove learning, not final quality.
         assert!(found < 0.75 * trivial, "{found}, {trivial}");
     }
     let outside = (0..pose.mask.pixels.len()).filter(|&i| pose.mask.pixels[i] == 0.0);
@@ -105,7 +105,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     assert!(found < 0.6 * trivial, "{found}, {trivial}");
     assert!(found < 0.5 * swapped, "{found}, {swapped}");
 
-    // Twice the light is twice the picture, and colour is the light's.
+    // Twice the light is twice the picture, and the picture takes the light's colour.
     let tinted: Vec<_> = lights[0].iter().map(|w| [2.0 * w[0], 2.0 * w[1], 0.0]).collect();
     let tinted = learnt.relit(&frame, &[tinted]).unwrap();
     assert!(tinted[0].pixels.iter().all(|p| p[2] == 0.0));
@@ -113,7 +113,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     let ratio = sum(&tinted[0]) / sum(&pictures[0]);
     assert!((ratio - 2.0).abs() < 0.35, "{ratio}");
 
-    // The light that the plate was taken in.
+    // Light of the plate.
     let truth = Shares::of(&poses.interview, &poses.levels());
     let seen = learnt.source(&frame).unwrap();
     let off: f32 = (seen.iter().flatten().zip(&truth.roots))
@@ -124,7 +124,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     assert!(mean < 0.1, "{mean}");
 
     let short = learnt.relit(&frame, &[alone(2, 0)]).unwrap_err().to_string();
-    assert!(short.contains("2 lamps, but 6 were learnt"), "{short}");
+    assert!(short.contains("2 lamps, but the network learnt 6"), "{short}");
 }
 
 #[test]
@@ -156,10 +156,10 @@ fn time_ends_a_run_and_so_does_a_stop() {
     assert!(Portrait::learn(&poses, &effort(5), &device, &stopped).is_err());
     let none = PatchStyle::learn(&poses, &[], &brief, &device, &Progress::silent());
     let none = none.err().unwrap().to_string();
-    assert!(none.contains("no light whose look could be learnt"), "{none}");
+    assert!(none.contains("no light to learn a look from"), "{none}");
 }
 
-/// Dark lamps, lights without a channel, few lamps: weights and shares stay numbers.
+/// Dark lamps, lights without a channel, few lamps: weights and shares stay finite.
 #[test]
 fn lights_at_random_are_light() {
     let mut rig = poses(1).rig;

@@ -20,8 +20,8 @@ impl Default for Adam {
     }
 }
 
-/// The moments of a parameter's gradients, in burn's form. They are read into memory and go to the parameter's device with the next
-/// step. burn would read them on its default device: a GPU, which there may not be, and whose threads would stay awake.
+/// Moments of a parameter's gradients, in burn's form. They are read into memory and move to the parameter's device with the next
+/// step. burn would read them on its default device: possibly a missing GPU, whose threads would stay awake.
 #[derive(Clone)]
 pub struct Moments<const D: usize>(AdamState<D>);
 

@@ -1,4 +1,4 @@
-//! Augmentations that keep the lighting correct: shifts, and another distance of the camera. A flip or a turn
+//! Augmentations that keep the lighting correct: shifts, and changes of the camera's distance. A flip or a rotation
 //! would move the lamps.
 
 use burn::tensor::{Tensor, ops::PadMode};

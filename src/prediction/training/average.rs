@@ -1,12 +1,12 @@
-//! The moving average of a network's weights, which predicts more steadily than those of the last step.
+//! Moving average of a network's weights, which predicts more steadily than the weights of the last step.
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 use reflectance::kernels;
 use std::collections::VecDeque;
 
-/// `average ← keep · average + (1 − keep) · live`, parameter by parameter. Both have one shape; `average` is on the plain
-/// device of the autodiff device that `live` is on.
+/// `average ← keep · average + (1 − keep) · live`, parameter by parameter. Both have the same shape; `average` is on the
+/// plain device that belongs to the autodiff device of `live`.
 pub fn blend<M: Module>(average: M, live: &M, keep: f32) -> M {
     let mut collector = Collector::default();
     live.visit(&mut collector);

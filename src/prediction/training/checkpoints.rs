@@ -1,8 +1,8 @@
-//! Saved checkpoints to go back to: `checkpoints/0012-step-0001200/` holds the checkpoint after step 1200 with
-//! the logs as they were then.
+//! List of saved checkpoints: `checkpoints/0012-step-0001200/` holds the checkpoint after step 1200 with
+//! the logs of that time.
 //!
-//! Folders are numbered in the order in which they were made. Those that training saves thin out as they age;
-//! those that were set aside (`0013-aside-0003000`) when a person started over or went back stay.
+//! Folder numbers follow the order of creation. Checkpoints saved by training thin out as they age;
+//! those set aside (`0013-aside-0003000`) when the user started over or went back stay.
 
 use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
@@ -13,10 +13,10 @@ use reflectance::predictor::check_fits;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A project's files beside its checkpoint that belong to it.
+/// Files of a project that accompany its checkpoint.
 pub const LOGS: [&str; 2] = [STEPS, HELD_OUT];
 
-/// Bytes that checkpoints saved by training may take; the oldest are removed first.
+/// Most bytes of checkpoints saved by training; the oldest are removed first.
 const MAX_BYTES: u64 = 4 << 30;
 /// Prefix of folders that are unfinished or no longer needed.
 const HIDDEN: &str = ".";
@@ -24,13 +24,13 @@ const HIDDEN: &str = ".";
 /// A checkpoint in the list.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SavedCheckpoint {
-    /// Its folder in `checkpoints/`, which names it.
+    /// Name of its folder in `checkpoints/`.
     pub name: String,
-    /// Counts the project's saved checkpoints.
+    /// Serial number within the project.
     pub number: u64,
-    /// It was set aside, and so is never removed.
+    /// True if it was set aside, and is therefore never removed.
     pub aside: bool,
-    /// It is the project's current checkpoint.
+    /// True for the project's current checkpoint.
     pub present: bool,
     /// Bytes on disk.
     pub bytes: u64,
@@ -47,9 +47,9 @@ impl SavedCheckpoint {
 /// Reason for keeping a checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// Training saved it.
+    /// Saved by training.
     Automatic,
-    /// A person started over or went back.
+    /// Set aside when the user started over or went back.
     SetAside,
 }
 
@@ -65,7 +65,7 @@ fn named(number: u64, reason: Reason, step: u64) -> String {
     format!("{number:04}-{reason}-{step:07}")
 }
 
-/// Number and reason of a folder, from its name; `None` if [`named`] does not give such names.
+/// Number and reason from a folder's name; `None` for names not made by [`named`].
 fn parsed(name: &str) -> Option<(u64, Reason)> {
     let parts: Vec<&str> = name.split('-').collect();
     let [number, reason, step] = parts[..] else {
@@ -92,7 +92,7 @@ fn entries(project: &Project) -> Vec<(u64, Reason, String)> {
     all
 }
 
-/// The checkpoints to go back to, the newest first. Unreadable ones are left out.
+/// The saved checkpoints, the newest first. Unreadable ones are left out.
 pub fn list(project: &Project) -> Vec<SavedCheckpoint> {
     let present = checkpoint::info(&project.checkpoint_path()).ok();
     let kept = |(number, reason, name): (u64, Reason, String)| {
@@ -110,15 +110,15 @@ pub fn list(project: &Project) -> Vec<SavedCheckpoint> {
     entries(project).into_iter().filter_map(kept).collect()
 }
 
-/// Bytes of a folder's files.
+/// Total bytes of a folder's files.
 fn bytes(folder: &Path) -> u64 {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let sizes = files.filter_map(|file| file.metadata().ok());
     sizes.map(|data| data.len()).sum()
 }
 
-/// Adds the project's checkpoint to the list, with the current logs, unless it is there already. Weights are
-/// hard links where the disk has them.
+/// Adds the project's checkpoint to the list, with the current logs, unless it is listed already. Weights are
+/// hard links where the disk supports them.
 ///
 /// # Errors
 /// When there is no readable checkpoint, or the folder cannot be written.
@@ -157,7 +157,7 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
     Ok(())
 }
 
-/// Sets the project's checkpoint aside before another replaces it, an unreadable one too.
+/// Sets the project's checkpoint aside before another replaces it, even if it is unreadable.
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -176,11 +176,11 @@ pub fn set_aside(project: &Project) -> Result<()> {
         .map_err(|e| Error::io("move", &present, e, "Check that the folder can be written"))
 }
 
-/// Replaces the project's checkpoint, which is set aside, by the saved one of this name or this step (the
-/// newest of that step). If the process is killed, one of the two is there, whole.
+/// Replaces the project's checkpoint, which is set aside, by a saved one, by its name or its step (the
+/// newest of that step). If the process is killed, one of the two is complete.
 ///
 /// # Errors
-/// When there is no such checkpoint, it was made for other pictures, or files cannot be written.
+/// When there is no such checkpoint, it belongs to other pictures, or files cannot be written.
 pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     let kept = list(project);
     let by_step = |kept: &&SavedCheckpoint| wanted.parse() == Ok(kept.info.step);
@@ -191,7 +191,7 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
                 "no checkpoint in {} has the step or the name {wanted}",
                 folder(project).display()
             ),
-            ("Choose one that is there", "afterlight checkpoints PROJECT lists them"),
+            ("Choose an existing one", "afterlight checkpoints PROJECT lists them"),
         ));
     };
     check_fits(&found.info, project)?;
@@ -206,11 +206,11 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     Ok(found.info.clone())
 }
 
-/// Replaces the project's checkpoint, which is set aside, by that of another copy of the project, such as one that a farm
-/// has trained. If the process is killed, one of the two is there, whole; `other` stays as it is.
+/// Replaces the project's checkpoint, which is set aside, by that of a copy of the project, such as one trained on a
+/// farm. If the process is killed, one of the two is complete; `other` stays unchanged.
 ///
 /// # Errors
-/// When `other` is of another shoot, framing, size or rig, has no checkpoint, or files cannot be written.
+/// When `other` has a different shoot, framing, size or rig, has no checkpoint, or files cannot be written.
 pub fn adopt(project: &Project, other: &Project) -> Result<CheckpointInfo> {
     check_same(project, other)?;
     let info = checkpoint::info(&other.checkpoint_path())?;
@@ -225,7 +225,7 @@ pub fn adopt(project: &Project, other: &Project) -> Result<CheckpointInfo> {
     Ok(info)
 }
 
-/// Refuses a project that is no copy of `project`: a network of other pictures or lamps would give wrong pictures.
+/// Refuses a project that is not a copy of `project`: a network for other pictures or lamps gives wrong pictures.
 fn check_same(project: &Project, other: &Project) -> Result<()> {
     let read = |project: &Project| {
         let path = project.calibration_path();
@@ -234,7 +234,7 @@ fn check_same(project: &Project, other: &Project) -> Result<()> {
     };
     let shoot = |project: &Project| {
         let mut shoot = project.settings.shoot.clone();
-        // A copy may stand elsewhere, and which environments there are is not learnt.
+        // A copy may be in another folder, and the list of environments does not affect training.
         shoot.folder = PathBuf::new();
         shoot.environments.clear();
         shoot
@@ -255,15 +255,15 @@ fn check_same(project: &Project, other: &Project) -> Result<()> {
     };
     Err(Error::invalid(
         format!(
-            "the network in {} is of another project than {}: {what} differs",
+            "the network in {} belongs to another project than {}: {what} differs",
             other.root.display(),
             project.root.display()
         ),
-        "Adopt what was trained on a copy of this project, as it is now",
+        "Adopt a network that was trained on a copy of this project in its current state",
     ))
 }
 
-/// Copies the log `from` to `to`, or removes that if there is none.
+/// Copies the log `from` to `to`, or removes `to` if there is none.
 fn restore(from: &Path, to: &Path) -> Result<()> {
     if from.exists() {
         return write_beside(to, |out| std::io::copy(&mut files::open(from)?, out).map(drop));
@@ -284,7 +284,7 @@ fn stays(number: u64, newest: u64) -> bool {
     lasts.is_none_or(|lasts| newest.saturating_sub(number) < lasts)
 }
 
-/// Bytes that the list takes at most after so many saves of `bytes` each; without a number, at any time.
+/// Most bytes of the list after this many saves of `bytes` each; without a number, at any time.
 pub(crate) fn most_bytes(saves: Option<u64>, bytes: u64) -> u64 {
     let limit = MAX_BYTES.max(bytes);
     saves.map_or(limit, |saves| {
@@ -293,7 +293,7 @@ pub(crate) fn most_bytes(saves: Option<u64>, bytes: u64) -> u64 {
     })
 }
 
-/// Removes those that have aged out, and the oldest beyond `max_bytes`.
+/// Removes aged checkpoints, and the oldest beyond `max_bytes`.
 fn thin_out(project: &Project, max_bytes: u64) {
     let all = entries(project);
     let newest = all.first().map_or(0, |&(number, ..)| number);
@@ -305,7 +305,7 @@ fn thin_out(project: &Project, max_bytes: u64) {
         let path = folder(project).join(&name);
         total += bytes(&path);
         if number != newest && (!stays(number, newest) || total > max_bytes) {
-            // Hidden first: if the process is killed meanwhile, nothing half-removed is taken for a checkpoint. One
+            // Hidden first: if the process is killed meanwhile, no partly removed folder counts as a checkpoint. One
             // that cannot be removed only costs space.
             let hidden = folder(project).join(format!("{HIDDEN}{name}"));
             let _ = std::fs::rename(&path, hidden);
@@ -314,14 +314,14 @@ fn thin_out(project: &Project, max_bytes: u64) {
     clean(&folder(project));
 }
 
-/// Removes folders that were left unfinished. Others, hidden ones too, are not ours.
+/// Removes unfinished folders. Other folders, even hidden ones, belong to the user.
 fn clean(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         let is_ours = name.strip_prefix(HIDDEN).and_then(parsed).is_some();
         if is_ours && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            // Otherwise it only costs space.
+            // A failure only costs space.
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
@@ -340,7 +340,7 @@ mod tests {
             let bound = 2 * (u64::from(newest.ilog2()) + 1);
             assert!(left.len() as u64 <= bound, "{} of {newest}", left.len());
             assert!(left.contains(&newest));
-            // However long ago: one is left at no more than twice that age, unless the run is younger.
+            // For any age a checkpoint remains within twice that age, unless the run is younger.
             for age in 1..newest {
                 let near = left.iter().any(|&number| {
                     let old = newest - number;
@@ -391,8 +391,8 @@ mod tests {
         }
         test_support::shown!(
             Strangers,
-            "`checkpoints/` holds a person's own hidden folders, or links to folders",
-            danger: "cleaning up removes them",
+            "`checkpoints/` holds the user's own hidden folders, or links to folders",
+            danger: "the cleanup removes them",
             done: "only unfinished checkpoints are removed, by name, and links are not followed",
         );
     }

@@ -1,4 +1,4 @@
-//! The settings of a training run, and presets to start from.
+//! Settings of a training run, and presets.
 
 use base::error::{Error, Result};
 use clap::ValueEnum;
@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// A named configuration.
+/// Training preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Preset {
     /// The best picture in ten minutes on two cores.
     Quick,
     /// The paper's network and schedule.
     Paper,
-    /// A wider network than `quick` for as long; slower on a CPU.
+    /// A wider network than `quick` in the same time; slower on a CPU.
     FastGpu,
 }
 
@@ -30,7 +30,7 @@ pub struct TrainingConfig {
     /// Channels of its widest blocks.
     pub most_channels: usize,
     pub normalization: Normalization,
-    /// Whose statistics batch normalisation uses when predicting.
+    /// Statistics that batch normalisation uses for prediction.
     pub statistics: Statistics,
     pub formulation: Formulation,
     /// Precision of convolutions on a CPU.
@@ -39,10 +39,10 @@ pub struct TrainingConfig {
     pub reconstruction: f32,
     /// Weight of the rendering loss, λ2.
     pub rendering: f32,
-    /// The same at the end of the run, if it changes: evenly with time.
+    /// The same at the end of the run, if it changes: linear in time.
     #[serde(default)]
     pub rendering_end: Option<f32>,
-    /// Weight of what changes when an interview frame is moved by up to two pixels, for a light that flickers less. Doubles
+    /// Weight of changes when an interview frame is shifted by up to two pixels, against flicker. Doubles
     /// the cost of steps over frames.
     #[serde(default)]
     pub steadiness: f32,
@@ -52,9 +52,9 @@ pub struct TrainingConfig {
     pub pixel: f32,
     /// File of the network whose features both losses compare. None means the built-in features.
     pub features: Option<PathBuf>,
-    /// Lamps whose OLATs a step compares, drawn again for each step. None means all.
+    /// Number of lamps whose OLATs a step compares, drawn for each step. None means all.
     pub lamps_per_step: Option<usize>,
-    /// Every how many exemplar steps the rendering loss is computed. The others compute only the lamps that they
+    /// Interval in exemplar steps of the rendering loss. The other steps compute only the lamps that they
     /// compare.
     pub rendering_every: u64,
     /// Adam's learning rate after the warm-up.
@@ -63,27 +63,27 @@ pub struct TrainingConfig {
     pub warm_up: u64,
     /// The rate falls along a half cosine to 2 % by the end of the run.
     pub decay: bool,
-    /// The common norm of all gradients is clipped to this.
+    /// Maximum of the common norm of all gradients.
     pub gradient_norm: f32,
-    /// Decay of the weights' moving average, which is the network that predicts; 0 switches it off.
+    /// Decay of the weights' moving average, which is the network used for prediction; 0 switches it off.
     pub averaging: f32,
-    /// Exemplars are shifted by up to this share of the picture's size.
+    /// Largest shift of exemplars, as a share of the picture's size.
     pub shift: f32,
     /// Exemplars are also used enlarged and reduced by this share.
     pub zoom: f32,
-    /// The network's input is brightened or darkened, each channel by itself, by up to this many stops.
+    /// Largest random change of the network's input in stops, per channel.
     pub gain: f32,
     /// Epochs over the exemplars before each round over the interview's frames.
     pub exemplar_epochs: u32,
     /// Epochs over the interview's frames in each round.
     pub video_epochs: u32,
-    /// Frames in one epoch over the interview, drawn again each time. None means all.
+    /// Frames in one epoch over the interview, drawn for each epoch. None means all.
     pub frames_per_epoch: Option<usize>,
     /// Epochs of the whole run.
     pub epochs: u32,
     /// Minutes of training, including earlier runs, after which the run ends even before its last epoch.
     pub minutes: Option<f64>,
-    /// Seconds from one checkpoint to the next.
+    /// Seconds between checkpoints.
     pub checkpoint_seconds: f64,
     /// Recompute cheap activations in the backward pass instead of storing them: less memory, more time.
     pub recompute: bool,
@@ -94,10 +94,10 @@ pub struct TrainingConfig {
 pub struct TrainSettings {
     #[arg(skip = Preset::Quick.config())]
     pub config: TrainingConfig,
-    /// Interview frames to keep out of training, such as 5,14,25,36.
+    /// Interview frames to exclude from training, such as 5,14,25,36.
     #[arg(long, value_delimiter = ',')]
     pub exclude_frames: Vec<usize>,
-    /// A pose, from 0, to hold out of training. It validates the network, and the best one on it predicts.
+    /// Pose to hold out of training, counted from 0. It validates the network: the best one on it is used for prediction.
     #[arg(long, value_name = "POSE")]
     pub hold_out: Option<usize>,
     /// Start over instead of continuing from the checkpoint.
@@ -109,10 +109,10 @@ pub struct TrainSettings {
 }
 
 impl Preset {
-    /// All of them.
+    /// All presets.
     pub const ALL: [Self; 3] = [Self::Quick, Self::Paper, Self::FastGpu];
 
-    /// The configuration of this name.
+    /// The preset of this name.
     pub fn config(self) -> TrainingConfig {
         match self {
             Self::Quick => TrainingConfig {
@@ -196,7 +196,7 @@ impl TrainingConfig {
     /// written as in TOML, words without quotes, or `none`.
     ///
     /// # Errors
-    /// When there is no such setting, or it cannot have this value.
+    /// When the setting does not exist, or cannot have this value.
     pub fn set(&mut self, setting: &str) -> Result<()> {
         let refuse = |problem: String| {
             Error::invalid(
@@ -222,10 +222,10 @@ impl TrainingConfig {
         Ok(())
     }
 
-    /// Refuses numbers that no run can be made with; what depends on the project is checked when it starts.
+    /// Refuses numbers outside their ranges; limits that depend on the project are checked when the run starts.
     ///
     /// # Errors
-    /// Then: the setting, and its range.
+    /// When a number is refused; the message names the setting and its range.
     fn check(&self) -> std::result::Result<(), String> {
         let optional = |number: Option<f64>| number.unwrap_or(1.0);
         let count = |number: Option<usize>| optional(number.map(|n| n as f64));
@@ -258,7 +258,7 @@ impl TrainingConfig {
         // NaN is in no range.
         match ranges.into_iter().find(|(_, number, range)| !range.contains(number)) {
             Some((name, _, range)) => {
-                Err(format!("{name} can be from {} to {}", range.start(), range.end()))
+                Err(format!("{name} must be from {} to {}", range.start(), range.end()))
             }
             None => Ok(()),
         }
@@ -314,7 +314,7 @@ mod tests {
         ];
         for setting in ranged {
             let refused = config.set(setting).unwrap_err().to_string();
-            let range = format!("{} can be from ", beside(setting));
+            let range = format!("{} must be from ", beside(setting));
             assert!(refused.contains(&range), "{refused}");
         }
         for setting in

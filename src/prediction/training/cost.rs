@@ -1,4 +1,4 @@
-//! Cost of a preset, before it has run.
+//! Cost of a training preset, before it has run.
 
 use super::checkpoints;
 use super::config::{Preset, TrainingConfig};
@@ -10,32 +10,32 @@ use reflectance::UNetConfig;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
     pub seconds_per_step: f64,
-    /// Multiply-adds in one prediction of the network that was timed.
+    /// Multiply-adds per prediction of the timed network.
     pub multiply_adds: u64,
 }
 
 /// Cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunCost {
-    /// Seconds of training. None if nothing was timed yet and the run is not limited by time.
+    /// Seconds of training. None without a timing, if the run is not limited by time.
     pub seconds: Option<f64>,
-    /// Steps. None if nothing was timed yet and the run is limited by time.
+    /// Number of steps. None without a timing, if the run is limited by time.
     pub steps: Option<u64>,
-    /// A network of exactly this cost was timed; otherwise its time is scaled by the multiply-adds.
+    /// True if a network of exactly this cost was timed; otherwise the time is scaled by the multiply-adds.
     pub timed: bool,
 }
 
-/// Space of a run's checkpoints on the disk.
+/// Disk space of a run's checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DiskCost {
-    /// Bytes of one, with what training needs to continue.
+    /// Bytes of one checkpoint, with the state for continuing.
     pub checkpoint: u64,
-    /// Bytes of all that are kept, at most.
+    /// Most bytes of all kept checkpoints.
     pub most: u64,
 }
 
 impl TrainingConfig {
-    /// Space of the checkpoints of a run of so many `seconds`; None if that is unknown. With `held_out` poses a checkpoint
+    /// Space of the checkpoints of a run of this many `seconds`; None if unknown. With a `held_out` pose a checkpoint
     /// holds the best network beside the newest.
     pub fn disk(&self, project: &Project, held_out: usize, seconds: Option<f64>) -> DiskCost {
         // The network, the one that trains, and the optimiser's two moments; with a held-out pose the average too.
@@ -46,13 +46,13 @@ impl TrainingConfig {
         DiskCost { checkpoint, most: checkpoints::most_bytes(saves, checkpoint) }
     }
 
-    /// The network that this trains for a project.
+    /// Network that this configuration trains for a project.
     pub fn network(&self, project: &Project) -> UNetConfig {
         let settings = &project.settings;
         self.network_of(settings.size, settings.shoot.lamps.len())
     }
 
-    /// The network that this trains for pictures of `size` pixels along each side under so many lamps.
+    /// Network that this configuration trains for pictures of `size` pixels along each side and this many lamps.
     pub fn network_of(&self, size: usize, lamps: usize) -> UNetConfig {
         UNetConfig {
             size,
@@ -117,7 +117,7 @@ impl Preset {
         }
     }
 
-    /// Name of the preset for people.
+    /// Display name of the preset.
     pub fn label(self) -> &'static str {
         match self {
             Self::Quick => "Quick",

@@ -1,4 +1,4 @@
-//! The training data, on the device: the exemplars and the interview's frames.
+//! Training data on the device: the exemplars and the interview's frames.
 
 use super::config::TrainingConfig;
 use base::error::{Error, Result};
@@ -34,28 +34,28 @@ pub struct TrainingSample {
 /// All training data.
 pub struct TrainingData {
     pub exemplars: Vec<Vec<TrainingSample>>,
-    /// The pose held out of training.
+    /// Pose held out of training.
     pub held_out: Option<TrainingSample>,
     pub frames: Vec<Plate>,
-    /// The project's numbers of `frames`.
+    /// Project frame numbers of `frames`.
     pub frame_numbers: Vec<usize>,
     /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`:
     /// [`Calibration::learnt_light`].
     pub weights: Tensor<4>,
-    /// Value of an output of 1, in linear units (of the ratio, if that is learnt).
+    /// Value of an output of 1, in linear units (of the ratio, if the network learns ratios).
     pub scale: f32,
-    /// Brings OLATs to about the exposure of the interview before they are compared.
+    /// Factor that brings OLATs to about the exposure of the interview before comparison.
     pub olat_gain: f32,
     /// Mean of the sigmoid's target.
     pub mean_output: f32,
 }
 
 impl TrainingData {
-    /// Reads the project's pictures, leaving out the interview frames in `exclude` and keeping the pose
-    /// `held_out` apart.
+    /// Reads the project's pictures, without the interview frames in `exclude` and with the pose
+    /// `held_out` set apart.
     ///
     /// # Errors
-    /// When a file cannot be read, no pose shows the subject, the pose does not exist or is the only one.
+    /// When a file cannot be read, no pose shows the subject, or the held-out pose does not exist or is the only one.
     pub fn load(
         project: &Project,
         calibration: &Calibration,
@@ -86,7 +86,7 @@ impl TrainingData {
             progress.step("reading exemplars", pose as u64, poses as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
             let plate = exemplar.relit_by_all(project, &calibration.response, &interview_light)?;
-            // The held-out pose decides nothing.
+            // The held-out pose affects nothing.
             let samples = (held_out != Some(pose)).then(|| sample_subject(&exemplar, &plate));
             for (level, interview) in samples.into_iter().flatten() {
                 levels.push(level);
@@ -147,7 +147,7 @@ impl TrainingData {
 }
 
 impl TrainingData {
-    /// Noise in the shape of a shoot: six poses, eight frames and lamps that all weigh the same.
+    /// Noise in the shape of a shoot: six poses, eight frames and lamps of equal weight.
     pub fn noise(network: &UNetConfig, device: &Device) -> Self {
         const POSES: usize = 6;
         const FRAMES: usize = 8;
@@ -175,7 +175,7 @@ impl TrainingData {
         }
     }
 
-    /// Bytes of the pictures.
+    /// Total bytes of the pictures.
     pub fn bytes(&self) -> u64 {
         let plate = |plate: &Plate| {
             [&plate.linear, &plate.encoded, &plate.mask]
@@ -229,7 +229,7 @@ fn sample_subject<'a>(
     })
 }
 
-/// The level that all but the brightest 0.1 % stay below, when there is light at all.
+/// The 99.9 % quantile, if there is any light.
 fn bright_level(values: &mut [f32]) -> Option<f32> {
     let rank = (values.len() as f64 * 0.999) as usize;
     if rank >= values.len() {

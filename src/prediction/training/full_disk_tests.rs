@@ -1,4 +1,4 @@
-//! Training on a disk that is full.
+//! Training on a full disk.
 
 use super::config::{Preset, TrainSettings, TrainingConfig};
 use super::run::train;
@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use test_shoot::TestShoot;
 use test_support::small_disk::{SmallDisk, names};
 
-/// Takes all the room that there is.
+/// Fills the disk.
 fn fill(path: &Path) {
     let mut file = std::fs::File::create(path).unwrap();
     while file.write_all(&[0; 512]).is_ok() {}
@@ -45,7 +45,7 @@ fn a_training_waits_for_room_and_loses_nothing() {
     let at = project.checkpoint_path();
     let files = names(&at);
     let whole = || {
-        assert_eq!(names(&at), files, "nothing half-written takes up room");
+        assert_eq!(names(&at), files, "no partly written file takes up room");
         let (info, _) = checkpoint::load(&at, &Device::flex()).unwrap();
         assert_eq!(info.step, before.steps);
     };
@@ -62,7 +62,7 @@ fn a_training_waits_for_room_and_loses_nothing() {
             whole();
             let mut held = held.lock().unwrap();
             held.push(sentence);
-            // The first time the person lets it go on with the disk as full as it was.
+            // The first time the user continues with the disk still full.
             if held.len() > 1 {
                 std::fs::remove_file(&filler).unwrap();
             }

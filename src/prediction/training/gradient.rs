@@ -6,7 +6,7 @@ use burn::tensor::Tensor;
 use reflectance::{UNet, kernels};
 
 /// Scales `gradients` so that their common Euclidean norm is at most `most`, and returns the norm
-/// they had. It is NaN or infinite if any of them is: such a step must be skipped.
+/// before. It is NaN or infinite if any gradient is: such a step must be skipped.
 pub fn clip<M: Module>(network: &M, gradients: &mut GradientsParams, most: f32) -> f32 {
     let mut squares = Squares { gradients, sums: Vec::new() };
     network.visit(&mut squares);
@@ -21,7 +21,7 @@ pub fn clip<M: Module>(network: &M, gradients: &mut GradientsParams, most: f32) 
     norm
 }
 
-/// The Euclidean norm of all weights of a network on a plain device. It is NaN or infinite when any of them is.
+/// Euclidean norm of all weights of a network on a plain device. It is NaN or infinite when any weight is.
 pub fn weight_norm(network: &UNet) -> f32 {
     struct Squares(Vec<Tensor<1>>);
     impl ModuleVisitor for Squares {

@@ -8,8 +8,8 @@ use reflectance::Formulation;
 use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::render::{encode, light, olats, relight};
 
-/// Step of the central differences, as a share of the value. Their error goes with its square over that of
-/// the scale on which the slope changes, and rounding's with 1e-16 over it.
+/// Step of the central differences, as a share of the value. Their error grows with its square over that of
+/// the scale on which the slope changes, rounding with 1e-16 over it.
 const STEP: f64 = 1e-5;
 /// The same near zero error, where the norm's slope changes within [`EPSILON`](super::loss::EPSILON).
 const FINE: f64 = 2e-8;
@@ -19,7 +19,7 @@ fn tensor<const D: usize>(values: &[f64], shape: [usize; D]) -> Tensor<D> {
     Tensor::from_data(TensorData::new(values.to_vec(), shape), (&device, DType::F64))
 }
 
-/// Values in `[0, 1)` without a pattern.
+/// Pseudo-random values in `[0, 1)`.
 fn noise(count: usize, seed: u64) -> Vec<f64> {
     let value = |i: u64| {
         let mixed =
@@ -48,7 +48,7 @@ fn check(name: &str, step: f64, x: &[f64], shape: [usize; 4], f: impl Fn(Tensor<
         let error = (slope - gradient[i]).abs();
         // Rounding of the sums costs 1e-16 of the value over the step.
         let bound = 1e-7 * largest + 1e-15 * value(x).abs() / step;
-        assert!(error <= bound, "{name}, {i}: {} where differences give {slope}", gradient[i]);
+        assert!(error <= bound, "{name}, {i}: {} instead of {slope} by differences", gradient[i]);
     }
 }
 
@@ -106,7 +106,7 @@ fn the_losses_as_a_whole_with_a_mask_of_black_grey_and_white() {
     }
 }
 
-/// At zero error the safe norm is at its least: its gradient is 0 where the bare norm's is 0/0, and near it
+/// At zero error the safe norm is at its minimum: its gradient is 0 where the bare norm's is 0/0, and near it
 /// follows the differences.
 #[test]
 fn the_norm_at_and_near_zero_error() {

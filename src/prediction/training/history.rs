@@ -1,4 +1,4 @@
-//! The curves of a run, live or read from its log, of bounded size however long the run is.
+//! Curves of a run, live or from its log, of bounded size for any length of run.
 
 use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
@@ -8,31 +8,31 @@ use std::collections::HashMap;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
-/// Most points that a history keeps: more than a window is wide.
+/// Most points of a history: more than a window is wide.
 pub const MAX_POINTS: usize = 2048;
-/// Steps at the end of a run that its pace is taken from.
+/// Number of last steps that give the pace of a run.
 const PACE_STEPS: usize = 64;
 
-/// The points of a run in the order of their steps. Whenever there are too many, each two neighbours are
-/// joined.
+/// Points of a run in the order of their steps. When there are too many, neighbours are merged
+/// in pairs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct History {
     points: Vec<LossPoint>,
-    /// Number of joins of neighbours.
+    /// Number of merges so far.
     halvings: u32,
-    /// Number of points that the last one stands for.
+    /// Number of original points in the last one.
     last: u32,
-    /// Seconds that one of the last steps took.
+    /// Seconds per step over the last steps.
     seconds_per_step: Option<f64>,
 }
 
 impl History {
-    /// The points, steps rising.
+    /// The points, by ascending step.
     pub fn points(&self) -> &[LossPoint] {
         &self.points
     }
 
-    /// Seconds that one of the last steps in the project's log took.
+    /// Seconds per step over the last steps in the project's log.
     pub fn seconds_per_step(&self) -> Option<f64> {
         self.seconds_per_step
     }
@@ -60,8 +60,8 @@ impl History {
         }
     }
 
-    /// Reads the logs of the project in `root`. Incomplete lines are skipped: the last one may still be written. A
-    /// project that was never trained has no points.
+    /// Reads the logs of the project in `root`. Incomplete lines are skipped: the last one may still be in progress. An
+    /// untrained project has no points.
     ///
     /// # Errors
     /// When a log exists and cannot be read.
@@ -99,7 +99,7 @@ impl History {
     }
 }
 
-/// Joins each two neighbours; the last of an odd number stays as it is.
+/// Merges neighbours in pairs; the last of an odd number stays.
 pub fn halved<T: Clone>(points: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
     let pairs = points.chunks(2);
     pairs
@@ -110,17 +110,17 @@ pub fn halved<T: Clone>(points: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
         .collect()
 }
 
-/// A line of the log of steps. None if it is not one.
+/// A line of the log of steps; None if it is malformed.
 fn point(fields: &[&str]) -> Option<LossPoint> {
     let &[step, seconds, reconstruction, rendering, _, _, taken] = fields else {
         return None;
     };
     taken.parse::<bool>().ok()?;
-    // A step without a loss leaves its field empty; NaN and infinite losses are not drawn.
+    // A step without a loss has an empty field; NaN and infinite losses are not drawn.
     let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
     Some(LossPoint {
         step: step.parse().ok()?,
-        // Differences of larger ones may be infinite.
+        // Differences of larger values may be infinite.
         seconds: (seconds.parse().ok()).filter(|s: &f64| (0.0..=1e12).contains(s))?,
         reconstruction: loss(reconstruction),
         rendering: loss(rendering),
@@ -128,7 +128,7 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
     })
 }
 
-/// Bytes of a line that is read.
+/// Longest line that is read, in bytes.
 const LONGEST_LINE: u64 = 4096;
 
 /// Passes the fields of each complete line to `take`; a missing file has no lines.
@@ -145,7 +145,7 @@ fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
     let mut line = Vec::new();
     loop {
         line.clear();
-        // What is longer is no line of ours, and may have no end.
+        // A longer line is not from our log, and may have no end.
         let mut one = lines.by_ref().take(LONGEST_LINE);
         one.read_until(b'\n', &mut line).map_err(fail)?;
         if line.pop() != Some(b'\n') {
@@ -224,7 +224,7 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`training.csv` is a device, or has a line without an end",
-            danger: "the window waits for ever, or memory fills up",
+            danger: "the window hangs, or memory fills up",
             done: "only files are read, and lines of up to 4096 bytes",
         );
     }

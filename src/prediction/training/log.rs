@@ -1,4 +1,4 @@
-//! The tables that training writes into the project's folder.
+//! Training logs in the project's folder.
 
 use super::report::StepReport;
 use base::error::{Error, Result};
@@ -9,11 +9,11 @@ use std::fs::OpenOptions;
 use std::io::{BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Every step's losses.
+/// Losses of every step.
 pub(super) const STEPS: &str = "training.csv";
 /// Scores on the held-out pose.
 pub(super) const HELD_OUT: &str = "held_out.csv";
-/// The columns of both.
+/// Column names of both.
 pub(super) const STEPS_HEADER: &str =
     "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
 pub(super) const HELD_OUT_HEADER: &str = "step,seconds,decibels";
@@ -68,13 +68,13 @@ impl Log {
         ))
     }
 
-    /// A score on the held-out pose.
+    /// Score on the held-out pose.
     pub fn held_out_score(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
         self.line(&format!("{},{:.3},{decibels}", info.step, info.seconds))
     }
 
     fn line(&mut self, line: &str) -> Result<()> {
-        // A whole line at once: if the disk is full it can be written again.
+        // A whole line at once: after a full disk it can be written again.
         let line = format!("{line}\n");
         (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(e))
     }
@@ -88,9 +88,9 @@ impl Log {
     }
 }
 
-/// Removes a last line without an end, which a run leaves when it is killed.
+/// Removes an incomplete last line, left by a killed run.
 fn remove_torn_line(path: &Path) -> std::io::Result<()> {
-    /// Lines are far shorter.
+    /// Our lines are far shorter.
     const LONGEST: u64 = 1 << 16;
     let mut file = match files::open_own(path, OpenOptions::new().read(true)) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
@@ -105,7 +105,7 @@ fn remove_torn_line(path: &Path) -> std::io::Result<()> {
         Some(at) => start + at as u64 + 1,
         None if start == 0 => 0,
         None => {
-            let problem = "its last line is far too long: this is no log of Afterlight's";
+            let problem = "its last line is far too long: this is not a log of Afterlight";
             return Err(std::io::Error::new(ErrorKind::InvalidData, problem));
         }
     };
@@ -139,7 +139,7 @@ mod tests {
         }
         let long = "0,1\n".repeat(50_000);
         assert_eq!(after(&(long.clone() + "2,")), long + "3,4\n");
-        // What is no log is left.
+        // Other files stay.
         let other = "x".repeat(100_000);
         std::fs::write(&path, &other).unwrap();
         assert!(Log::open(path.clone(), "a,b", false).is_err());
@@ -161,7 +161,7 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`training.csv` is a link",
-            danger: "what it leads to is replaced",
+            danger: "its target is replaced",
             done: "a link is refused",
         );
     }

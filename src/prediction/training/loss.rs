@@ -13,7 +13,7 @@ use burn::tensor::ops::AvgPoolOptions;
 use reflectance::kernels::{self, LossInputs, LossSettings};
 use reflectance::render::{encode, olats, relight};
 
-/// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
+/// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 instead of 0/0.
 /// In units of encoded values: far below one 8-bit step.
 pub const EPSILON: f32 = 1e-4;
 
@@ -31,19 +31,19 @@ pub struct Criterion {
 }
 
 impl Default for Criterion {
-    /// The built-in features alone.
+    /// Only the built-in features.
     fn default() -> Self {
         Self { features: None, perceptual: 1.0, pixel: 0.0 }
     }
 }
 
 impl Criterion {
-    /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
-    /// by themselves, `[2]`, the first of them 0 without OLATs to compare with. The difference between pixels, if
-    /// it has a weight, is in the sum only.
+    /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both separate losses,
+    /// `[2]`; the first is 0 without OLATs to compare. The difference between pixels, if
+    /// weighted, is in the sum only.
     ///
-    /// The reconstruction loss is that of the OLATs of `lamps`; None means all. `source` is given for samples
-    /// that are not shifted, whose pictures are the same each time.
+    /// The reconstruction loss covers the OLATs of `lamps`; None means all. `source` is given for samples
+    /// without shift, whose pictures are the same each time.
     pub fn losses(
         &mut self,
         output: Tensor<4>,
@@ -97,7 +97,7 @@ fn per_lamp(output: Tensor<4>) -> Tensor<4> {
     output.reshape([channels / 3, 3, h, w])
 }
 
-/// The losses with the built-in features, by our kernels.
+/// Losses with the built-in features, by our kernels.
 fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
     let (Some(lamps), Some(truth)) = (lamps, with.olats) else {
         return kernels::losses(output, with);
@@ -117,7 +117,7 @@ fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tens
     (reconstruction + rendering, Tensor::cat(vec![sampled.narrow(0, 0, 1), all.narrow(0, 1, 1)], 0))
 }
 
-/// The losses in burn's operations, with `distance` between encoded pictures of the given kinds.
+/// Losses in burn's operations, with `distance` between encoded pictures of the given kinds.
 fn composed(
     output: Tensor<4>,
     with: &LossInputs,
@@ -141,7 +141,7 @@ fn composed(
     (total, Tensor::cat(vec![reconstruction, rendering], 0).detach())
 }
 
-/// Predicted and true OLATs to compare, encoded, of `lamps` or of all.
+/// Predicted and true OLATs for comparison, encoded, of `lamps` or of all.
 fn compared_olats(
     predicted: Tensor<4>,
     truth: &Tensor<4>,
@@ -165,8 +165,8 @@ fn pixel_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> T
 
 /// Mean feature distance between encoded pictures `[n, 3, h, w]`, in units of encoded values (see
 /// [`encode`](reflectance::render::encode)).
-/// `mask` is `[1, 1, h, w]`; where it is 0 nothing counts. Each picture's features are compared by a
-/// norm that is not squared (the paper's), divided by the root of the subject's number of values, so
+/// `mask` is `[1, 1, h, w]`; pixels where it is 0 do not count. Each picture's features are compared by the
+/// plain norm (the paper's, not squared), divided by the root of the subject's number of values, so
 /// that the loss does not depend on the picture's size.
 fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> Tensor<1> {
     let mut difference = (predicted - truth) * mask.clone();
@@ -212,7 +212,7 @@ mod tests {
     use burn::tensor::{Device, Distribution};
     use reflectance::render::encode;
 
-    /// The losses without our kernels.
+    /// Losses without our kernels.
     fn by_operations(
         output: Tensor<4>,
         with: &LossInputs,
@@ -223,7 +223,7 @@ mod tests {
         })
     }
 
-    /// Fused and composed losses of one output, with the gradients by it.
+    /// Fused and composed losses of one output, with their gradients.
     fn both_ways(
         lamps: usize,
         [h, w]: [usize; 2],
@@ -278,7 +278,7 @@ mod tests {
         both_ways(2, [16, 8], [0, 0], false, Some(&[1]));
     }
 
-    /// Losses and the gradient of their sum, by the given lamps.
+    /// Losses and the gradient of their sum, for the given lamps.
     fn losses_of(criterion: &mut Criterion, lamps: Option<&[usize]>, seed: u64) -> [Vec<f32>; 2] {
         let device = Device::flex().autodiff();
         let noise = |shape: [usize; 4], from: u64| {
@@ -313,7 +313,7 @@ mod tests {
         let all = losses_of(&mut criterion, None, 1);
         let mut means = all.each_ref().map(|part| vec![0.0; part.len()]);
         let mut samples = 0;
-        // Every pair once has the mean of many draws.
+        // The mean over all pairs equals the mean of many draws.
         for first in 0..6 {
             for second in first + 1..6 {
                 let sampled = losses_of(&mut criterion, Some(&[first, second]), 1);
@@ -398,7 +398,7 @@ mod tests {
             assert!(loss.is_finite());
         }
         test_support::shown!(Network, "A loss inside an empty matte and of one pixel",
- danger: "means divide by the number of pixels", done: "the norm has an ε, and a matte without coverage weighs nothing", bound: "finite", measured: "holds");
+ danger: "means divide by the number of pixels", done: "the norm has an ε, and a matte without coverage has no weight", bound: "finite", measured: "holds");
     }
 
     #[test]
@@ -412,7 +412,7 @@ mod tests {
         let x = start.clone().require_grad();
         let gradients = loss(x.clone()).backward();
         let gradient: Vec<f32> = x.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
-        // Along the gradient itself the difference is largest against rounding of f32.
+        // Along the gradient the difference is largest relative to the rounding of f32.
         let direction = x.grad(&gradients).unwrap();
         let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
         let h = 2e-2 / norm;

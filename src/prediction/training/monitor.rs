@@ -1,4 +1,4 @@
-//! Figures of a run a few times a second while it runs, pictures now and then.
+//! Live figures of a run a few times a second, and pictures now and then.
 
 use super::pose_prediction::PosePrediction;
 use super::report::StepReport;
@@ -10,13 +10,13 @@ use base::turn;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Between two reports.
+/// Time between two reports.
 const POINT_INTERVAL: Duration = Duration::from_millis(250);
-/// Between two sets of pictures at least …
+/// Least time between two sets of pictures …
 const PICTURES_INTERVAL: Duration = Duration::from_secs(2);
-/// … and this many times what the last set took, so that they cost at most a hundredth of training.
+/// … and least multiple of the last set's duration, so that pictures cost at most a hundredth of training.
 const PICTURES_SHARE: u32 = 100;
-/// Steps after which the run's duration is estimated.
+/// Number of steps before the run's duration is estimated.
 const FIRST_STEPS: u64 = 20;
 
 /// Events since the last report.
@@ -53,7 +53,7 @@ impl Mean {
 }
 
 impl Monitor {
-    /// Notes a step and the seconds that it took.
+    /// Records a step and its seconds.
     pub fn step(&mut self, report: &StepReport, seconds: f64) {
         self.steps += 1;
         self.skipped += u64::from(!report.taken);
@@ -68,17 +68,17 @@ impl Monitor {
         }
     }
 
-    /// Notes the score on the held-out pose.
+    /// Records the score on the held-out pose.
     pub fn validated(&mut self, decibels: f32) {
         self.held_out_db = Some(decibels);
     }
 
-    /// Steps that were skipped.
+    /// Number of skipped steps.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// Reports how the run stands after step `report`, if that is due or the held-out pose was scored; `dead` are
+    /// Reports the state of the run after step `report`, if a report is due or the held-out pose was scored; `dead` are
     /// the lamps whose outputs have died.
     pub fn report(
         &mut self,
@@ -116,7 +116,7 @@ impl Monitor {
         });
     }
 
-    /// Says once, after the first steps, how long the run will take if it ends after `minutes`.
+    /// Announces once, after the first steps, the duration of the run if it ends after `minutes`.
     pub fn estimate(&self, trainer: &Trainer, minutes: Option<f64>, progress: &Progress) {
         if self.steps != FIRST_STEPS {
             return;
@@ -130,13 +130,13 @@ impl Monitor {
         let by_time = minutes.map_or(f64::INFINITY, |minutes| 60.0 * minutes - info.seconds);
         let seconds = by_steps.min(by_time).max(0.0);
         progress.say(format!(
-            "A step takes {step:.3} s: about {:.0} steps more in {:.1} minutes",
+            "A step takes {step:.3} s: about {:.0} more steps in {:.1} minutes",
             seconds / step.max(1e-9),
             seconds / 60.0
         ));
     }
 
-    /// Shows a predicted pose, the held-out one or the first, if anybody looks and it is due or the `last` time.
+    /// Shows a predicted pose, the held-out one or the first, if a viewer is open and it is due or the `last` time.
     pub fn show(&mut self, trainer: &Trainer, last: bool, progress: &Progress) {
         let began = Instant::now();
         let due = last || self.pictures_due.is_none_or(|due| began >= due);

@@ -56,14 +56,14 @@ fn values(network: &UNet) -> Vec<f32> {
     values.0
 }
 
-/// Weights as they are trained, and their average, as a checkpoint has them.
+/// Trained weights and their average, from a checkpoint.
 fn kept(trainer: &Trainer, project: &Project) -> [Vec<f32>; 2] {
     trainer.save(project).unwrap();
     let kept = checkpoint::load_training(&project.checkpoint_path(), &Device::flex()).unwrap();
     [values(&kept.live), values(&kept.average)]
 }
 
-/// Multiplies every picture that the network reads.
+/// Multiplies every input picture of the network.
 fn spoil(trainer: &mut Trainer, by: f32) {
     let samples = trainer.data.exemplars.iter_mut().flatten();
     let plates = samples.map(|sample| &mut sample.plate);
@@ -89,7 +89,7 @@ fn a_step_that_is_not_finite_leaves_no_trace() {
         let mut spoilt = trainer();
         assert!((0..3).all(|_| spoilt.step(0.0).taken));
         let before = kept(&spoilt, &project);
-        // It goes on from the checkpoint, and passes over what the other skips.
+        // It continues from the checkpoint, and passes over the sample that the other skips.
         let mut clean = trainer();
         for by in [f32::NAN, f32::INFINITY] {
             let pictures = (spoilt.data.exemplars.clone(), spoilt.data.frames.clone());
@@ -112,7 +112,7 @@ fn a_step_that_is_not_finite_leaves_no_trace() {
         Network,
         "A picture is NaN or infinite",
         danger: "weights, their average or the statistics of batch normalisation become NaN",
-        done: "the step is skipped, and the next ones are as if it had never been",
+        done: "the step is skipped without a trace in the next ones",
         bound: "equal bit for bit",
         measured: "equal",
     );
@@ -143,8 +143,8 @@ fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
     test_support::shown!(
         Network,
         "Gradients overflow step after step",
-        danger: "training goes on for hours and learns nothing",
-        done: "after three such steps training stops and says so",
+        danger: "training runs for hours without learning",
+        done: "after three such steps training stops with a message",
     );
 }
 
@@ -166,7 +166,7 @@ fn weights_that_are_not_finite_are_never_saved() {
     let good = settings(TrainingConfig { epochs: 1, ..quick() });
     let steps = train(&project, &calibration, &good, &silent).unwrap().steps;
     let before = contents(&project);
-    // It saves after each step, or at the end alone.
+    // Saved after each step, or only at the end.
     for (learning_rate, checkpoint_seconds) in [(1e30, 0.0), (1e30, 1e9), (f64::NAN, 0.0)] {
         let wild =
             settings(TrainingConfig { learning_rate, checkpoint_seconds, epochs: 2, ..quick() });
@@ -185,7 +185,7 @@ fn weights_that_are_not_finite_are_never_saved() {
     );
 }
 
-/// The best network's running statistics were once those of the average, which goes on.
+/// The best network once shared its running statistics with the average, which continues.
 #[test]
 fn the_best_network_stays_as_it_was_validated() {
     let folder = tempfile::tempdir().unwrap();

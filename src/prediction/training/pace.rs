@@ -1,19 +1,19 @@
-//! Time of a step of one network beside a step of another, on a machine that may do other work.
+//! Step durations of several networks, compared on a machine with other load.
 
 use super::config::TrainingConfig;
 use super::schedule::Schedule;
 use super::trainer::Trainer;
 use std::time::{Duration, Instant};
 
-/// Steps of a round that are timed: of `quick`'s 24 on poses and 8 on frames as many of each as it makes.
+/// Timed steps of a round: of `quick`'s 24 on poses and 8 on frames in the same proportion.
 const PLACES: usize = 4;
-/// Each is timed at least so often: the first time pays for what is kept.
+/// Least number of timings of each: the first one fills caches.
 const LEAST_RUNS: usize = 3;
 
-/// Milliseconds of a step of each trainer when nothing else slowed it down: they take turns for about `time`, and of each
-/// step the shortest time counts.
+/// Milliseconds of an undisturbed step of each trainer: they take turns for about `time`, and the shortest time of each
+/// step counts.
 ///
-/// The trainers learn nothing worth keeping; see [`Trainer::on_noise`].
+/// The trainers learn nothing useful; see [`Trainer::on_noise`].
 pub fn steps_ms(mut trainers: [&mut Trainer; 2], time: Duration) -> [f64; 2] {
     let mut least = [[f64::INFINITY; PLACES]; 2];
     let began = Instant::now();
@@ -31,7 +31,7 @@ pub fn steps_ms(mut trainers: [&mut Trainer; 2], time: Duration) -> [f64; 2] {
 }
 
 impl TrainingConfig {
-    /// This for a run of so many steps, whatever time they take, on so many poses and frames of the interview. Epochs are
+    /// This configuration for a run of this many steps, without a time limit, on this many poses and frames. Epochs are
     /// whole, so it may be some steps more.
     #[must_use]
     pub fn for_steps(self, steps: u64, poses: usize, frames: usize) -> Self {

@@ -1,4 +1,4 @@
-//! The network against the same one in PyTorch: output, gradients, running statistics, first losses.
+//! Comparison of the network with PyTorch: output, gradients, running statistics, first losses.
 
 use super::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
@@ -118,14 +118,14 @@ fn agree(what: &str, ours: TensorData, theirs: TensorData, bound: f64) {
     assert_eq!(ours.len(), theirs.len(), "{what}");
     let most = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     let largest = theirs.iter().fold(0.0f32, |m, v| m.max(v.abs()));
-    // The gradient of a bias that normalisation removes is rounding only.
+    // The gradient of a bias before normalisation is rounding only.
     if largest > 1e-8 {
         let share = f64::from(most / largest);
         assert!(share <= bound, "{what} differs by {share:.1e} of the largest");
     }
 }
 
-/// Collects gradients, or else the running statistics, by the names of their parameters.
+/// Collects gradients, or the running statistics, by parameter name.
 struct Named {
     gradients: GradientsParams,
     path: Vec<String>,

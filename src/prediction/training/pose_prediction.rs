@@ -1,4 +1,4 @@
-//! Checks a network while it trains: how well it predicts a pose, and which of its outputs have stopped
+//! Checks of a network during training: its prediction of a pose, and outputs that have stopped
 //! learning.
 
 use super::data::TrainingSample;
@@ -11,17 +11,17 @@ use reflectance::checkpoint::CheckpointInfo;
 use reflectance::render::{encode, encoded_white, light, olats};
 
 /// A lamp is dead if the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
-/// steepest: its outputs move a 250th as far in a step …
+/// maximum: its outputs move a 250th as far in a step …
 const DEAD_SLOPE: f32 = 1e-3;
-/// … while they are wrong by more than this share of the truth …
+/// … while their error exceeds this share of the truth …
 const DEAD_ERROR: f32 = 0.5;
-/// … and the truth is not black itself: its mean is above this, in encoded units.
+/// … and the truth itself is not black: its mean is above this, in encoded units.
 const LIT: f32 = 0.01;
 
-/// Longest side of a picture that is shown.
+/// Longest side of a displayed picture.
 const PICTURE_PX: usize = 256;
 
-/// A pose as a network predicts it, beside the truth.
+/// Prediction of a pose, beside the truth.
 pub struct PosePrediction {
     /// Sigmoid outputs, `[lamps, 3, h, w]`.
     outputs: Tensor<4>,
@@ -34,7 +34,7 @@ pub struct PosePrediction {
 
 impl PosePrediction {
     /// Predicts the pose of `sample` with `network`, which is on the plain device; `gain` brings OLATs to
-    /// the exposure that the sample's are encoded at.
+    /// the exposure of the sample's encoded ones.
     pub fn new(network: &UNet, info: &CheckpointInfo, sample: &TrainingSample, gain: f32) -> Self {
         let plain = |x: &Tensor<4>| x.clone().inner();
         let UNetConfig { lamps, formulation, .. } = info.network;
@@ -50,7 +50,7 @@ impl PosePrediction {
         }
     }
 
-    /// Width and height of the pictures in bytes: those of the pose, halved until they are small.
+    /// Width and height of the byte pictures: those of the pose, halved until they are small.
     pub fn picture_size(&self) -> [usize; 2] {
         let ([_, _, h, w], by) = (self.mask.dims(), self.reduction());
         [w / by, h / by]
@@ -67,7 +67,7 @@ impl PosePrediction {
         self.bytes(&self.predicted)
     }
 
-    /// The same of the truth.
+    /// The truth in the same form.
     pub fn truth_bytes(&self) -> Option<Vec<u8>> {
         self.bytes(&self.truth)
     }
@@ -95,8 +95,8 @@ impl PosePrediction {
         Some(-10.0 * (mean / encoded_white().powi(2)).log10())
     }
 
-    /// Lamps whose outputs are saturated, at black or white, and far from the truth, so that they hardly learn
-    /// any more. None if the device fails.
+    /// Lamps whose outputs are saturated at black or white and far from the truth, so that they hardly learn.
+    /// None if the device fails.
     pub fn dead_lamps(&self) -> Option<Vec<usize>> {
         let [lamps, ..] = self.truth.dims();
         let mean = |x: Tensor<4>| {

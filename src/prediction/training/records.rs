@@ -6,22 +6,22 @@ use super::history::History;
 use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo};
 
-/// Log, checkpoints and calibration of a project, as far as they are there.
+/// Log, checkpoints and calibration of a project, as far as they exist.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
     pub history: History,
-    /// The project's checkpoint, where it has one.
+    /// Current checkpoint of the project, if any.
     pub present: Option<CheckpointInfo>,
-    /// Checkpoints to go back to, the newest first.
+    /// Saved checkpoints, the newest first.
     pub kept: Vec<SavedCheckpoint>,
-    /// The project is calibrated.
+    /// True if the project is calibrated.
     pub calibrated: bool,
     /// Reason for a failed read of a file.
     pub failure: Option<String>,
 }
 
 impl Records {
-    /// Reads them; this takes seconds for a run of a million steps.
+    /// Reads the records; this takes seconds for a run of a million steps.
     pub fn read(project: &Project) -> Self {
         let mut failure = None;
         let mut sentence = |e: base::Error| failure = Some(e.to_string());
@@ -38,7 +38,7 @@ impl Records {
         }
     }
 
-    /// Speed at which this machine trained the network of the checkpoint, as far as the log says.
+    /// Training speed of this machine for the network of the checkpoint, if the log holds it.
     pub fn pace(&self) -> Option<Pace> {
         Some(Pace {
             seconds_per_step: self.history.seconds_per_step()?,

@@ -1,4 +1,4 @@
-//! A training run: steps until its time is over, with checkpoints, logs and warnings.
+//! A training run: steps until the end of its time, with checkpoints, logs and warnings.
 
 use super::checkpoints::{self, Reason};
 use super::config::TrainSettings;
@@ -17,14 +17,14 @@ use std::time::Instant;
 
 /// Steps between two checks of the network, each of which costs a prediction or two.
 const CHECK_STEPS: u64 = 100;
-/// This many skipped steps in a row end a run.
+/// Number of skipped steps in a row that ends a run.
 const MAX_BAD_STEPS: u32 = 3;
 
-/// Trains the project's network until the schedule or the time is over or a stop is asked for; in
-/// each case the checkpoint is written. Every step's losses go to `training.csv`. Its checkpoints
-/// are kept in a list that thins out as they age, and so is the one that it starts from.
+/// Trains the project's network until the end of the schedule or the time, or until the user stops; in
+/// each case the checkpoint is written. Every step's losses go to `training.csv`. Its checkpoints,
+/// including the initial one, are kept in a list that thins out with age.
 ///
-/// Where a file cannot be written, as on a full disk, and a person is there, it waits ([`Progress::retry`]).
+/// If a file cannot be written, as on a full disk, and a user is present, it waits ([`Progress::retry`]).
 ///
 /// # Errors
 /// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, three steps in a row are skipped, or
@@ -45,7 +45,7 @@ pub fn train(
     })
 }
 
-/// A run, and what it keeps track of.
+/// State of a run.
 struct Run<'a> {
     project: &'a Project,
     settings: &'a TrainSettings,
@@ -55,16 +55,16 @@ struct Run<'a> {
     losses: SmoothedLosses,
     monitor: Monitor,
     dead: DeadLamps,
-    /// Steps made before this run.
+    /// Steps of earlier runs.
     first_step: u64,
-    /// Steps in a row that were skipped.
+    /// Skipped steps in a row.
     bad_steps: u32,
     last: Option<StepReport>,
     saved: Instant,
 }
 
 impl<'a> Run<'a> {
-    /// Says what will be trained, and keeps what was trained before.
+    /// Announces the training, and saves the earlier checkpoint.
     fn start(
         project: &'a Project,
         settings: &'a TrainSettings,
@@ -77,7 +77,7 @@ impl<'a> Run<'a> {
             trainer.data.bytes() / 1_000_000
         ));
         progress.say(format!("Pictures are compared by {}", trainer.features()));
-        // What was trained before is never lost.
+        // An earlier checkpoint is never lost.
         if settings.fresh {
             checkpoints::set_aside(project)?;
         } else if project.checkpoint_path().join("checkpoint.toml").exists() {
@@ -100,7 +100,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Makes steps until the run is done or a stop is asked for.
+    /// Makes steps until the run is done or the user stops.
     fn learn(&mut self) -> Result<()> {
         loop {
             let done = self.done();
@@ -115,7 +115,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The finished share of the run, by time or by steps.
+    /// Finished share of the run, by time or by steps.
     fn done(&self) -> f64 {
         let info = &self.trainer.info;
         let minutes = self.settings.config.minutes;
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
 
     /// Makes a step, and what is due after it; `done` is the finished share of the run.
     fn step(&mut self, done: f64) -> Result<()> {
-        // Only the time that the network learns counts, not waiting for the device or a person.
+        // Only learning counts as time, not waiting for the device or the user.
         let turn = turn::DEVICE.lock();
         let began = Instant::now();
         let report = self.trainer.step(done);
@@ -163,7 +163,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Notes the losses of a step, or that it was skipped.
+    /// Records the losses of a step, or that it was skipped.
     fn note(&mut self, report: &StepReport) -> Result<()> {
         if report.taken {
             self.bad_steps = 0;
@@ -187,7 +187,7 @@ impl<'a> Run<'a> {
         ))
     }
 
-    /// Checks the network on the held-out pose, and for dead lamps on one exemplar after another.
+    /// Scores the network on the held-out pose, and checks one exemplar after another for dead lamps.
     fn check(&mut self) -> Result<()> {
         self.validate()?;
         let exemplar = (self.trainer.info.step / CHECK_STEPS) as usize;
@@ -220,7 +220,7 @@ impl<'a> Run<'a> {
         progress.retry(|| self.trainer.save(self.project))?;
         progress.retry(|| self.logs.flush())?;
         if let Err(e) = checkpoints::keep(self.project, Reason::Automatic) {
-            // The checkpoint itself is written; that it is not in the list does not end a run.
+            // The checkpoint itself is written; a failure to list it does not end a run.
             progress.report(e.to_string(), &e);
         }
         progress.saved();
@@ -268,13 +268,13 @@ impl<'a> Run<'a> {
 /// The logs of a run.
 struct Logs {
     steps: Log,
-    /// If a pose is held out.
+    /// None if no pose is held out.
     held_out: Option<Log>,
 }
 
 impl Logs {
     fn open(project: &Project, held_out: bool, fresh: bool) -> Result<Self> {
-        // A run that holds out no pose forgets the scores of one that did.
+        // A run without a held-out pose drops the scores of an earlier run.
         let log = Log::held_out(project, fresh)?;
         Ok(Self { steps: Log::steps(project, fresh)?, held_out: held_out.then_some(log) })
     }
@@ -288,14 +288,14 @@ impl Logs {
 /// Lamps whose outputs have stopped learning.
 #[derive(Default)]
 struct DeadLamps {
-    /// Those of the last check.
+    /// Dead lamps of the last check.
     previous: Vec<usize>,
-    /// Those of the last two checks: in one a lamp may just be passing through black or white.
+    /// Dead lamps of the last two checks: in a single check a lamp may just be passing through black or white.
     confirmed: Vec<usize>,
 }
 
 impl DeadLamps {
-    /// Notes what a check found, and tells whether lamps have newly died.
+    /// Records the result of a check; returns true if lamps have newly died.
     fn update(&mut self, found: Vec<usize>) -> bool {
         let mut sure = found.clone();
         sure.retain(|lamp| self.previous.contains(lamp));

@@ -1,4 +1,4 @@
-//! Picture that a step learns from: a pure function of the step, so that a resumed run continues as if it had never stopped.
+//! Schedule of samples: a pure function of the step, so that a resumed run continues exactly.
 
 use super::config::TrainingConfig;
 use chacha20::ChaCha8Rng;
@@ -10,11 +10,11 @@ use rand::{RngExt, SeedableRng};
 pub enum SampleSource {
     /// Exemplar number `pose`, with both losses.
     Exemplar { pose: usize },
-    /// Interview frame number `frame` among those allowed, with the rendering loss alone.
+    /// Interview frame number `frame` among those allowed, only with the rendering loss.
     Frame { frame: usize },
 }
 
-/// The order of samples of a run.
+/// Order of the samples of a run.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     poses: usize,
@@ -57,7 +57,7 @@ impl Schedule {
             + (rest - exemplar) * self.frames_per_epoch as u64
     }
 
-    /// The fewest epochs that have so many steps; 1 for none.
+    /// Fewest epochs with this many steps; at least 1.
     pub fn epochs_of(&self, steps: u64) -> u32 {
         let has = |epochs| Self { epochs, ..self.clone() }.steps() >= steps;
         let (mut low, mut high) = (1, u32::MAX);
@@ -97,18 +97,18 @@ impl Schedule {
         order
     }
 
-    /// The shift in pixels, at most `most` on each axis, by which step `step` moves its exemplar.
+    /// Shift in pixels of step `step`'s exemplar, at most `most` on each axis.
     pub fn shift(&self, step: u64, most: i64) -> (i64, i64) {
         let mut rng = draw(self.seed, step, 1);
         (rng.random_range(-most..=most), rng.random_range(-most..=most))
     }
 
-    /// Number of the exemplar variant, of `count`, that step `step` shows.
+    /// Number of the exemplar variant, of `count`, in step `step`.
     pub fn variant(&self, step: u64, count: usize) -> usize {
         draw(self.seed, step, 3).random_range(0..count)
     }
 
-    /// Factors of the input's channels: up to `stops` up or down.
+    /// Factors on the input's channels: up to `stops` up or down.
     pub fn gain(&self, step: u64, stops: f32) -> [f32; 3] {
         let mut rng = draw(self.seed, step, 4);
         let common: f32 = rng.random_range(-1.0..=1.0);
@@ -118,8 +118,8 @@ impl Schedule {
         })
     }
 
-    /// The lamps, in rising order, whose OLATs step `step` compares: `count` of `lamps`, each set as
-    /// likely as any other. None means all.
+    /// Lamps, in ascending order, whose OLATs step `step` compares: `count` of `lamps`, each set
+    /// equally likely. None means all.
     pub fn lamps(&self, step: u64, count: Option<usize>, lamps: usize) -> Option<Vec<usize>> {
         let count = count.filter(|count| *count < lamps)?;
         let mut order: Vec<usize> = (0..lamps).collect();
@@ -130,14 +130,14 @@ impl Schedule {
     }
 }
 
-/// A generator for one purpose at one place of the run.
+/// Random generator for one purpose at one place of the run.
 fn draw(seed: u64, place: u64, purpose: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ purpose.rotate_left(32));
     rng.set_stream(place);
     rng
 }
 
-/// The learning rate at `step`, with `done` the finished share of the run in `[0, 1]`.
+/// Learning rate at `step`, with `done` the finished share of the run in `[0, 1]`.
 pub fn learning_rate(config: &TrainingConfig, step: u64, done: f64) -> f64 {
     let warm = ((step + 1) as f64 / config.warm_up.max(1) as f64).min(1.0);
     let fall = if config.decay {

@@ -1,4 +1,4 @@
-//! The trainer: a network, its optimiser and its training data, with one sample per step.
+//! Trainer: a network, its optimiser and its training data, with one sample per step.
 
 use super::adam::Adam;
 use super::config::{TrainSettings, TrainingConfig};
@@ -24,7 +24,7 @@ use reflectance::{UNet, UNetConfig};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Shift of a frame in pixels to test if outputs stay.
+/// Shift of a frame in pixels for the test of stable outputs.
 const STEADY_SHIFT: i64 = 2;
 
 /// A network in training.
@@ -38,14 +38,14 @@ pub struct Trainer {
     live: UNet,
     /// On the plain device.
     pub(super) average: UNet,
-    /// The network that predicts if a pose is held out: the average when it scored best.
+    /// Network for prediction if a pose is held out: the average at its best score.
     best: Option<UNet>,
     hold_out: Option<usize>,
     optimizer: ModuleOptimizer,
 }
 
 impl Trainer {
-    /// A trainer at the project's checkpoint, or at the start without one or if `fresh`.
+    /// Trainer at the project's checkpoint, or at the start without one or if `fresh`.
     ///
     /// # Errors
     /// When pictures or the features' file cannot be read, or the checkpoint does not fit.
@@ -105,11 +105,11 @@ impl Trainer {
         })
     }
 
-    /// A trainer of this network on noise, to time its steps: six poses and eight frames that share their pictures. It
-    /// learns nothing worth keeping.
+    /// Trainer of this network on noise, to time its steps: six poses and eight frames that share their pictures. It
+    /// learns nothing useful.
     ///
     /// # Errors
-    /// When there is no such network, or the features' file cannot be read.
+    /// When the network is invalid, or the features' file cannot be read.
     pub fn on_noise(config: TrainingConfig, network: UNetConfig, device: &Device) -> Result<Self> {
         network.check()?;
         let mut autodiff = device.clone().autodiff();
@@ -175,7 +175,7 @@ impl Trainer {
         let first = self.config.rendering;
         let last = self.config.rendering_end.unwrap_or(first);
         let weight = first + (last - first) * done.clamp(0.0, 1.0) as f32;
-        // Without the rendering loss the network computes only the lamps that are compared.
+        // Without the rendering loss the network computes only the compared lamps.
         let alone = lamps.as_deref().filter(|_| !renders);
         let (mut olats, mut weights) = (olats.cloned(), self.data.weights.clone());
         if let Some(lamps) = alone {
@@ -199,7 +199,7 @@ impl Trainer {
             let change = (encode(again) - encode(moved(output.clone()))).abs() * mask.clone();
             change.mean() / mask.mean().clamp_min(1e-3)
         });
-        // Pictures that are shifted each time are not worth caching, nor are those of a step that computes only
+        // Pictures with random shifts are not worth caching, nor are those of a step that computes only
         // some lamps.
         let still = most == 0 && self.config.zoom == 0.0;
         let unmoved = olats.is_none() || (still && alone.is_none());
@@ -245,14 +245,14 @@ impl Trainer {
                 self.live.valid()
             };
         } else {
-            // What the pass has left there is as little to be trusted.
+            // The running statistics of this pass cannot be trusted either.
             self.live.set_running_statistics(statistics);
         }
         self.info.step += 1;
         StepReport { reconstruction, rendering, gradient_norm, learning_rate, taken }
     }
 
-    /// Features by which pictures are compared, in words.
+    /// Features by which pictures are compared, as text.
     pub(super) fn features(&self) -> String {
         match (&self.criterion.features, &self.config.features) {
             (Some(features), Some(path)) => {
@@ -270,22 +270,22 @@ impl Trainer {
             PosePrediction::new(&self.average, &self.info, sample, self.data.olat_gain);
         let decibels = prediction.decibels()?;
         if self.info.held_out.is_none_or(|best| best.decibels < decibels) {
-            // A clone would share its running statistics with the average, which goes on.
+            // A clone would share its running statistics with the average, which continues.
             self.best = Some(self.average.valid());
             self.info.held_out = Some(HeldOut { pose, step: self.info.step, decibels });
         }
         Some(decibels)
     }
 
-    /// Lamps whose outputs are stuck at black or white on an exemplar, counted from 0 and wrapping
-    /// round. None if the device fails.
+    /// Lamps whose outputs are stuck at black or white on an exemplar; the exemplar number counts from 0 and
+    /// wraps. None if the device fails.
     pub fn dead_lamps(&self, exemplar: usize) -> Option<Vec<usize>> {
         let sample = &self.data.exemplars[exemplar % self.data.exemplars.len()][0];
         let live = self.live.valid();
         PosePrediction::new(&live, &self.info, sample, self.data.olat_gain).dead_lamps()
     }
 
-    /// The pose that pictures show, with its number: the held-out one, or the first.
+    /// Pose in displayed pictures, with its number: the held-out one, or the first.
     pub(super) fn shown_sample(&self) -> (usize, &TrainingSample) {
         match (self.hold_out, &self.data.held_out) {
             (Some(pose), Some(sample)) => (pose, sample),
@@ -293,7 +293,7 @@ impl Trainer {
         }
     }
 
-    /// The network that predicts.
+    /// Network for prediction.
     pub fn network(&self) -> &UNet {
         self.best.as_ref().unwrap_or(&self.average)
     }
@@ -303,11 +303,11 @@ impl Trainer {
         &self.info
     }
 
-    /// Refuses a network with weights that are NaN or infinite, as far too high a rate makes them: it must not
+    /// Refuses a network with NaN or infinite weights, as from a much too high rate: it must not
     /// replace the last checkpoint.
     ///
     /// # Errors
-    /// When a weight is not finite, or so large that its square is not.
+    /// When a weight is not finite, or its square overflows.
     pub fn check_weights(&self) -> Result<()> {
         let norms = [&self.live.valid(), &self.average].map(gradient::weight_norm);
         if norms.into_iter().all(f32::is_finite) {
@@ -377,7 +377,7 @@ impl Start {
         info.training_frames.extend(&data.frame_numbers);
         info.training_frames.sort_unstable();
         info.training_frames.dedup();
-        // Scores on another pose do not compare.
+        // Scores on different poses are not comparable.
         if info.held_out.map(|h| h.pose) != hold_out {
             info.held_out = None;
         }
@@ -392,7 +392,7 @@ impl Start {
     }
 }
 
-/// Refuses a checkpoint that training of `network` cannot continue from.
+/// Refuses a checkpoint from which training of `network` cannot continue.
 fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Result<()> {
     let info = checkpoint::info(folder)?;
     check_fits(&info, project)?;
@@ -401,10 +401,10 @@ fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Re
     }
     Err(Error::invalid(
         format!(
-            "{} holds another network than the one asked for: {}",
+            "{} holds a different network: {}",
             folder.display(),
             info.network.differences(network)
         ),
-        ("Continue with the settings that it was started with, or start over", "--fresh"),
+        ("Continue with its original settings, or start over", "--fresh"),
     ))
 }

@@ -1,11 +1,11 @@
-//! The cone behind the ball that no pixel shows, and where a lamp that it partly hides really is.
+//! The blind cone behind the ball, and the true direction of a lamp partly hidden in it.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// A lamp whose footprint is an even disc of `radius` about a centre at `angle` from the cone's axis; the cone's
-/// half angle is `cone`. All in radians. Returns the angle of the visible part's centroid and the visible share;
-/// `None` if nothing is visible.
+/// Angle of the visible part's centroid and the visible share, for a lamp whose footprint is a uniform disc of
+/// `radius` with its centre at `angle` from the cone's axis. `cone` is the cone's half angle. All angles in
+/// radians. `None` if nothing is visible.
 fn visible_part(angle: f64, radius: f64, cone: f64) -> Option<(f64, f64)> {
     const RINGS: usize = 16;
     let axis = DVec3::Z;
@@ -18,7 +18,7 @@ fn visible_part(angle: f64, radius: f64, cone: f64) -> Option<(f64, f64)> {
             let (s, c) = (TAU * spoke as f64 / (4 * RINGS) as f64).sin_cos();
             let direction = cos * centre + sin * (c * right + s * up);
             all += sin;
-            // The cone's border is softened over a disc's sample, so that the result is continuous.
+            // The cone's border is softened over one disc sample, so that the result is continuous.
             let beyond = (direction.angle_between(axis) - cone) / (radius / RINGS as f64).max(1e-6);
             let part = sin * (0.5 + beyond).clamp(0.0, 1.0);
             visible += part;
@@ -28,15 +28,15 @@ fn visible_part(angle: f64, radius: f64, cone: f64) -> Option<(f64, f64)> {
     (visible > 0.0).then(|| (moment.x.atan2(moment.z), visible / all))
 }
 
-/// The true angle of a lamp from the cone's axis and its visible share, from the angle `seen` of the visible part's
-/// centroid and the footprint's `radius`. The visible share is at least a tenth: from less, the whole lamp cannot
-/// be estimated.
+/// True angle of a lamp from the cone's axis and its visible share, from the angle `seen` of the visible part's
+/// centroid and the footprint's `radius`. The visible share is at least a tenth; from less, the full lamp cannot be
+/// estimated.
 pub(super) fn uncover(seen: f64, radius: f64, cone: f64) -> (f64, f64) {
-    // The centroid of what is visible lies farther out than the centre and grows with it.
+    // The visible centroid lies farther out than the centre and grows with it.
     let (mut low, mut high) = (0.0, seen);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        // Where the disc vanishes in the cone, what is seen last is at the cone's border.
+        // Where the disc vanishes in the cone, the last visible part is at the cone's border.
         if visible_part(middle, radius, cone).is_some_and(|(centroid, _)| centroid >= seen) {
             high = middle;
         } else {
@@ -58,7 +58,7 @@ mod tests {
             let Some((seen, share)) = visible_part(angle, radius, cone) else { return Ok(()) };
             prop_assume!(share > 0.15);
             let (found, visible) = uncover(seen, radius, cone);
-            // Near the axis the centroid hardly tells the angle: all directions are close there.
+            // Near the axis the centroid hardly constrains the angle; all directions are close there.
             prop_assert!((found - angle).abs() < 0.03, "{found} is not {angle}");
             prop_assert!((visible - share).abs() < 0.05, "{visible} is not {share}");
         }

@@ -1,6 +1,6 @@
 //! Positive definite systems of a few hundred unknowns.
 
-/// The lower triangle L of L·Lᵀ = `matrix` (n × n, row by row), which is positive definite.
+/// Lower triangle L of L·Lᵀ = `matrix` (n × n, row by row, positive definite).
 pub(crate) struct Cholesky {
     lower: Vec<f64>,
     n: usize,
@@ -38,7 +38,7 @@ impl Cholesky {
         x
     }
 
-    /// The x of matrix·x = y.
+    /// Solves matrix·x = y for x.
     pub fn solve(&self, y: &[f64]) -> Vec<f64> {
         let mut x = self.forward(y);
         for i in (0..self.n).rev() {
@@ -54,7 +54,7 @@ impl Cholesky {
         (0..self.n).flat_map(|i| self.solve(&unit(i))).collect()
     }
 
-    /// Half of the determinant's logarithm.
+    /// Half the logarithm of the determinant.
     pub fn half_log_determinant(&self) -> f64 {
         (0..self.n).map(|i| self.lower[i * self.n + i].ln()).sum()
     }

@@ -6,10 +6,10 @@ use imaging::{DualGamma, Encoded, Response};
 /// A pixel's three code values, in steps of 1/[`STEPS`].
 pub(super) type CodeValues = [u16; 3];
 
-/// 16 steps for each of 8 bits: exact for 8-bit pictures, and 12 bits for finer ones.
+/// 16 steps per 8-bit code: exact for 8-bit pictures, and 12 bits for finer ones.
 pub(super) const STEPS: u16 = 16 * 255;
 
-/// A channel from here on is clipped: the last 8-bit code.
+/// Smallest clipped code: the last 8-bit code.
 pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 
 /// The code values of a picture, row by row.
@@ -18,7 +18,7 @@ pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     picture.0.pixels.iter().map(|pixel| pixel.map(code)).collect()
 }
 
-/// The linear light of every code value under one response: a 1D LUT.
+/// Linear light of every code value under one response: a 1D LUT.
 pub(super) struct ResponseTable(Vec<f32>);
 
 impl ResponseTable {
@@ -26,7 +26,7 @@ impl ResponseTable {
         Self::of(&Response::Dual(*response))
     }
 
-    /// The table of any response.
+    /// Table of a response.
     pub fn of(response: &Response) -> Self {
         Self(
             (0..=STEPS)

@@ -1,6 +1,7 @@
 //! Connected parts of a picture.
 
-/// The places of the square of `reach` around a place of a picture with these columns and rows, that place included.
+/// Pixels within the square of `reach` around a pixel of a picture with these columns and rows, that pixel
+/// included.
 pub(crate) fn around(
     place: usize,
     (width, height): (usize, usize),
@@ -12,7 +13,7 @@ pub(crate) fn around(
         .flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
-/// The connected parts of the places for which `inside` holds; diagonal neighbours are connected.
+/// Connected parts of the pixels for which `inside` holds; diagonal neighbours are connected.
 pub(crate) fn parts(size: (usize, usize), inside: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
     let mut todo: Vec<bool> = (0..size.0 * size.1).map(inside).collect();
     let mut parts = Vec::new();
@@ -41,7 +42,7 @@ mod tests {
 
     #[test]
     fn parts_touch_at_corners_and_not_across_the_border() {
-        // Columns 0 and 3 of a picture four wide are neighbours in memory alone.
+        // Columns 0 and 3 of a picture four wide are neighbours only in memory.
         let set = [0, 5, 10, 7, 3];
         let found = parts((4, 3), |place| set.contains(&place));
         assert_eq!(found, [vec![0, 5, 10, 7, 3]]);

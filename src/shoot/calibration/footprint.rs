@@ -1,4 +1,4 @@
-//! A lamp's footprint: the pixels of the mirror ball that show the lamp, and what they say about it.
+//! A lamp's footprint: the mirror-ball pixels that show the lamp, and measurements from them.
 
 use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
 use super::highlight::{Grid, Highlight, NEAR_DEG, clipped_weight};
@@ -6,20 +6,20 @@ use super::mirror_ball::MirrorBall;
 use glam::{DVec3, Vec3};
 use light::Lamp;
 
-/// The pixels of one ball photograph that hold a lamp, and the level of all others.
+/// Lamp pixels of one ball photograph, and the level of all others.
 pub(super) struct Footprint {
-    /// Places in [`MirrorBall::pixels`] with their code values.
+    /// Indices into [`MirrorBall::pixels`] with their code values.
     pub pixels: Vec<(u32, CodeValues)>,
-    /// Per channel, how often each code value occurs in pixels without a lamp.
+    /// Histogram of code values per channel in pixels without a lamp.
     dark: [Vec<(u16, u32)>; 3],
-    /// Place of the lamp among the pixels; `None` if all of them count as the lamp.
+    /// The lamp among the pixels; `None` if all of them count as the lamp.
     aim: Option<Aim>,
 }
 
-/// The pixels of a footprint that show the lamp itself.
+/// Pixels of a footprint that show the lamp itself.
 struct Aim {
-    /// For each of [`Footprint::pixels`] that shows the lamp, the code value of the room's light there, mean of the
-    /// channels.
+    /// For each of [`Footprint::pixels`] that shows the lamp, the code value of the room's light there, as the mean
+    /// of the channels.
     room: Vec<Option<u16>>,
     /// See [`Highlight::direction`] and [`Highlight::outline`].
     direction: Vec3,
@@ -28,18 +28,18 @@ struct Aim {
 }
 
 impl Footprint {
-    /// Pixels below this share of the brightest do not count as the lamp: 8 bits hold no more.
+    /// Pixels below this share of the brightest are not the lamp. 8 bits resolve no more.
     const FAINTEST: f32 = 0.002;
 
     /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a plausible
-    /// response: what is far above black is so under any other.
+    /// response: pixels far above black are so under any other.
     pub fn find(photograph: &[CodeValues], provisional: &ResponseTable) -> Self {
         let level = |code: &CodeValues| provisional.rgb(*code).into_iter().sum::<f32>() / 3.0;
         let mut levels: Vec<f32> = photograph.iter().map(level).collect();
         levels.sort_by(f32::total_cmp);
         let quantile = |q: f32| levels[(q * (levels.len() - 1) as f32) as usize];
-        // The darker part of the ball holds the room's own light and the sensor's noise, whose deviation is about
-        // the distance from its 10 % to its 40 % quantile; six deviations are not noise. A clean sensor still
+        // The darker part of the ball holds the room's light and the sensor's noise. The noise deviation is about
+        // the distance between the 10 % and 40 % quantiles; six deviations are not noise. Even a clean sensor
         // flickers by one 8-bit code.
         let dark = quantile(0.4);
         let code = (provisional.encode(dark) * f32::from(STEPS)) as u16;
@@ -64,9 +64,8 @@ impl Footprint {
         Self { pixels, dark, aim: None }
     }
 
-    /// Says what a whole series of photographs tells about this one's lamp: `highlight`, `None` if it was not seen, how
-    /// far that can be trusted, and per cell the light of the room by `provisional`. Without it every bright pixel
-    /// counts as the lamp.
+    /// Applies the result of the full series: `highlight` (`None` if the lamp was not seen), its confidence, and
+    /// the room's light per cell under `provisional`. Without it every bright pixel counts as the lamp.
     pub fn aim(
         &mut self,
         highlight: Option<&Highlight>,
@@ -90,7 +89,7 @@ impl Footprint {
         });
     }
 
-    /// Mean light of the pixels that hold no lamp.
+    /// Mean light of the pixels without a lamp.
     pub fn background(&self, table: &ResponseTable) -> [f32; 3] {
         [0, 1, 2].map(|c| {
             let (mut sum, mut count) = (0.0, 0.0);
@@ -107,13 +106,13 @@ impl Footprint {
         code.iter().any(|&c| c >= CLIPPED)
     }
 
-    /// Number of pixels with a clipped channel: only a lower bound of their light is known.
+    /// Number of pixels with a clipped channel, whose light has only a lower bound.
     pub fn clipped_pixels(&self) -> usize {
         self.pixels.iter().filter(|(_, code)| Self::is_clipped(code)).count()
     }
 
-    /// Measures the lamp from what the ball shows of it. Clipping lowers its energy and leaves its direction, which is
-    /// then the middle of its outline.
+    /// Measures the lamp from its footprint. Clipping lowers the energy but not the direction, which is then the
+    /// middle of the outline.
     pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &ResponseTable) -> Lamp {
         let background = self.background(table);
         let dark = background.iter().sum::<f32>() / 3.0;
@@ -124,7 +123,7 @@ impl Footprint {
                 None => 0.0,
                 Some(aim) => match aim.room[place] {
                     None => continue,
-                    // The room's windows, without what the whole ball shows.
+                    // The room's windows, without the ball's overall level.
                     Some(code) => (table.light(code) - dark).max(0.0),
                 },
             };
@@ -145,7 +144,7 @@ impl Footprint {
         let all: f64 = energy.iter().sum();
         let mut direction = moment.normalize_or_zero();
         if all <= 0.0 || all.is_nan() || direction == DVec3::ZERO {
-            // Nothing was seen. The direction must not be NaN; confidence 0 says that it means nothing.
+            // No lamp seen. The direction must not be NaN; confidence 0 marks it as meaningless.
             return Lamp {
                 name: name.into(),
                 direction: Vec3::Z,
@@ -161,7 +160,8 @@ impl Footprint {
             Some(aim) => {
                 let weight = f64::from(clipped_weight(clipped as f32));
                 direction = direction.lerp(aim.outline.as_dvec3(), weight).normalize();
-                // Too dim for most of its pixels to count, or another response: what was weighed is not what is measured.
+                // Too dim for most pixels to count, or another response: the weighed pixels differ from the
+                // measured ones.
                 let apart = aim.direction.as_dvec3().angle_between(direction);
                 let off = apart.to_degrees() as f32 / NEAR_DEG;
                 aim.confidence * (-off * off).exp()

@@ -1,9 +1,9 @@
-//! Lamps on mirror balls in a series of photographs: where each is, and how far that can be trusted.
+//! Detection of lamps on mirror balls in a series of photographs, with confidence.
 //!
-//! What all photographs of a series share is the room; what one has more than the others is its lamp, and what the
-//! lamp lights. Of that, the lamp is the part with the most light among those as bright as the brightest: what
-//! reflects a lamp is never brighter than the lamp. A bank of lamps shows several such parts beside each other. Thin
-//! streaks, from scratches and dust, are cut off, so that a clipped lamp is found by its outline.
+//! The light common to all photographs of a series is the room. The extra light in one photograph is its lamp and
+//! anything the lamp lights. Among the parts as bright as the brightest, the lamp is the one with the most light: a
+//! reflection is never brighter than its lamp. A bank of lamps shows several such parts side by side. Thin streaks,
+//! from scratches and dust, are cut off, so that a clipped lamp is found by its outline.
 
 mod bank;
 mod grid;
@@ -26,46 +26,46 @@ use glam::Vec3;
 use rayon::prelude::*;
 use shape::{inner_radius, opened, widened};
 
-/// A lamp as one photograph shows it.
+/// A lamp in one photograph.
 #[derive(Clone, Debug)]
 pub(super) struct Highlight {
-    /// Unit direction: that of its light, or of its outline as far as it is clipped.
+    /// Unit direction of its light, or of its outline in proportion to clipping.
     pub direction: Vec3,
-    /// Unit direction of the middle of its outline: right even if the lamp is clipped.
+    /// Unit direction of the outline's middle; correct even if the lamp is clipped.
     pub outline: Vec3,
-    /// The cells of the grid that show the lamp, ascending, without streaks and other reflections.
+    /// Grid cells that show the lamp, ascending, without streaks and other reflections.
     pub body: Vec<u32>,
     /// Standard deviation of the direction in degrees, if this is the lamp.
     pub deviation_deg: f32,
     /// Root-mean-square angle of the body's light about its middle, in degrees.
     pub spread_deg: f32,
-    /// Light of the body: ∫ L dω over what the photograph has more than the others.
+    /// Light of the body: ∫ L dω over the extra light of the photograph.
     pub energy: f32,
-    /// The highest radiance of the body; clipping keeps it below 1.
+    /// Highest radiance of the body; clipping keeps it below 1.
     pub peak: f32,
-    /// Light of the strongest other part of the photograph that could be the lamp, over the lamp's.
+    /// Light of the strongest rival part, relative to the lamp's.
     pub rival: f32,
-    /// Share of what this photograph has more than the others that is not within the body.
+    /// Share of the photograph's extra light outside the body.
     pub elsewhere: f32,
 }
 
-/// A part of a photograph counts as bright from this share of the highest radiance on.
+/// Smallest radiance of a bright part, relative to the highest.
 const BRIGHT: f32 = 0.5;
-/// The body reaches down to this share of the highest radiance: the dimmer end of a soft box.
+/// Smallest radiance of the body, relative to the highest: the dim end of a softbox.
 const FAINT: f32 = 0.2;
-/// The same for a bank, some of whose lamps the ball may nearly hide.
+/// The same for a bank, because the ball may nearly hide one of its lamps.
 const FAINT_IN_BANK: f32 = 0.01;
-/// Parts that show in more than this share of the other photographs belong to the room.
+/// Parts in more than this share of the other photographs belong to the room.
 const SHARED: f32 = 0.5;
-/// The same part in another photograph has at most this many times as much light, or as little.
+/// Largest ratio, either way, of a part's light between two photographs.
 const SAME_LIGHT: f32 = 8.0;
-/// Share of the largest inner disc's radius by which an outline is opened: streaks are up to this much narrower.
+/// Opening radius of an outline, relative to its largest inner disc. Streaks are up to this much narrower.
 const STREAK: f32 = 0.8;
-/// From this many parts on a lamp is a bank, whose parts are not opened: their joints are wider than they are.
+/// Smallest number of parts in a bank. Its parts are not opened, because the joints are wider than the parts.
 const BANK: usize = 3;
 
-/// Says of each footprint of a series which part of it is the lamp. `series` holds the same photographs, reduced by
-/// the response `provisional`.
+/// Finds the lamp in each footprint of a series. `series` holds the same photographs, reduced under the response
+/// `provisional`.
 pub(super) fn aim(
     footprints: &mut [Footprint],
     series: &[Levels],
@@ -80,7 +80,7 @@ pub(super) fn aim(
     }
 }
 
-/// The lamps of a series of photographs; `None` for a photograph that shows no more than the room and noise.
+/// Lamps of a series of photographs; `None` for a photograph with only room light and noise.
 fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> {
     let photographs: Vec<Option<Photograph>> =
         series.par_iter().map(|levels| Photograph::new(grid, levels, room)).collect();
@@ -91,8 +91,8 @@ fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> 
             .count();
         count as f32 > SHARED * others().count() as f32
     };
-    // The lamps of a bank may be far apart. One photograph does not tell them from reflections; that most photographs
-    // show several alike does.
+    // The lamps of a bank may be far apart. One photograph cannot tell them from reflections, but most photographs
+    // with several alike can.
     let glints: Vec<Vec<Part>> = photographs
         .par_iter()
         .enumerate()
@@ -121,16 +121,16 @@ fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> 
 struct Photograph<'a> {
     grid: &'a Grid,
     levels: &'a Levels,
-    /// The room's light, and this photograph's own dark beyond it.
+    /// The room's light plus this photograph's own dark level.
     room: &'a [f32],
     dark: f32,
-    /// Light beyond the room's and this photograph's own dark, per cell; not negative.
+    /// Extra light above the room and the photograph's dark level, per cell; not negative.
     more: Vec<f32>,
-    /// Below this, `more` is noise.
+    /// Noise level of `more`.
     noise: f32,
     /// The highest radiance.
     peak: f32,
-    /// The bright parts, from the one with the most light on.
+    /// Bright parts, in descending order of light.
     bright: Vec<Part>,
 }
 
@@ -139,9 +139,9 @@ struct Part {
     cells: Vec<u32>,
     energy: f32,
     direction: Vec3,
-    /// Radius in degrees of an even disc with this root-mean-square angle.
+    /// Radius in degrees of a uniform disc with this root-mean-square angle.
     radius_deg: f32,
-    /// Radius in cells of the largest disc within it.
+    /// Radius in cells of its largest inner disc.
     inner_radius: f32,
     /// Middle and radius in degrees without streaks.
     core: Vec3,
@@ -149,7 +149,7 @@ struct Part {
 }
 
 impl<'a> Photograph<'a> {
-    /// `None` if nothing stands out from the noise.
+    /// `None` if nothing rises above the noise.
     fn new(grid: &'a Grid, levels: &'a Levels, room: &'a [f32]) -> Option<Self> {
         let cells: Vec<usize> = (0..room.len()).filter(|&c| grid.is_ball(c)).collect();
         let mut sorted: Vec<f32> = cells.iter().map(|&c| levels.light(c) - room[c]).collect();
@@ -163,12 +163,12 @@ impl<'a> Photograph<'a> {
         let raw = |c: usize| (levels.light(c) - room[c] - dark - flicker(room[c])).max(0.0);
         let mut more = vec![0.0f32; room.len()];
         for &cell in &cells {
-            // A single pixel that sticks out is the sensor's: the lens spreads a lamp over several.
+            // A single outlier pixel is the sensor's fault: the lens spreads a lamp over several.
             let around = grid.around(cell).map(&raw).fold(0.0, f32::max);
             more[cell] = raw(cell).min(around);
         }
         let peak = more.iter().copied().fold(0.0, f32::max);
-        // A hundredth of an 8-bit code near black is less than any photograph holds.
+        // A hundredth of an 8-bit code near black is below the resolution of any photograph.
         let noise = (6.0 * (dark - low)).max(1e-5);
         let mut photograph = Self { grid, levels, room, dark, more, noise, peak, bright: vec![] };
         if peak > 2.0 * noise {
@@ -177,7 +177,7 @@ impl<'a> Photograph<'a> {
         (!photograph.bright.is_empty()).then_some(photograph)
     }
 
-    /// The parts above a share of the peak, from the one with the most light on.
+    /// Parts above a share of the peak, in descending order of light.
     fn find_bright(&self, share: f32) -> Vec<Part> {
         let mut parts: Vec<(f32, Vec<u32>)> = (self.parts(share).into_iter())
             .map(|cells| (cells.iter().map(|&cell| self.light(cell)).sum(), cells))
@@ -203,8 +203,8 @@ impl<'a> Photograph<'a> {
         parts.into_iter().map(part).collect()
     }
 
-    /// True if this photograph shows a part of another one too, at the same place or just beside it, as it shows the
-    /// glint of a ball that hardly moves with the lamps.
+    /// True if this photograph shows another photograph's part at the same or a neighbouring place, like the glint
+    /// of a ball that hardly moves with the lamps.
     fn shows(&self, part: &Part) -> bool {
         let reach = 1.0 + 0.5 * part.core_radius_deg;
         self.bright.iter().any(|own| {
@@ -215,12 +215,12 @@ impl<'a> Photograph<'a> {
         })
     }
 
-    /// The cells' light on the sphere.
+    /// Light of a cell on the sphere.
     fn light(&self, cell: u32) -> f32 {
         self.more[cell as usize] * self.grid.solid_angle[cell as usize]
     }
 
-    /// Energy, direction, and root-mean-square angle in degrees of some cells.
+    /// Energy, direction, and root-mean-square angle in degrees of a set of cells.
     fn moments(&self, cells: &[u32]) -> (f32, Vec3, f32) {
         let (mut energy, mut moment) = (0.0f64, glam::DVec3::ZERO);
         let part = |&cell: &u32| {
@@ -239,17 +239,17 @@ impl<'a> Photograph<'a> {
         (energy as f32, middle.as_vec3(), spread as f32)
     }
 
-    /// The connected parts above a share of the peak.
+    /// Connected parts above a share of the peak.
     fn parts(&self, share: f32) -> Vec<Vec<u32>> {
         let least = (share * self.peak).max(self.noise);
         self.grid.parts(|cell| self.more[cell] >= least)
     }
 
-    /// The lamp among the bright parts, given which of them belong to the room.
+    /// The lamp among the bright parts, given the parts that belong to the room.
     fn highlight(&self, is_shared: impl Fn(&Part) -> bool) -> Option<Highlight> {
         let (mut own, shared): (Vec<&Part>, Vec<&Part>) =
             self.bright.iter().partition(|part| !is_shared(part));
-        // If all of it is shared, the lamp may stand where the room is bright, or be off.
+        // If every part is shared, the lamp may be in front of a bright room, or off.
         let only_shared = own.is_empty();
         if only_shared {
             own = shared;
@@ -261,11 +261,11 @@ impl<'a> Photograph<'a> {
         Some(self.of_bank(&bank, rival))
     }
 
-    /// A bank whose lamps are far apart, given its lamps. Most photographs of the series show `usual` lamps.
+    /// A bank with lamps far apart, from its lamps. Most photographs of the series show `usual` lamps.
     fn bank_apart(&self, glints: &[Part], usual: f32) -> Highlight {
         let bank: Vec<&Part> = glints.iter().collect();
         let found = self.of_bank(&bank, 0.0);
-        // Lamps of a bank shine alike. As far as these do not, or some are missing, the middle may be off.
+        // Lamps of a bank are equally bright. Unequal or missing lamps may shift the middle.
         let count = (bank.len() as f32).max(usual);
         let all: f32 = bank.iter().map(|part| part.energy).sum();
         let mean = all / count;
@@ -275,13 +275,13 @@ impl<'a> Photograph<'a> {
         Highlight { deviation_deg: found.deviation_deg.hypot(by_lamps), ..found }
     }
 
-    /// The lamp that these parts are, beside a rival with that share of its light.
+    /// The lamp made of these parts, beside a rival with this share of its light.
     fn of_bank(&self, bank: &[&Part], rival: f32) -> Highlight {
         let is_bank = bank.len() >= BANK;
         let faint = if is_bank { FAINT_IN_BANK } else { FAINT };
         let levels = self.without_streaks(bank, [faint, BRIGHT, 0.7, 0.9]);
         let (outline, drift) = self.outline(&levels[1..]);
-        // The body is the fall-off too, but not the streaks that are left of it.
+        // The body includes the fall-off, but not the remains of streaks.
         let reach = (0.5 * inner_radius(&levels[0], self.grid)).max(2.0);
         let body = widened(&levels[..2].concat(), self.grid, reach);
         let clipped = |cell: &&u32| self.levels.is_clipped(**cell as usize);
@@ -292,8 +292,8 @@ impl<'a> Photograph<'a> {
             .filter(|&c| self.more[c as usize] > self.noise)
             .map(|c| self.light(c))
             .sum();
-        // An outline's middle is known to about an eighth of its radius: streaks leave it as wide. The light, where it is
-        // clipped, only tells how far the outline may be off. A bank's lamps err by themselves.
+        // An outline's middle is known to about an eighth of its radius, the width left by streaks. Clipped light
+        // only limits how far the outline may be off. The lamps of a bank err independently.
         let radius = (bank.iter().map(|part| part.core_radius_deg)).fold(0.0, f32::max);
         let alone = 1.0 / (bank.len() as f32).sqrt();
         let apart = middle.angle_between(outline).to_degrees();
@@ -303,7 +303,7 @@ impl<'a> Photograph<'a> {
         // Clipping takes about as much from each lamp of a bank, which hardly moves the centroid.
         let outline = if is_bank { middle } else { outline };
         let hidden = self.hidden(&body);
-        // What does not show on one side moves the middle to the other.
+        // Light hidden on one side moves the middle to the other.
         let by_hidden = 2.0 * hidden * std::f32::consts::SQRT_2 * spread_deg;
         let deviation_deg = clipped * by_outline + (1.0 - clipped) * by_light;
         Highlight {
@@ -319,12 +319,13 @@ impl<'a> Photograph<'a> {
         }
     }
 
-    /// True if more of a lamp with a given radiance would not show at a cell, because the room is nearly white there.
+    /// True if extra light of a given radiance would be invisible at a cell, because the room is nearly white
+    /// there.
     fn is_full(&self, cell: u32) -> bool {
         headroom(self.room[cell as usize]) - self.dark < BRIGHT * self.peak
     }
 
-    /// Share of the cells around a body where more of the lamp would not show.
+    /// Share of the cells around a body where extra light would be invisible.
     fn hidden(&self, body: &[u32]) -> f32 {
         let mut around = widened(body, self.grid, 2.0);
         let is_body: std::collections::HashSet<u32> = body.iter().copied().collect();
@@ -333,7 +334,7 @@ impl<'a> Photograph<'a> {
         full as f32 / around.len().max(1) as f32
     }
 
-    /// The parts of the bank at each of some levels, as shares of the peak, without streaks.
+    /// Parts of the bank without streaks at each of several levels, given as shares of the peak.
     fn without_streaks<const N: usize>(&self, bank: &[&Part], levels: [f32; N]) -> [Vec<u32>; N] {
         let mut is_bank = vec![false; self.more.len()];
         for &cell in bank.iter().flat_map(|part| &part.cells) {
@@ -370,7 +371,7 @@ impl<'a> Photograph<'a> {
         })
     }
 
-    /// The middle of the bank's outline, as the mean over several levels, and how far they are apart in degrees.
+    /// Middle of the bank's outline, as the mean over several levels, and their spread in degrees.
     fn outline(&self, levels: &[Vec<u32>]) -> (Vec3, f32) {
         let middles: Vec<Vec3> = levels.iter().map(|cells| self.moments(cells).1).collect();
         let middle = middles.iter().sum::<Vec3>().normalize_or(Vec3::Z);
@@ -386,12 +387,12 @@ fn flicker(room: f32) -> f32 {
     2.2 * room.powf(1.0 - 1.0 / 2.2) * 6.0 / 255.0
 }
 
-/// Light beyond the room's that a photograph can show.
+/// Largest visible light above the room's.
 fn headroom(room: f32) -> f32 {
     1.0 - room - flicker(room)
 }
 
-/// Weight of the outline against the light in a direction, if this share of the light is clipped.
+/// Weight of the outline against the light in a direction, for this clipped share of the light.
 pub(super) fn clipped_weight(share: f32) -> f32 {
     let t = ((share - 0.02) / 0.18).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

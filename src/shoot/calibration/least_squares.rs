@@ -1,10 +1,10 @@
-//! Least squares with unknowns that cannot be negative: light only adds.
+//! Non-negative least squares: light only adds.
 //!
-//! Written here because the usual active-set method (Lawson and Hanson 1974) of the linear-algebra crates needs the
-//! whole matrix, ten thousand pixels by forty lamps for every response tried, and of several lamps that look alike
-//! it lights one and switches off the others.
+//! The usual active-set method (Lawson and Hanson 1974) in the linear-algebra crates does not fit: it needs the
+//! full matrix, ten thousand pixels by forty lamps, for every candidate response, and of several lamps that look
+//! alike it lights one and switches off the others.
 
-/// The normal equations AᵀA·x = Aᵀy of a system whose coefficients are not negative.
+/// Normal equations AᵀA·x = Aᵀy of a system with non-negative coefficients.
 pub(super) struct NormalEquations {
     unknowns: usize,
     gram: Vec<f64>,
@@ -12,17 +12,17 @@ pub(super) struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// A system of no equations yet.
+    /// A system without equations.
     pub fn new(unknowns: usize) -> Self {
         Self { unknowns, gram: vec![0.0; unknowns * unknowns], target: vec![0.0; unknowns] }
     }
 
-    /// A system by its matrix AᵀA, row by row, and AᵀY.
+    /// A system from its matrix AᵀA, row by row, and AᵀY.
     pub fn of(gram: Vec<f64>, target: Vec<f64>) -> Self {
         Self { unknowns: target.len(), gram, target }
     }
 
-    /// Adds the equation Σ coefficient·x = y, given by its terms that are not zero.
+    /// Adds the equation Σ coefficient·x = y, given by its non-zero terms.
     pub fn add(&mut self, terms: &[(usize, f64)], y: f64) {
         for &(i, a) in terms {
             self.target[i] += a * y;
@@ -32,7 +32,7 @@ impl NormalEquations {
         }
     }
 
-    /// The x ≥ 0 of least squared error. If several are equally good (two lamps with one footprint), the one that
+    /// Solution x ≥ 0 with the least squared error. Among equally good solutions (two lamps with one footprint) it
     /// shares equally; an unknown in no equation is 0. Always finite.
     pub fn solve(&self) -> Vec<f64> {
         let n = self.unknowns;
@@ -42,14 +42,14 @@ impl NormalEquations {
         if !(trace > 0.0 && all_target > 0.0) {
             return vec![0.0; n];
         }
-        // A billionth of the mean square keeps divisions finite and moves no weight that matters.
+        // A billionth of the mean square keeps divisions finite and changes no significant weight.
         let ridge = 1e-9 * trace / n as f64;
         let row = |i: usize, x: &[f64]| -> f64 {
             ridge * x[i]
                 + self.gram[i * n..(i + 1) * n].iter().zip(x).map(|(g, x)| g * x).sum::<f64>()
         };
-        // Multiplicative updates (Daube-Witherspoon and Muehllehner 1986) come near from equal weights
-        // and treat equal unknowns equally.
+        // Multiplicative updates (Daube-Witherspoon and Muehllehner 1986) approach from equal weights and treat
+        // equal unknowns equally.
         let mut x = vec![all_target / all_gram; n];
         for _ in 0..50 {
             let product: Vec<f64> = (0..n).map(|i| row(i, &x)).collect();
@@ -61,7 +61,7 @@ impl NormalEquations {
                 };
             }
         }
-        // Coordinate descent then goes to the minimum: each step is exact in one unknown.
+        // Coordinate descent then reaches the minimum: each step is exact in one unknown.
         for _ in 0..500 {
             let (mut change, mut largest) = (0.0f64, 0.0f64);
             for i in 0..n {
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn what_would_be_negative_is_zero() {
         let x = system(&[vec![1.0, 1.0], vec![0.0, 1.0]], &[1.0, 2.0]).solve();
-        // The free solution is (−1, 2); with x₀ = 0 the best x₁ is (1 + 2)/2.
+        // The unconstrained solution is (−1, 2); with x₀ = 0 the best x₁ is (1 + 2)/2.
         assert!(x[0] == 0.0 && (x[1] - 1.5).abs() < 1e-6, "{x:?}");
     }
 
@@ -119,7 +119,7 @@ mod tests {
     fn forty_one_equal_lamps_share() {
         let x = system(&[vec![2.0; 41]], &[8.2]).solve();
         assert!(x.iter().all(|x| (x - 0.1).abs() < 1e-6), "{x:?}");
-        test_support::shown!(Light, "41 equal lamps: a singular system", danger: "any of 41 is as good: one takes all, or NaN",
+        test_support::shown!(Light, "41 equal lamps: a singular system", danger: "41 equally good solutions: one lamp takes all, or NaN",
  done: "a ridge of a billionth, and updates that treat equals equally", bound: "each a 41st, to 1e-6",
  measured: format!("{:.1e}", x.iter().map(|x| (x - 0.1).abs()).fold(0.0, f64::max)));
     }

@@ -1,5 +1,4 @@
-//! Calibration: where the lamps are, how strong they are, which sum of them is the interview's
-//! light, and how the camera encoded all of it.
+//! Calibration: lamp directions and energies, the interview's light as a sum of lamps, and the camera response.
 
 mod blind_cone;
 mod cholesky;
@@ -41,55 +40,56 @@ use rig_check::Fault;
 use serde::{Deserialize, Serialize};
 use silhouette::Photographs;
 
-/// The response that the balls are read with before the fit: what is far above black is so under any response.
+/// Response for reading the balls before the fit. Pixels far above black are so under any response.
 pub const PROVISIONAL: Response = Response::Power(2.2);
 
-/// Amount that clipped balls add to the deviations of γ1 and γ2: the fit does not know of the glare around a clipped lamp.
-/// Measured on a session whose balls were taken twice, clipped and not: both exponents came out 0.05 higher.
+/// Increase of the deviations of γ1 and γ2 for clipped balls, because the fit has no model of the glare around a
+/// clipped lamp. Measured on a session whose balls were taken twice, clipped and not: both exponents came out 0.05
+/// higher.
 const CLIPPED_DEVIATION: f32 = 0.05;
 
-/// Everything the calibration found, as kept in `calibration.toml`.
+/// Result of the calibration, stored in `calibration.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// The camera's response: encoded → linear.
     #[serde(flatten)]
     pub response: Response,
-    /// Standard deviations of γ1 and γ2; 0 if they were not fitted. In about nineteen of twenty shoots the truth is
-    /// within two deviations.
+    /// Standard deviations of γ1 and γ2; 0 if not fitted. The true value is within two deviations in about nineteen
+    /// of twenty shoots.
     pub gamma_deviation: [f32; 2],
-    /// Factor between the OLAT session and the interview that the mirror balls do not explain:
-    /// interview = exposure · Σ interview_weights_i · OLAT_i.
+    /// Factor between the OLAT session and the interview that the mirror balls do not explain: interview = exposure
+    /// · Σ interview_weights_i · OLAT_i.
     pub exposure: f32,
-    /// Per lamp (all of them) and channel, its share in the interview's light.
+    /// Share of each lamp (all of them) per channel in the interview's light.
     pub interview_weights: Vec<[f32; 3]>,
-    /// The interview's light by the learnt lamps alone; `None` if the network learns every lamp.
+    /// The interview's light from the learnt lamps only; `None` if the network learns every lamp.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_in: Option<StandIn>,
-    /// Share of the energy on the interview's ball that comes from where no lamp is.
+    /// Share of the energy on the interview's ball from directions without lamps.
     pub uncovered_energy: f32,
     /// Relative residual of the interview's ball after the fit; 0 if the lamps explain all of it.
     pub probe_residual: f32,
-    /// Root-mean-square encoded distance of the quantiles, or pixels, that γ was fitted to.
+    /// Root-mean-square encoded distance of the quantiles or pixels used to fit γ.
     pub gamma_residual: f32,
-    /// Share of the sphere that the ball does not show: the cone behind it, and what the frame cuts off.
+    /// Share of the sphere that the ball does not show: the cone behind it and the part cut off by the frame.
     pub blind_share: f32,
-    /// Share of the lamps' energy that the ball hides and that was filled in.
+    /// Share of the lamps' energy hidden by the ball and filled in.
     pub filled_energy: f32,
-    /// Clipped pixels on the mirror balls: those lamps are brighter than measured.
+    /// Clipped pixels on the mirror balls; those lamps are brighter than measured.
     pub clipped_pixels: usize,
     /// Basis of the fit of the response.
     #[serde(default)]
     pub gamma_evidence: Evidence,
-    /// Faults of the lamps, one sentence for each.
+    /// Faults of the lamps, one sentence each.
     #[serde(default)]
     pub rig_findings: Vec<String>,
-    /// Kinds of fault, one for each of these sentences; empty in files of older versions.
+    /// Kinds of fault, one per sentence; empty in files of older versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rig_faults: Vec<Fault>,
     /// Agreement of two mirror balls; `None` if there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub two_balls: Option<TwoBalls>,
-    /// Motion of the subject while the lamps went round; exemplars are freed of it. `None` if that was not looked for.
+    /// Motion of the subject during the lamp cycle, removed from exemplars; `None` if not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
     /// The lamps that the network learns.
@@ -97,24 +97,23 @@ pub struct Calibration {
     pub rig: Rig,
 }
 
-/// The interview's light as a sum of the learnt lamps alone, for shoots where other lamps lit it too.
+/// The interview's light as a sum of only the learnt lamps, for shoots where other lamps lit it too.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StandIn {
-    /// Per learnt lamp and channel, its share: the least-squares fit, in linear light, of the poses' OLATs to their
+    /// Share of each learnt lamp per channel: the least-squares fit, in linear light, of the poses' OLATs to their
     /// sum under all [`Calibration::interview_weights`].
     pub weights: Vec<[f32; 3]>,
     /// Root-mean-square difference of the two sums, relative to the sum of all lamps.
     pub residual: f32,
 }
 
-/// Calibrates a project from its mirror balls, poses and interview. Unless the settings say otherwise, the response
-/// is fitted pixel by pixel if a frame shows a pose, else by distributions. The settings' circle becomes the
-/// project's, in memory.
+/// Calibrates a project from its mirror balls, poses and interview. By default the response is fitted pixel by
+/// pixel if a frame shows a pose, else by distributions. The settings' circle becomes the project's, in memory.
 ///
 /// # Errors
 /// When the shoot lacks poses, frames or lamps, a file cannot be read or does not match the others, no ball is
-/// found, pixels are to be compared and no frame shows a pose, or the job was stopped. The project then stays as it
-/// was.
+/// found, pixels are to be compared and no frame shows a pose, or the job was stopped. The project then stays
+/// unchanged.
 pub fn calibrate(
     project: &mut Project,
     settings: &CalibrateSettings,
@@ -134,7 +133,7 @@ pub fn calibrate(
     Ok(calibration)
 }
 
-/// Finds the balls' circles in their photographs: those that are not known, or all of them `again`.
+/// Finds the balls' circles in their photographs: the unknown ones, or all of them if `again`.
 ///
 /// # Errors
 /// When a photograph cannot be read or shows no ball, or the job was stopped.
@@ -264,8 +263,8 @@ fn rig_findings(
     Ok(found)
 }
 
-/// Chooses `count` of the project's lamps, evenly distributed, for the network to learn; the caller saves the project. The
-/// calibration still uses the others. Lamps that the balls do not show are not chosen.
+/// Chooses `count` of the project's lamps, evenly distributed, for the network to learn; the caller saves the
+/// project. The calibration still uses the others. Lamps that the balls do not show are skipped.
 ///
 /// # Errors
 /// When the project has fewer lamps, or the balls cannot be read.
@@ -321,7 +320,7 @@ impl Calibration {
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
         if found.len() != lamps.len() || weights.len() != all {
             return refuse(format!(
-                "has {} lamps and {} interview weights, but the project has {} lamps to learn of {all}",
+                "has {} lamps and {} interview weights; the project learns {} lamps of {all}",
                 found.len(),
                 weights.len(),
                 lamps.len()
@@ -330,7 +329,7 @@ impl Calibration {
         let stand_in = calibration.stand_in.as_ref().map_or(&[][..], |s| &s.weights);
         if stand_in.len() != if all > lamps.len() { lamps.len() } else { 0 } {
             return refuse(format!(
-                "has {} stand-in weights; one for each learnt lamp is needed if the shoot has other lamps, else none",
+                "has {} stand-in weights; needs one per learnt lamp if the shoot has other lamps, else none",
                 stand_in.len()
             ));
         }
@@ -360,13 +359,12 @@ impl Calibration {
         save_sealed(&project.calibration_path(), self)
     }
 
-    /// The weights of all lamps in the interview's light, exposure included: interview = Σ interview_light_i ·
-    /// OLAT_i.
+    /// Weights of all lamps in the interview's light, including exposure: interview = Σ interview_light_i · OLAT_i.
     pub fn interview_light(&self) -> Vec<[f32; 3]> {
         self.exposed(&self.interview_weights)
     }
 
-    /// The same for the learnt lamps alone: exact if the network learns every lamp, else the nearest fit.
+    /// Weights of only the learnt lamps: exact if the network learns every lamp, else the nearest fit.
     pub fn learnt_light(&self) -> Vec<[f32; 3]> {
         self.exposed(match &self.stand_in {
             Some(stand_in) => &stand_in.weights,
@@ -391,7 +389,7 @@ impl Calibration {
         warnings.extend(self.rig_findings.iter().cloned());
         if let Some(two) = self.two_balls.as_ref().filter(|two| two.median_deg > 2.5) {
             warnings.push(format!(
-                "the two mirror balls show the lamps {:.1}° apart in the median. Check both circles. If the lamps are \
+                "the two mirror balls disagree on the lamps by a median of {:.1}°. Check both circles. If the lamps are \
                  near, give `ball_position_m` of both balls, their radius and the camera's position in the manifest",
                 two.median_deg
             ));
@@ -405,8 +403,8 @@ impl Calibration {
         }
         if let Some(stand_in) = self.stand_in.as_ref().filter(|s| s.residual > 0.1) {
             warnings.push(format!(
-                "the lamps that the network learns miss the interview's light, made by all lamps, by {:.0} %, and \
-                 training on the interview will learn part of that error. Let the network learn more lamps",
+                "the learnt lamps reproduce the interview's light, made by all lamps, with an error of {:.0} %, and \
+                 training on the interview will learn part of it. Let the network learn more lamps",
                 100.0 * stand_in.residual
             ));
         }

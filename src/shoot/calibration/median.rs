@@ -1,6 +1,6 @@
 //! The median.
 
-/// The median of some values, the upper one of an even number; 0 if there are none.
+/// Median; the upper one of an even number of values, 0 without values.
 pub fn median(values: impl Iterator<Item = f32>) -> f32 {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);

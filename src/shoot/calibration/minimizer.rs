@@ -1,5 +1,5 @@
-//! The minimum of a function of a few variables, without its gradient: Powell's BOBYQA (2009), which stays within
-//! bounds and needs few evaluations.
+//! Gradient-free minimum of a function of a few variables: Powell's BOBYQA (2009), which stays within bounds and
+//! needs few evaluations.
 
 use base::error::{Error, Result};
 use bobyqa::{Bobyqa, Config};
@@ -13,11 +13,11 @@ pub(super) struct Search<const N: usize> {
     /// Step sizes at the start and at the end.
     pub first_step: f64,
     pub last_step: f64,
-    /// The largest number of evaluations.
+    /// Largest number of evaluations.
     pub evaluations: usize,
 }
 
-/// The minimum near the start, and the value there. The function must be finite within the bounds.
+/// Minimum near the start, and the value there. The function must be finite within the bounds.
 pub(super) fn minimise<const N: usize>(
     function: impl Fn([f64; N]) -> f64,
     search: &Search<N>,

@@ -1,49 +1,48 @@
-//! The mirror ball's geometry: which direction each pixel of its photograph shows, and how much of
-//! the sphere.
+//! Geometry of the mirror ball: direction and solid angle of each pixel of its photograph.
 //!
-//! The camera stands on +Z at a known distance and the optical axis goes through the ball's centre,
-//! where the subject was. Rays are perspective: the silhouette's half angle is asin(r/d).
+//! The camera is on +Z at a known distance, and the optical axis passes through the ball's centre, at the subject's
+//! place. Rays are perspective: the silhouette's half angle is asin(r/d).
 
 use base::error::{Error, Result};
 use glam::{DVec2, Vec3};
 use project::Ball;
 
-/// Content of a photograph of a mirror ball.
+/// A mirror ball in a photograph.
 #[derive(Clone, Debug)]
 pub struct MirrorBall {
-    /// The pixels that lie wholly on the ball, row by row.
+    /// Pixels fully on the ball, row by row.
     pub pixels: Vec<BallPixel>,
     /// Radius of the silhouette in pixels.
     pub radius_px: f32,
     /// Half angle in degrees of the cone behind the ball (about −Z) that no pixel shows.
     pub blind_half_angle_deg: f32,
-    /// Share of the sphere that no pixel shows: the cone, and what the frame cuts off.
+    /// Share of the sphere that no pixel shows: the cone and the part cut off by the frame.
     pub blind_share: f32,
 }
 
 /// One pixel of the ball.
 #[derive(Clone, Copy, Debug)]
 pub struct BallPixel {
-    /// Its place in the photograph: row · width + column.
+    /// Index in the photograph: row · width + column.
     pub index: usize,
-    /// Unit direction from the subject towards what the pixel's centre reflects.
+    /// Unit direction from the subject that the pixel's centre reflects.
     pub direction: Vec3,
-    /// The part of the sphere that the pixel reflects, in steradians.
+    /// Solid angle of the pixel in steradians.
     pub solid_angle: f32,
 }
 
-/// The largest radius of a ball, in longer sides of its photograph: a larger one shows hardly any of the sphere.
+/// Largest radius of a ball, in longer sides of its photograph. A larger ball shows hardly any of the sphere.
 pub(super) const LARGEST: f32 = 2.0;
-/// From this many radii on a camera counts as so far away: rays are parallel within a millionth.
+/// Distance in radii that counts as infinite: rays are parallel within a millionth.
 const FARTHEST: f64 = 1e6;
 
 impl MirrorBall {
-    /// The ball in a photograph of `width × height` pixels. Where the dome's radius in metres is known,
-    /// directions are those from the subject to the dome; otherwise light comes from far away, which
-    /// is off by at most the ball's radius over the lamps' distance.
+    /// The ball in a photograph of `width × height` pixels. With a known dome radius in metres, directions are
+    /// those from the subject to the dome. Otherwise lamps are taken to be infinitely far; the error is at most the
+    /// ball's radius over the lamps' distance.
     ///
     /// # Errors
-    /// When the ball's figures are impossible or no pixel of the photograph shows it.
+    /// When the ball's figures are out of range or no pixel of the photograph shows it.
     pub fn new(
         ball: &Ball,
         dome_radius_m: Option<f32>,
@@ -61,7 +60,7 @@ impl MirrorBall {
             let dome = dome_radius_m.map_or(String::new(), |metres| format!(", dome {metres} m"));
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball in project.toml is impossible (centre {x}, {y}, radius {} pixels or {} m, camera {} m \
+                    "the mirror ball in project.toml is invalid (centre {x}, {y}, radius {} pixels or {} m, camera {} m \
                      away{dome}): its radius must be more than one pixel and at most {LARGEST} times the longer side of \
                      the photograph of {width} × {height} pixels, and the ball smaller than the dome and the camera's \
                      distance",
@@ -71,7 +70,7 @@ impl MirrorBall {
             ));
         }
         let reach = f64::from(ball.radius_px);
-        // A pixel whose centre is this far inside lies inside with all its corners.
+        // A pixel with its centre this far inside has all corners inside.
         let inner = reach - std::f64::consts::FRAC_1_SQRT_2;
         let mut pixels = Vec::new();
         for y in 0..height {
@@ -102,7 +101,7 @@ impl MirrorBall {
         if pixels.is_empty() {
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball in project.toml, centre {x}, {y} and radius {} pixels, is not within the photograph \
+                    "the mirror ball in project.toml, centre {x}, {y} and radius {} pixels, is outside the photograph \
                      of {width} × {height} pixels",
                     ball.radius_px
                 ),
@@ -120,15 +119,15 @@ impl MirrorBall {
     }
 }
 
-/// The unit direction that the ball reflects at `rho` pixels from its centre, as (away from the
-/// axis, along +Z): the problem is the same in every plane through the axis.
+/// Unit direction reflected by the ball at `rho` pixels from its centre, as (away from the axis, along +Z). The
+/// problem is the same in every plane through the axis.
 fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
     let r = f64::from(ball.radius_m);
     let d = f64::from(ball.camera_distance_m).min(FARTHEST * r);
     let focal_px = f64::from(ball.radius_px) / (r / d).asin().tan();
     let ray = DVec2::new(rho, -focal_px).normalize();
     let camera = DVec2::new(0.0, d);
-    // The ray passes the centre at distance `miss`; at the silhouette that is the radius.
+    // The ray passes the centre at distance `miss`, which is the radius at the silhouette.
     let miss = d * ray.x;
     let hit = camera - (camera.dot(ray) + ((r - miss) * (r + miss)).max(0.0).sqrt()) * ray;
     let normal = hit / r;
@@ -196,7 +195,7 @@ mod tests {
             let scaled = Ball { center_px: [128.0 * scale; 2], radius_px: 116.0 * scale, ..BALL };
             let ball = MirrorBall::new(&scaled, dome, (size, size)).unwrap();
             let cone = (1.0 - ball.blind_half_angle_deg.to_radians().cos()) / 2.0;
-            // The outermost pixels form no perfect circle: they miss part of one ring.
+            // The outermost pixels only approximate a circle and miss part of one ring.
             let ring = 2.0 / (116.0 * scale);
             assert!((ball.blind_share - cone).abs() < ring, "{} and {cone}", ball.blind_share);
             assert!(

@@ -1,5 +1,5 @@
-//! The mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken
-//! by one camera at one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
+//! Mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken by one camera at
+//! one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
 
 mod interview;
 mod profile;
@@ -22,26 +22,26 @@ pub(super) use profile::{NeighbourDifferences, Profile};
 use project::{Picture, Project};
 use rayon::prelude::*;
 
-/// All ball photographs as code values, so that any response can be tried in milliseconds.
+/// All ball photographs as code values, so that any response takes milliseconds to try.
 pub struct Probes {
     ball: MirrorBall,
     footprints: Vec<Footprint>,
-    /// The interview's ball: the code values of each pixel of the ball.
+    /// Code values of each pixel of the interview's ball.
     interview: Vec<CodeValues>,
-    /// For each pixel of the ball, the nearest of the directions spread evenly over the sphere at which
-    /// the balls are compared.
+    /// Nearest cell of each pixel of the ball. Cells are directions spread evenly over the sphere at which the
+    /// balls are compared.
     cell_of_pixel: Vec<u16>,
-    /// The blur of that comparison: weights between all pairs of cells.
+    /// Blur of that comparison: weights between all pairs of cells.
     blur: Vec<f32>,
     /// Correlation between the effects of light from two cells on a subject, see [`interview::kernel`].
     kernel: Vec<f32>,
-    /// True for pixels of the ball that no photograph clips. Only those are compared: a clipped lamp then misses
-    /// the same part in both, and its weight stays right.
+    /// True for pixels of the ball that no photograph clips. Only these are compared: a clipped lamp then lacks the
+    /// same part in both, and its weight stays right.
     comparable: Vec<bool>,
-    /// Median code values of the interview's ball where no lamp is; black if lamps are everywhere.
+    /// Median code values of the interview's ball outside the lamps; black if lamps are everywhere.
     interview_dark: CodeValues,
     profile: Vec<ProfilePixel>,
-    /// Fault of the ball's circle, as a sentence.
+    /// Warning about the ball's circle.
     wrong_circle: Option<String>,
 }
 
@@ -49,9 +49,9 @@ impl Probes {
     /// Reads the shoot's balls.
     ///
     /// # Errors
-    /// When the shoot lacks poses, lamps or frames; when a photograph cannot be read, differs in size from the others,
-    /// or does not show the ball; when the ball is too small to tell lamps apart, or its photographs are black, clipped
-    /// or show no lamp.
+    /// When the shoot lacks poses, lamps or frames; when a photograph cannot be read, differs in size from the
+    /// others, or does not show the ball; when the ball is too small to resolve lamps, or its photographs are
+    /// black, clipped or show no lamp.
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
         project.check_parts()?;
         let shoot = &project.settings.shoot;
@@ -104,7 +104,7 @@ impl Probes {
         provisional: &ResponseTable,
     ) -> Self {
         let lamps = footprints.len().max(1);
-        // Radius of a cap when the lamps share the sphere evenly, within what a rig can sensibly have.
+        // Cap radius of lamps that share the sphere evenly, limited to the range of sensible rigs.
         let spacing = (1.0 - 2.0 / lamps as f32).acos().to_degrees().clamp(8.0, 60.0);
         let cells = lattice((12 * lamps).clamp(400, 2000));
         let cell_of_pixel = ball
@@ -116,7 +116,7 @@ impl Probes {
                     as u16
             })
             .collect();
-        // A Gaussian of half the spacing: the rig's lamps melt together just so far that gaps close.
+        // A Gaussian of half the spacing: the lamps merge just enough to close the gaps.
         let sharpness = (0.5 * spacing).to_radians().powi(-2);
         let blur = (cells.par_iter())
             .flat_map_iter(|a| cells.iter().map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp()))
@@ -146,7 +146,7 @@ impl Probes {
         probes
     }
 
-    /// Fault of the ball's circle, as a sentence.
+    /// Warning about the ball's circle.
     pub fn wrong_circle(&self) -> Option<&str> {
         self.wrong_circle.as_deref()
     }
@@ -156,17 +156,17 @@ impl Probes {
         &self.ball
     }
 
-    /// Pixels with a clipped channel, over all lamps' footprints.
+    /// Number of pixels with a clipped channel, over all lamps' footprints.
     pub fn clipped_pixels(&self) -> usize {
         self.footprints.iter().map(Footprint::clipped_pixels).sum()
     }
 
-    /// Pixels of the interview's ball with a clipped channel.
+    /// Number of pixels of the interview's ball with a clipped channel.
     pub fn clipped_interview_pixels(&self) -> usize {
         self.interview.iter().filter(|code| Footprint::is_clipped(code)).count()
     }
 
-    /// The lamps under a response; `names` are those of all.
+    /// Lamps under a response; `names` lists all of them.
     pub fn lamps<'a>(
         &self,
         names: impl Iterator<Item = &'a String>,
@@ -175,7 +175,7 @@ impl Probes {
         self.rig(names, &ResponseTable::of(response)).0.lamps
     }
 
-    /// The lamps under a response, and the share of their energy that the ball hides and was filled in.
+    /// Lamps under a response, and the share of their energy hidden by the ball and filled in.
     pub(super) fn rig<'a>(
         &self,
         names: impl Iterator<Item = &'a String>,
@@ -185,13 +185,13 @@ impl Probes {
     }
 }
 
-/// Photographs that show the ball's rim well enough together.
+/// Number of photographs that together show the ball's rim well enough.
 const ENOUGH: usize = 8;
 
-/// The footprints in the lamps' photographs, which have the size of a reference, and what is wrong with the circle.
+/// Footprints in the lamps' photographs, which must have the reference's size, and the warning about the circle.
 ///
 /// # Errors
-/// When the ball is too small to tell lamps apart, a photograph cannot be read or differs in size, or the job was
+/// When the ball is too small to resolve lamps, a photograph cannot be read or differs in size, or the job was
 /// stopped.
 pub(super) fn footprints(
     pictures: &[Picture],
@@ -204,7 +204,7 @@ pub(super) fn footprints(
     let mut grid = Grid::new(ball, size.0, pictures.len());
     let some: Vec<Picture> =
         (pictures.iter().step_by(pictures.len().div_ceil(ENOUGH).max(1))).cloned().collect();
-    // What is wrong with the photographs is said below.
+    // Faults of the photographs are reported below.
     let wrong_circle = (Photographs::read(&some, progress).ok())
         .and_then(|photographs| grid.check_circle(&photographs, &circle));
     let (mut footprints, series): (Vec<_>, Vec<_>) = (pictures.par_iter().enumerate())
@@ -227,12 +227,12 @@ pub(super) fn footprints(
     Ok((footprints, wrong_circle))
 }
 
-/// The code values of the ball's pixels.
+/// Code values of the ball's pixels.
 fn on_ball(ball: &MirrorBall, picture: &[CodeValues]) -> Vec<CodeValues> {
     ball.pixels.iter().map(|p| picture[p.index]).collect()
 }
 
-/// The lamps of some footprints under a response, and the share of their energy that the ball hides and was filled in.
+/// Lamps of the footprints under a response, and the share of their energy hidden by the ball and filled in.
 pub(super) fn measure<'a>(
     footprints: &[Footprint],
     ball: &MirrorBall,
@@ -241,14 +241,14 @@ pub(super) fn measure<'a>(
 ) -> (Rig, f32) {
     let mut lamps: Vec<Lamp> =
         footprints.iter().zip(names).map(|(f, name)| f.lamp(name, ball, table)).collect();
-    // A lamp with less than a thousandth of the median energy counts as not seen: its weight would amplify the
+    // A lamp below a thousandth of the median energy counts as not seen, because its weight would amplify the
     // OLAT's noise a thousandfold.
     let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));
     for lamp in lamps.iter_mut().filter(|lamp| luminance(lamp.energy) < faintest) {
         lamp.confidence = 0.0;
     }
-    // What the cone behind the ball hides of a lamp is filled in as if its footprint were as wide as
-    // those of the lamps in full view: an even disc reaches √2 times its root-mean-square radius.
+    // The part of a lamp hidden by the cone behind the ball is filled in with the footprint width of lamps in full
+    // view: a uniform disc reaches √2 times its root-mean-square radius.
     let cone = ball.blind_half_angle_deg;
     let from_axis = |lamp: &Lamp| lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
     let is_clear =
@@ -274,7 +274,7 @@ pub(super) fn measure<'a>(
     (Rig { lamps }, if all > 0.0 { filled / all } else { 0.0 })
 }
 
-/// `n` directions spread evenly over the sphere: a Fibonacci lattice.
+/// `n` directions spread evenly over the sphere (a Fibonacci lattice).
 fn lattice(n: usize) -> Vec<Vec3> {
     let golden_angle = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
     (0..n)

@@ -1,4 +1,4 @@
-//! Faults of the rig: each is named with its lamps and what to do about it.
+//! Faults of the rig, each reported with its lamps and a remedy.
 
 mod layout;
 
@@ -18,25 +18,25 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fault {
-    /// The mirror ball does not show the lamp, or not in every channel: no relighting can use it.
+    /// Not seen on the mirror ball, or not in every channel. Relighting cannot use the lamp.
     NotSeen,
-    /// The lamp is so much weaker than the others that its OLAT's noise would be amplified.
+    /// Much weaker than the other lamps, so that its OLAT's noise would be amplified.
     Dark,
-    /// The ball is clipped where it shows the lamp: its energy is a lower bound, its direction is right.
+    /// Clipped on the ball: the energy is a lower bound, the direction is right.
     Clipped,
-    /// The lamp is in the cone behind the ball, or touches it: its direction and energy are estimates.
+    /// In or touching the cone behind the ball: direction and energy are estimates.
     BehindBall,
-    /// Several OLATs show one lamp.
+    /// Several OLATs show the same lamp.
     SameLamp,
-    /// Several mirror balls, or OLATs of a pose, are copies of one picture: see [`same_pictures`].
+    /// Several mirror balls, or OLATs of a pose, are copies of one picture; see [`same_pictures`].
     SamePicture,
-    /// An OLAT shows the lamp that the layout gives to another OLAT.
+    /// The OLAT shows the lamp that the layout assigns to another OLAT.
     Swapped,
-    /// The lamp is where the layout has no lamp.
+    /// Measured at a place without a lamp in the layout.
     Misplaced,
     /// The layout as a whole does not fit the measured directions.
     WrongLayout,
-    /// The mirror ball's circle is not on its outline: every direction is wrong.
+    /// The mirror ball's circle is off its outline, so every direction is wrong.
     WrongCircle,
 }
 
@@ -44,26 +44,26 @@ pub enum Fault {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     pub fault: Fault,
-    /// The lamps with this fault: places in [`Rig::lamps`], ascending.
+    /// Indices of the faulty lamps in [`Rig::lamps`], ascending.
     pub lamps: Vec<usize>,
-    /// The finding, and its remedy.
+    /// Description and remedy.
     pub sentence: String,
 }
 
-/// Lamps with less than this share of the median energy are called dark: their OLAT's noise would be amplified
-/// fifty times as much as the others'.
+/// Largest share of the median energy of a dark lamp. Its OLAT's noise is amplified at least fifty times as much as
+/// the others'.
 const DARK: f32 = 0.02;
-/// A lamp with more than this share of its energy clipped is called clipped: below, a clipped core misses less
-/// light than lamps vary from frame to frame.
+/// Smallest clipped share of the energy of a clipped lamp. Below it, a clipped core loses less light than lamps
+/// vary from frame to frame.
 const CLIPPED: f32 = 0.05;
-/// Two OLATs of one lamp differ by less than this in direction, and in energy by less than
-/// [`SAME_ENERGY`]: two lamps of different colour in one housing differ in energy.
+/// Largest angle between two OLATs of one lamp, together with [`SAME_ENERGY`]. Two lamps of different colour in one
+/// housing differ in energy.
 const SAME_DEG: f32 = 1.0;
 const SAME_ENERGY: f32 = 0.1;
 
-/// Everything that is wrong with a measured rig; empty for a good one. `blind_half_angle_deg` is
-/// [`super::mirror_ball::MirrorBall::blind_half_angle_deg`]. `layout` says where each lamp should be, in the rig's
-/// order, and may be turned as a whole against the rig; it is empty if unknown.
+/// Finds every fault of a measured rig; empty for a good one. `blind_half_angle_deg` is
+/// [`super::mirror_ball::MirrorBall::blind_half_angle_deg`]. `layout` holds the intended direction of each lamp, in
+/// the rig's order; it may be rotated as a whole against the rig and is empty if unknown.
 pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Finding> {
     let lamps = &rig.lamps;
     let duplicates = same_lamps(lamps);
@@ -78,17 +78,17 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     let all = || 0..lamps.len();
     let spread = spread_deg(lamps);
     let is_behind = |direction: Vec3, spread_deg: f32| {
-        // An even disc reaches √2 times its root-mean-square radius.
+        // A uniform disc reaches √2 times its root-mean-square radius.
         let reach = blind_half_angle_deg + std::f32::consts::SQRT_2 * spread_deg;
         direction.angle_between(Vec3::NEG_Z).to_degrees() < reach
     };
-    // A lamp that was not seen may be fully behind the ball: only the layout can tell.
+    // Only the layout can tell if an unseen lamp is fully behind the ball.
     let (hidden, unseen): (Vec<usize>, Vec<usize>) = all()
         .filter(|&i| !lamps[i].is_usable())
         .partition(|&i| in_layout.place(i).is_some_and(|place| is_behind(place, 0.0)));
     add(Fault::NotSeen, unseen, &|names| {
         format!(
-            "{names}: the mirror ball shows no lamp, or misses it in one colour channel, so relit pictures cannot \
+            "{names}: not visible on the mirror ball, or missing in one colour channel; relit pictures cannot \
              use it. Check that the lamp was on and not blocked, and photograph its ball and OLATs again"
         )
     });
@@ -96,7 +96,7 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     let dark = |i: &usize| lamps[*i].is_usable() && luminance(lamps[*i].energy) < DARK * median;
     add(Fault::Dark, all().filter(dark).collect(), &|names| {
         format!(
-            "{names}: less than {:.0} % of the median lamp's light, so the OLAT's noise is amplified more than \
+            "{names}: below {:.0} % of the median lamp's light; the OLAT's noise is amplified more than \
              {:.0} times. Check the lamp and its shutter, or photograph it again with all its banks on",
             100.0 * DARK,
             1.0 / DARK
@@ -118,7 +118,7 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     add(Fault::BehindBall, all().filter(behind).collect(), &|names| {
         format!(
             "{names}: hidden, at least in part, behind the mirror ball (within {blind_half_angle_deg:.0}° of \
-                 its axis), so direction and energy are estimates. Photograph the ball again from the side for \
+                 its axis); direction and energy are estimates. Photograph the ball again from the side for \
                  these lamps"
         )
     });
@@ -134,7 +134,7 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     findings
 }
 
-/// Groups of pictures that are the same file under several names, byte for byte, as places in `paths`.
+/// Groups of byte-identical pictures under several names, as indices into `pictures`.
 ///
 /// # Errors
 /// When a file cannot be read.
@@ -171,9 +171,9 @@ pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
     Ok(groups)
 }
 
-/// Groups of OLATs that show one lamp.
+/// Groups of OLATs that show the same lamp.
 fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
-    // On a dense dome neighbours may be closer than duplicates are on a sparse one.
+    // Neighbours on a dense dome may be closer than duplicates on a sparse one.
     let usable: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable()).collect();
     let angle =
         |i: usize, j: usize| lamps[i].direction.angle_between(lamps[j].direction).to_degrees();
@@ -181,7 +181,7 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
         let others = usable.iter().filter(|&&j| j != i);
         others.map(|&j| angle(i, j)).fold(180.0, f32::min)
     });
-    // A quarter of the median spacing. Duplicates have no spacing and are left out.
+    // A quarter of the median spacing. Duplicates have zero spacing and are left out.
     let spacing = median(nearest.filter(|a| *a > 0.1));
     let limit = SAME_DEG.min(if spacing > 0.0 { 0.25 * spacing } else { SAME_DEG });
     let same = |i: usize, j: usize| {
@@ -200,12 +200,12 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The median spread of the lamps in degrees: a lamp that the ball hides in part looks narrower.
+/// Median spread of the lamps in degrees. A partly hidden lamp looks narrower.
 fn spread_deg(lamps: &[Lamp]) -> f32 {
     median(lamps.iter().filter(|l| l.is_usable()).map(|l| l.spread_deg))
 }
 
-/// The names of lamps for a sentence: only the first few if there are many.
+/// Names of lamps for a sentence; only the first few of many.
 fn names(rig: &Rig, lamps: &[usize]) -> String {
     const MOST: usize = 8;
     let name = |&i: &usize| rig.lamps[i].name.as_str();

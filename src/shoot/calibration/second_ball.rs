@@ -1,7 +1,7 @@
-//! Two mirror balls under the same lamps: one rig from both, and how far away near lamps are.
+//! Two mirror balls under the same lamps: one rig from both, and the distance of near lamps.
 //!
-//! Both balls show a far lamp in one direction. A near lamp is seen in two directions, which meet at the lamp if it is
-//! known where the balls were.
+//! Both balls show a far lamp in one direction. They show a near lamp in two directions, which intersect at the
+//! lamp if the balls' positions are known.
 
 use super::code_values::ResponseTable;
 use super::highlight::NEAR_DEG;
@@ -16,38 +16,38 @@ use light::{Lamp, Rig};
 use project::{Picture, Project, SecondBall};
 use serde::{Deserialize, Serialize};
 
-/// Joint findings of two balls.
+/// Joint result of two balls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TwoBalls {
-    /// Lamps that both balls show.
+    /// Number of lamps on both balls.
     pub lamps: usize,
-    /// Median angle in degrees between what the balls show of a lamp: between its two directions, or half of the angle
-    /// by which they miss each other, if the position of the balls is known.
+    /// Median disagreement per lamp in degrees: the angle between its two directions, or, with known ball
+    /// positions, half the angle by which the two lines of sight miss each other.
     pub median_deg: f32,
-    /// The largest of these angles.
+    /// Largest of these angles.
     pub worst_deg: f32,
-    /// Lamps so near that the two balls tell their distance.
+    /// Lamps near enough for their distance to be measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub near: Vec<NearLamp>,
 }
 
-/// Place of a near lamp.
+/// Position of a near lamp.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NearLamp {
-    /// The name of its OLAT.
+    /// Name of its OLAT.
     pub name: String,
-    /// Its position in metres from the subject: right, up, towards the camera.
+    /// Position in metres from the subject: right, up, towards the camera.
     pub position_m: Vec3,
     /// Standard deviation of its distance in metres.
     pub deviation_m: f32,
 }
 
 impl TwoBalls {
-    /// Findings of the two balls, as a sentence.
+    /// Summary sentence.
     pub fn sentence(&self) -> String {
         let near = match self.near.len() {
             0 => String::new(),
-            near => format!(". They tell the distance of {near}"),
+            near => format!(". The distance of {near} follows from parallax"),
         };
         format!(
             "Two mirror balls show {} of the lamps and agree within {:.1}° (median; {:.1}° at most){near}",
@@ -56,10 +56,10 @@ impl TwoBalls {
     }
 }
 
-/// A distance counts as told from this many standard deviations of the parallax on.
+/// Smallest parallax of a measured distance, in standard deviations.
 const TOLD: f64 = 3.0;
 
-/// The lamps that the second ball of a project shows, by a response.
+/// Lamps on the second ball of a project, under a response.
 ///
 /// # Errors
 /// As [`super::probe::Probes::load`].
@@ -76,7 +76,7 @@ fn lamps(
     })?;
     let size = footage::dimensions(first)?;
     let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
-    // Two balls that disagree are named by themselves.
+    // A disagreement of the two balls is reported separately.
     let (footprints, _) = footprints(
         &pictures,
         (first, size),
@@ -87,8 +87,8 @@ fn lamps(
     Ok(rig.lamps)
 }
 
-/// Measures the lamps from all of a project's balls, by a response. Also returns the share of their energy that the
-/// first ball hides, which was filled in, and what two balls say; `None` if there is one.
+/// Measures the lamps from all of a project's balls under a response. Also returns the share of their energy hidden
+/// by the first ball and filled in, and the agreement of two balls; `None` with one ball.
 ///
 /// # Errors
 /// As [`super::probe::Probes::load`], for the second ball.
@@ -109,15 +109,15 @@ pub(super) fn rig(
     Ok((rig, filled_energy, Some(two)))
 }
 
-/// The photographs of the second ball.
+/// Photographs of the second ball.
 fn pictures(project: &Project, second: &SecondBall) -> Vec<Picture> {
     let lamps = 0..project.settings.shoot.all_lamps().len();
     lamps.map(|lamp| project.second_probe_picture(second, lamp)).collect()
 }
 
-/// Joins the second ball's lamps to the first's, in place: directions and confidences are those of both; energies stay
-/// the first ball's, but for lamps that it does not show. `positions_m` says where the balls were, `camera_distance_m` how far the camera was from the
-/// subject.
+/// Merges the second ball's lamps into the first's, in place. Directions and confidences combine both; energies
+/// stay the first ball's, except for lamps that it does not show. `positions_m` are the balls' positions and
+/// `camera_distance_m` the distance from camera to subject.
 fn join(
     rig: &mut Rig,
     second: &[Lamp],
@@ -143,7 +143,7 @@ fn join(
             None => direction,
         };
         let Some(pair) = pair else {
-            // One ball alone shows it, or none.
+            // Only one ball shows it, or neither.
             if second.confidence > lamp.confidence {
                 lamp.direction = turned(second.direction, 1);
                 lamp.confidence = second.confidence;
@@ -165,7 +165,7 @@ fn join(
             let (direction, confidence) =
                 [(lamp.direction, lamp.confidence), (second.direction, second.confidence)][better];
             lamp.direction = turned(direction, better);
-            // Two good views of different things: one is wrong, and nobody knows which.
+            // Two good views disagree: one is wrong, and the data cannot tell which.
             lamp.confidence = agreement * confidence;
             continue;
         }
@@ -189,7 +189,7 @@ fn join(
 /// Positions of the balls, and rotations of their cameras' axes.
 struct Geometry {
     positions: [DVec3; 2],
-    /// From each ball's own frame, whose +Z points to the camera, to the subject's.
+    /// Rotations from each ball's own frame, whose +Z points to the camera, to the subject's.
     turns: [DQuat; 2],
 }
 
@@ -210,14 +210,14 @@ impl Geometry {
     }
 }
 
-/// A lamp that both balls show.
+/// A lamp on both balls.
 struct Pair {
     /// Mean direction.
     direction: DVec3,
     /// Disagreement of the balls in degrees.
     apart_deg: f32,
-    /// Meeting point of the two lines of sight, and the angle between them in radians; `None` if the balls' positions are
-    /// unknown or the lines do not meet before the balls.
+    /// Intersection of the two lines of sight, and the angle between them in radians; `None` if the balls'
+    /// positions are unknown or the lines do not meet in front of the balls.
     meeting: Option<(DVec3, f64)>,
 }
 
@@ -227,7 +227,7 @@ impl Pair {
         if !(first.is_usable() && second.is_usable()) {
             return None;
         }
-        // A chance of 1 − e^(−12.5/σ²) for an error below five degrees: 1/σ² up to a factor.
+        // Probability 1 − e^(−12.5/σ²) of an error below five degrees: 1/σ² up to a factor.
         let weight = |lamp: &Lamp| -f64::from(1.0 - lamp.confidence.clamp(0.01, 0.999)).ln();
         let weights = [weight(first), weight(second)];
         let directions = [(first, 0), (second, 1)].map(|(lamp, ball)| match geometry {
@@ -255,20 +255,20 @@ impl Pair {
         })
     }
 
-    /// The lamp's position and the standard deviation of its distance in metres, if the balls tell it. `typical_deg` is
-    /// how far the balls disagree in the median: what their directions are good for.
+    /// The lamp's position and the standard deviation of its distance in metres, if the parallax is large enough.
+    /// `typical_deg` is the median disagreement of the balls, the accuracy of their directions.
     fn position(&self, typical_deg: f32) -> Option<(DVec3, f64)> {
-        /// No two directions agree better than this: a quarter of a degree.
+        /// Best assumed accuracy of two directions: a quarter of a degree.
         const FINEST_DEG: f32 = 0.25;
         let (position, parallax) = self.meeting?;
         let deviation = f64::from(typical_deg.max(self.apart_deg).max(FINEST_DEG)).to_radians();
-        // Both directions err.
+        // Both directions have errors.
         let relative = std::f64::consts::SQRT_2 * deviation / parallax.max(1e-9);
         (relative < 1.0 / TOLD).then(|| (position, relative * position.length()))
     }
 }
 
-/// The point that is nearest to two lines of sight; `None` if they are parallel or it lies behind a ball.
+/// Point nearest to two lines of sight; `None` if they are parallel or it lies behind a ball.
 fn meeting(from: [DVec3; 2], along: [DVec3; 2]) -> Option<DVec3> {
     let (mut square, mut target) = (DMat3::ZERO, DVec3::ZERO);
     for (from, along) in from.into_iter().zip(along) {
@@ -285,10 +285,10 @@ fn meeting(from: [DVec3; 2], along: [DVec3; 2]) -> Option<DVec3> {
     (before(0) && before(1)).then_some(point)
 }
 
-/// Finds the second ball's circle in its photographs if it is not known.
+/// Detects the second ball's circle in its photographs if unknown.
 ///
 /// # Errors
-/// When there is no ball in them, or they show both balls and which is the second was not said.
+/// When they show no ball, or show both balls and the manifest does not say which is the second.
 pub(super) fn find_circle(project: &mut Project, again: bool, progress: &Progress) -> Result<()> {
     let Some(second) = project.settings.shoot.second_ball.clone() else {
         return Ok(());
@@ -299,7 +299,7 @@ pub(super) fn find_circle(project: &mut Project, again: bool, progress: &Progres
     }
     if shared {
         return Err(Error::invalid(
-            "the photographs show two mirror balls, and where the second is was not said",
+            "the photographs show two mirror balls; the position of the second is unknown",
             "Give `ball_center_px` and `ball_radius_px` of `second_probes` in the manifest and import again",
         ));
     }

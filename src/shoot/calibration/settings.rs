@@ -9,20 +9,20 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// Calibration settings of a project. A value of `None` is found automatically.
+/// Calibration settings of a project. `None` means automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
 pub struct CalibrateSettings {
-    /// The ball's centre and radius in pixels of its photographs, instead of the project's.
+    /// Centre and radius of the ball in pixels of its photographs, instead of the project's.
     #[arg(long, value_name = "X,Y,RADIUS", conflicts_with = "find_circle")]
     pub circle: Option<Circle>,
-    /// Find the ball in its photographs instead of using the project's circle.
+    /// Detect the ball in its photographs instead of using the project's circle.
     #[arg(long = "find-ball")]
     pub find_circle: bool,
     /// Comparison of exemplars and interview [default: by pixels if a frame shows a pose].
     #[arg(long, value_enum)]
     pub comparison: Option<Comparison>,
-    /// Use this camera response (two exponents, srgb, rec709, linear, or log,K) and exposure of the interview instead of
-    /// fitting them.
+    /// Camera response (two exponents, srgb, rec709, linear, or log,K) and interview exposure, instead of fitting
+    /// them.
     #[arg(long = "gamma", value_name = "RESPONSE[,EXPOSURE]", conflicts_with = "comparison")]
     pub trial: Option<Trial>,
     /// Skip motion compensation between OLATs, which takes a second or two for each pose.
@@ -30,7 +30,7 @@ pub struct CalibrateSettings {
     pub keep_motion: bool,
 }
 
-/// A camera response set by hand, and the interview's exposure.
+/// A camera response set by hand, with the interview's exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     pub response: Response,
@@ -38,29 +38,29 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Exposures that can be tried: a stop down and up.
+    /// Range of trial exposures: one stop down to one stop up.
     pub const EXPOSURES: RangeInclusive<f32> = 0.5..=2.0;
 
-    /// A trial.
+    /// Builds a trial.
     ///
     /// # Errors
-    /// When the exposure is not within [`Self::EXPOSURES`].
+    /// When the exposure is outside [`Self::EXPOSURES`].
     pub fn new(response: Response, exposure: f32) -> Result<Self> {
         if Self::EXPOSURES.contains(&exposure) {
             return Ok(Self { response, exposure });
         }
         Err(Error::invalid(
             format!(
-                "an exposure of the interview of {exposure} is not from {} to {}",
+                "interview exposure {exposure} is outside {} to {}",
                 Self::EXPOSURES.start(),
                 Self::EXPOSURES.end()
             ),
-            "Give the interview's exposure as a factor of the OLATs', near 1",
+            "Give the interview's exposure relative to the OLATs, near 1",
         ))
     }
 
-    /// This response changed by differences of γ1, γ2 and the exposure, kept within their bounds. A plain power
-    /// follows γ1, and so does ln K of a log curve; a standard curve does not change.
+    /// The trial changed by differences of γ1, γ2 and the exposure, clamped to their bounds. A plain power follows
+    /// γ1, and so does ln K of a log curve; a standard curve does not change.
     pub fn nudged(self, [gamma1, gamma2, exposure]: [f32; 3]) -> Self {
         let within =
             |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());
@@ -73,7 +73,7 @@ impl Trial {
                 Response::Power(gamma) => {
                     Response::Power(within(gamma + gamma1, DualGamma::BOUNDS))
                 }
-                // Steps of its logarithm change the curve about as evenly as steps of an exponent.
+                // Steps of ln K change the curve about as evenly as steps of an exponent.
                 Response::Log(k) => Response::Log(within(k * gamma1.exp(), Response::LOG_BOUNDS)),
                 standard => standard,
             },
@@ -85,9 +85,9 @@ impl Trial {
 impl FromStr for Trial {
     type Err = String;
 
-    /// A response and, after another comma, an exposure, which is 1 if left out.
+    /// Parses a response and, after another comma, an optional exposure (1 by default).
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        // A name alone, or log and its K, or two exponents.
+        // Either a single name, or log and its K, or two exponents.
         let numbers_of_response = match text.split(',').next().and_then(Response::standard) {
             Some(_) => 1,
             None => 2,

@@ -8,29 +8,29 @@ use imaging::Image;
 use imaging::color::luminance;
 use project::Ball;
 
-/// A lamp as a matt ball shows it.
+/// A lamp measured on a matt ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shading {
-    /// Unit direction from the subject towards the lamp.
+    /// Unit direction from the subject to the lamp.
     pub direction: Vec3,
-    /// Luminance of the ball where it faces the lamp, less the ambient.
+    /// Luminance of the ball where it faces the lamp, minus the ambient.
     pub strength: f32,
-    /// Luminance that all lit pixels have in common: the room's own light.
+    /// Luminance common to all lit pixels: the room's own light.
     pub ambient: f32,
-    /// Root-mean-square residual over `strength`. A few hundredths for a matt ball in linear light; far
-    /// more for encoded values or a ball that is not matt.
+    /// Root-mean-square residual relative to `strength`: a few hundredths for a matt ball in linear light, far more
+    /// for encoded values or a ball that is not matt.
     pub residual: f32,
-    /// Pixels that were used: lit by the lamp, and neither a highlight nor a stain.
+    /// Number of pixels used: lit by the lamp, without highlights and stains.
     pub pixels: usize,
 }
 
 /// Fits I = ambient + strength · n·l (Lambert) to the lit pixels of a matt ball in a linear photograph, by least
-/// squares with Tukey's weights, so that highlights, stains and cast shadows do not count. Which pixels are lit
-/// follows from l, so both are iterated. The lamp is assumed to be far away.
+/// squares with Tukey's weights, so that highlights, stains and cast shadows do not count. The lit pixels follow
+/// from l, so both are iterated. The lamp is assumed to be far away.
 ///
 /// # Errors
-/// When the ball's figures are impossible, the photograph does not show the ball, or fewer than a hundred
-/// of its pixels are lit.
+/// When the ball's figures are out of range, the photograph does not show the ball, or fewer than a hundred of its
+/// pixels are lit.
 pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     let pixels: Vec<Pixel> = normals(ball, photograph.size())?
         .into_iter()
@@ -42,11 +42,11 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         .collect();
     let dark = || {
         Error::invalid(
-            "one lamp lights fewer than a hundred pixels of the matt ball in the photograph",
+            "fewer than a hundred lit pixels on the matt ball in the photograph",
             "Check that the lamp was on, and the ball's centre and radius",
         )
     };
-    // Bright pixels face the lamp, more or less.
+    // Bright pixels roughly face the lamp.
     let towards: DVec3 = pixels.iter().map(|p| p.light.max(0.0) * p.normal).sum();
     let mut fit = Fit { lamp: towards.try_normalize().ok_or_else(dark)?, ambient: 0.0 };
     let mut used = Vec::new();
@@ -57,7 +57,7 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         if lit.len() < 100 {
             return Err(dark());
         }
-        // The first fits place the lamp roughly, so that outliers of them are not yet outliers.
+        // The first fits are rough, so their outliers may not be outliers yet.
         let scale = if round < 3 { f64::INFINITY } else { fit.scale(&lit) };
         used = lit
             .into_iter()
@@ -67,7 +67,7 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         fit = Fit::of(&used).ok_or_else(dark)?;
     }
     let strength = fit.lamp.length();
-    // Light from everywhere leaves a lamp of rounding alone.
+    // Uniform light leaves only a rounding-error lamp.
     let least = 1e-6 * fit.ambient.abs();
     if used.len() < 100 || strength.is_nan() || strength <= least {
         return Err(dark());
@@ -83,11 +83,11 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     })
 }
 
-/// Rounds of the fit. From about the tenth on the lamp moves by less than 1e-4°.
+/// Rounds of the fit. After about ten the lamp moves by less than 1e-4°.
 const ROUNDS: usize = 20;
 
-/// Pixels at a smaller cosine to the lamp are left out: 84°, where a real ball's shadow begins and what it
-/// is made of shows most.
+/// Smallest cosine to the lamp of a usable pixel: 84°, where a real ball's shadow begins and its material shows
+/// most.
 const GRAZING: f64 = 0.1;
 
 struct Pixel {
@@ -127,8 +127,8 @@ impl Fit {
         pixel.light - self.lamp.dot(pixel.normal) - self.ambient
     }
 
-    /// The standard deviation of the residuals without outliers, from their median size. At least a thousandth of
-    /// the lamp's strength, because 8 bits hold no more.
+    /// Standard deviation of the residuals without outliers, from their median magnitude. At least a thousandth of
+    /// the lamp's strength, because 8 bits resolve no more.
     fn scale(&self, pixels: &[&Pixel]) -> f64 {
         let mut sizes: Vec<f64> = pixels.iter().map(|p| self.residual(p).abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -142,8 +142,7 @@ fn tukey(deviations: f64) -> f64 {
     if x.abs() < 1.0 { (1.0 - x * x).powi(2) } else { 0.0 }
 }
 
-/// The surface normal at each pixel that lies wholly on the ball: halfway between what the pixel reflects
-/// and the camera.
+/// Surface normal at each pixel fully on the ball: halfway between the reflected direction and the camera.
 fn normals(ball: &Ball, size: (usize, usize)) -> Result<Vec<(usize, DVec3)>> {
     let geometry = MirrorBall::new(ball, None, size)?;
     let (r, d) = (f64::from(ball.radius_m), f64::from(ball.camera_distance_m));

@@ -1,10 +1,10 @@
-//! The mirror ball's silhouette: which circle of the photographs is the ball.
+//! The mirror ball's silhouette: detection of the ball's circle in the photographs.
 //!
-//! All balls of a shoot were photographed by one fixed camera, so their photographs are averaged
-//! first ([`Photographs`]): what one of them hides in the dark, another shows. In the average, reduced
-//! to a few hundred pixels, circles are searched (`candidates`, `edges`, `search`); the best are then
-//! measured along rays at the full size (`rim`), where the circle that most of the rim agrees on is
-//! fitted (`circle`). A circle that too little of a rim supports is not returned.
+//! All balls of a shoot were photographed by one fixed camera, so their photographs are averaged first
+//! ([`Photographs`]): a rim lost in the dark in one is visible in another. Circles are searched in the average,
+//! reduced to a few hundred pixels (`candidates`, `edges`, `search`). The best are measured along rays at full size
+//! (`rim`), and a circle is fitted to the largest consistent part of the rim (`circle`). A circle with too little
+//! rim is rejected.
 
 mod candidates;
 mod circle;
@@ -27,70 +27,70 @@ use candidates::{anywhere, distinct, nearby, pyramid};
 use rim::Rim;
 use serde::{Deserialize, Serialize};
 
-/// A circle and how well the photographs show a rim there.
+/// A circle and the quality of its rim in the photographs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Silhouette {
     /// Outline of the ball.
     #[serde(flatten)]
     pub circle: Circle,
-    /// Root-mean-square distance in pixels of the visible rim from the circle; 0, without meaning, if `rim_share`
-    /// is 0.
+    /// Root-mean-square distance in pixels of the visible rim from the circle; 0 and meaningless if `rim_share` is
+    /// 0.
     pub residual_px: f64,
-    /// Share of the whole circumference where the rim was seen, beyond chance: 0 to 1.
+    /// Share of the full circumference with a rim beyond chance, 0 to 1.
     pub rim_share: f64,
-    /// Share of the circumference that lies within the photographs: 1 for a ball in full view.
+    /// Share of the circumference inside the photographs; 1 for a ball in full view.
     pub framed_share: f64,
-    /// Median change of the averaged encoded values across the rim where it was seen: 0 to 1.
+    /// Median change of the averaged encoded values across the visible rim, 0 to 1.
     pub contrast: f64,
 }
 
 impl Silhouette {
-    /// Check to make before trusting the circle, as a sentence; `None` if the rim was seen well all around. The
-    /// search takes anything round for a ball, even the crown of a head for the visible part of one, and warns of
-    /// such parts.
+    /// Check to make before trusting the circle, as a sentence; `None` if the rim is clear all around. The search
+    /// accepts anything round, even the crown of a head as the visible part of a ball, and warns of such parts.
     pub fn warning(&self) -> Option<String> {
         let seen = self.rim_share / self.framed_share.max(1e-9);
         let seen_percent = 100.0 * seen;
         let cut_percent = 100.0 * (1.0 - self.framed_share);
         if seen < TRUSTED_RIM {
             return Some(format!(
-                "only {seen_percent:.0} % of the mirror ball's rim can be told from the background. Check that the \
+                "only {seen_percent:.0} % of the mirror ball's rim stands out from the background. Check that the \
                  circle is the ball's outline"
             ));
         }
         (self.framed_share < WHOLE).then(|| {
             format!(
-                "the frame cuts {cut_percent:.0} % of the mirror ball's rim off: lamps that only this part \
+                "the frame cuts off {cut_percent:.0} % of the mirror ball's rim: lamps that only this part \
                  reflects are missing"
             )
         })
     }
 }
 
-/// If less of the rim within the photographs is seen, a person should check the circle.
+/// Smallest visible share of the rim inside the photographs that needs no check by the user.
 const TRUSTED_RIM: f64 = 0.6;
-/// If less of the rim is within the photographs, the ball is cut; a ray or two may end at the frame.
+/// Smallest share of the rim inside the photographs of an uncut ball; a ray or two may end at the frame.
 const WHOLE: f64 = 0.98;
-/// A smaller ball shows directions too coarsely: a pixel would span over five degrees.
+/// Smallest usable radius. In a smaller ball a pixel would span over five degrees.
 pub const MIN_RADIUS_PX: f64 = 10.0;
-/// Of the part of the circumference that the photographs hold, this share must show a rim.
+/// Smallest visible share of the circumference inside the photographs.
 const MIN_RIM: f64 = 0.35;
-/// Of the whole circumference, this share must.
+/// Smallest visible share of the full circumference.
 const MIN_ARC: f64 = 0.2;
-/// A circle too small to be used is mentioned if this much of its rim is seen.
+/// Smallest visible share of a circle that is reported as too small.
 const CLEAR_RIM: f64 = 0.8;
-/// Small circles need nearly all of their rim, large ones less: a ball of 12 pixels in full view has 16.
+/// Smallest evidence. Small circles need nearly all of their rim, large ones less: a ball of 12 pixels in full view
+/// has 16.
 const MIN_EVIDENCE: f64 = 8.0;
-/// A rim may be off its circle (root mean square) by this many pixels …
+/// Largest root-mean-square distance of a rim from its circle in pixels …
 const BLUNT_PX: f64 = 0.2;
-/// … and this share of the radius, as for a ball 10° off the optical axis, whose outline is an ellipse. Fruit and
-/// handmade things are less round.
+/// … and relative to the radius, enough for a ball 10° off the optical axis, whose outline is an ellipse. Fruit and
+/// handmade objects are less round.
 const OUT_OF_ROUND: f64 = 0.006;
 /// Finds the ball's silhouette.
 ///
 /// # Errors
-/// When the photographs are all black, clipped everywhere, or show no circle with enough of its rim; when the ball
-/// is smaller than [`MIN_RADIUS_PX`].
+/// When the photographs are all black, clipped everywhere, or show no circle with enough rim; when the ball is
+/// smaller than [`MIN_RADIUS_PX`].
 pub fn find(photographs: &Photographs) -> Result<Silhouette> {
     photographs.check_exposure()?;
     let pyramid = pyramid(photographs.average());
@@ -103,14 +103,14 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
         return Err(Error::invalid(
             match rims.first() {
                 Some(rim) => format!(
-                    "{place}: no mirror ball with enough of a rim was found (the best circle, centre {:.0}, {:.0}, \
+                    "{place}: no mirror ball with enough rim found (the best circle, centre {:.0}, {:.0}, \
                      radius {:.0} pixels, shows {:.0} % of one)",
                     rim.circle.center_px[0],
                     rim.circle.center_px[1],
                     rim.circle.radius_px,
                     100.0 * rim.share
                 ),
-                None => format!("{place}: no mirror ball was found"),
+                None => format!("{place}: no mirror ball found"),
             },
             "Check that these are the mirror ball's photographs, add photographs in which its rim stands out from \
              the background, or set the circle by hand",
@@ -127,26 +127,23 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
     check_by_hand(photographs, rough)?;
     let pyramid = pyramid(photographs.average());
     let rims = distinct(nearby(&pyramid, rough, 0.2));
-    let best = rims
-        .iter()
-        .find(|rim| is_ball(rim, photographs))
-        .ok_or_else(|| {
-            Error::invalid(
-                format!(
-                    "{}: no rim was found near the circle with centre {:.1}, {:.1} and radius {:.1} pixels",
-                    photographs.place(),
-                    rough.center_px[0],
-                    rough.center_px[1],
-                    rough.radius_px
-                ),
-                "Place the circle closer to the ball's outline, or keep it as it is",
-            )
-        })?;
+    let best = rims.iter().find(|rim| is_ball(rim, photographs)).ok_or_else(|| {
+        Error::invalid(
+            format!(
+                "{}: no rim found near the circle with centre {:.1}, {:.1} and radius {:.1} pixels",
+                photographs.place(),
+                rough.center_px[0],
+                rough.center_px[1],
+                rough.radius_px
+            ),
+            "Place the circle closer to the ball's outline, or keep it unchanged",
+        )
+    })?;
     Ok(best.into())
 }
 
-/// Evidence of a rim in the photographs at a circle set by hand, which is returned unchanged. The residual is that
-/// of the rim points nearby, up to a fiftieth of the radius away.
+/// Measures the rim at a circle set by hand, which is returned unchanged. The residual is that of nearby rim
+/// points, up to a fiftieth of the radius away.
 ///
 /// # Errors
 /// When the circle is invalid, lies outside the photographs, is larger than twice their longer side or smaller than
@@ -169,7 +166,7 @@ impl From<&Rim> for Silhouette {
     }
 }
 
-/// Refuses a circle that cannot be a ball in these photographs.
+/// Refuses a circle that is invalid for these photographs.
 fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     let Circle { center_px: [x, y], radius_px } = Circle::new(circle.center_px, circle.radius_px)?;
     large_enough(circle, &photographs.place())?;
@@ -182,7 +179,7 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     }
     Err(Error::invalid(
         format!(
-            "the circle with centre {x:.1}, {y:.1} and radius {radius_px:.1} is not within the {width} × {height} pixels \
+            "the circle with centre {x:.1}, {y:.1} and radius {radius_px:.1} is outside the {width} × {height} pixels \
              of {}",
             photographs.place()
         ),
@@ -190,7 +187,7 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     ))
 }
 
-/// Refuses a ball on which lamps cannot be told apart; `place` names its photographs.
+/// Refuses a ball too small to resolve lamps; `place` names its photographs.
 pub(super) fn large_enough(circle: &Circle, place: &str) -> Result<()> {
     if circle.radius_px >= MIN_RADIUS_PX {
         return Ok(());
@@ -212,8 +209,8 @@ fn is_ball(rim: &Rim, photographs: &Photographs) -> bool {
         && rim.residual <= BLUNT_PX + OUT_OF_ROUND * rim.circle.radius_px
 }
 
-/// The best of `rims` (best first) that can be a ball. If it is a ring within larger circles, as reflections around
-/// the camera's axis are, the outermost.
+/// Best valid ball among `rims` (best first). If it lies inside larger concentric rings, such as reflections around
+/// the camera's axis, the outermost.
 fn outermost<'a>(rims: &'a [Rim], photographs: &Photographs) -> Option<&'a Rim> {
     let mut balls = (rims.iter())
         .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= MIN_RADIUS_PX);

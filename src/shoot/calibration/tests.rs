@@ -14,7 +14,7 @@ mod strange;
 
 pub(super) use shared::shared_shoot;
 
-/// The directions of a small dome and how bright each lamp was during the interview.
+/// Directions of a small dome and the brightness of each lamp during the interview.
 fn dome() -> Vec<(Vec3, f32)> {
     (0..14)
         .map(|i| {
@@ -26,7 +26,7 @@ fn dome() -> Vec<(Vec3, f32)> {
         .collect()
 }
 
-/// Writes a shoot of a white ball with coloured spots that turns between poses, under [`dome`].
+/// Writes a shoot under [`dome`] of a white ball with coloured spots that rotates between poses.
 pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     const SIZE: usize = 96;
     let ball =
@@ -45,7 +45,7 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     };
     let pictures = std::cell::Cell::new(0u32);
     let write = |picture: Picture, light: &Image| {
-        // Eight bits of a camera whose sensor dithers: noise of half a code, other in every picture.
+        // Eight bits with sensor dither: noise of half a code, different in every picture.
         let Encoded(codes) = response.encode(light);
         pictures.set(pictures.get() + 1);
         let mut seed = pictures.get().wrapping_mul(2_654_435_761);
@@ -103,7 +103,7 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             write(project.olat_picture(pose, i), olat);
         }
         file::write_mask_png(project.exemplar_matte(pose).file(), &mask).unwrap();
-        // The interview shows the poses, a little turned.
+        // The interview shows the poses, slightly rotated.
         let frame: Vec<Image> =
             lamps.iter().map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d)).collect();
         write(project.frame_picture(pose), &sum(&frame));
@@ -112,7 +112,7 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     project
 }
 
-/// γ1 and γ2 of a calibration by a dual gamma.
+/// γ1 and γ2 of a calibration with a dual gamma.
 fn exponents(found: &Calibration) -> [f32; 2] {
     found.response.exponents().unwrap()
 }
@@ -177,7 +177,7 @@ fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
     let error = Calibration::load(&project).unwrap_err().for_terminal();
     assert!(error.contains("afterlight calibrate"), "{error}");
     let found = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
-    // Sums go over the lamps in another order, so that the fits differ a little.
+    // The lamps are summed in another order, so the fits differ slightly.
     let near = |a: f32, b: f32| (a - b).abs() < 0.02;
     assert!(near(exponents(&found)[0], exponents(&all)[0]));
     assert!(near(exponents(&found)[1], exponents(&all)[1]));
@@ -190,7 +190,7 @@ fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
     }
     let turned = project.settings.shoot.lamp_layout[learnt];
     assert!(!subset.indices.iter().any(|&i| layout[i] == turned));
-    // Half the lamps do as much light as all, and come near it.
+    // Half of the lamps give as much light as all, with a similar look.
     let stand_in = found.stand_in.as_ref().unwrap();
     assert!(stand_in.residual > 0.0 && stand_in.residual < 0.3, "{}", stand_in.residual);
     let exemplar = Exemplar::load(&project, &found.response, 0).unwrap();
@@ -225,7 +225,7 @@ fn a_calibration_that_fails_leaves_the_project_as_it_was() {
     let settings = CalibrateSettings { find_circle: true, ..CalibrateSettings::default() };
     let error = calibrate(&mut project, &settings, &Progress::silent()).unwrap_err();
     assert!(error.to_string().contains("interview.png"), "{error}");
-    // A circle that is good, and then a ball that cannot be read.
+    // A good circle, then an unreadable ball.
     std::fs::write(project.lamp_probe_picture(2), b"no picture").unwrap();
     let settings = CalibrateSettings {
         circle: Some(Circle::new([40.0, 41.0], 30.0).unwrap()),
@@ -274,7 +274,7 @@ fn lamps_of_a_wrong_circle_are_not_trusted() {
     )
     .unwrap()
     .circle;
-    // The lamps with a circle that is off by shares of its radius to the right and in width.
+    // Lamps measured with a circle that is off by shares of its radius, to the right and in size.
     let mut measured = |aside: f64, wider: f64| {
         let [x, y] = found.center_px;
         let radius = found.radius_px;
@@ -312,7 +312,7 @@ fn lamps_of_a_wrong_circle_are_not_trusted() {
             / right.len() as f32;
         assert!(
             mean(&lamps) < near + 0.15,
-            "{aside} {wider}: {near} are right, {} are said to be",
+            "{aside} {wider}: {near} are right, {} are reported as right",
             mean(&lamps)
         );
     }

@@ -1,5 +1,5 @@
-//! Demands of an environment on the lamps: light where there is none, lights smaller than they are, brightness beyond
-//! half floats.
+//! Demands of an environment on the lamps: light from directions without a lamp, lights smaller than the lamps,
+//! brightness beyond half floats.
 
 use super::likeness::likeness_db;
 use super::pictures::{Pictures, Pose, sum};
@@ -15,7 +15,7 @@ use light::{Environment, Lighting, Rig};
 use std::f32::consts::SQRT_2;
 use std::sync::Arc;
 
-/// An environment, and how it is turned and graded.
+/// An environment with its turn and grade.
 #[derive(Clone, Debug)]
 pub struct LitEnvironment {
     pub name: String,
@@ -33,22 +33,24 @@ impl PartialEq for LitEnvironment {
     }
 }
 
-/// Shares of the light from where no lamp is.
+/// Limits for the share of the light from directions without a lamp.
 const UNCOVERED: [f32; 2] = [0.05, 0.2];
-/// Likeness of simple shapes, in decibels. Measured beside true pictures (`docs/method.md`): they are about 8 dB better.
+/// Limits for the likeness of simple shapes, in dB. True pictures are about 8 dB better (measured,
+/// `docs/method.md`).
 const LIKENESS_DB: [f32; 2] = [27.0, 20.0];
-/// Brightest areas that are looked at.
+/// Number of brightest areas to check.
 const AREAS: usize = 24;
 /// Level of pictures: a subject of this albedo in light of the environment's mean radiance is middle grey.
 const ALBEDO: f32 = 0.35;
 const MIDDLE_GREY: f32 = 0.18;
 /// The largest half float.
 const HALF_MAX: f32 = 65504.0;
-/// Stops that the brightest value stays below it: frames may be brighter than the poses. The second is none.
+/// Required headroom in stops between the brightest value and the largest half float: frames may be brighter than
+/// the poses. The second limit is none.
 const HEADROOM: [f32; 2] = [3.0, 0.0];
 /// Values below this share of the field's largest lose precision in memory, and are 0 on a GPU.
 const SMALLEST: f32 = 1.0 / (1u32 << 29) as f32;
-/// Lost shares of a picture's value: a tenth of the smallest difference that is seen, and that difference.
+/// Limits for the lost share of a pixel's value: a tenth of the smallest visible difference, and that difference.
 const LOST: [f32; 2] = [0.001, 0.01];
 
 /// The checks of an environment.
@@ -82,11 +84,11 @@ fn coverage(uncovered: f32) -> Check {
     let [doubtful, bad] = UNCOVERED;
     let level = Level::of(uncovered, doubtful, bad);
     let sentence = format!(
-        "{:.1} % of the light comes from where the stage has no lamp; the nearest lamps take it over",
+        "{:.1} % of the light comes from directions without a lamp; the nearest lamps take it over",
         100.0 * uncovered
     );
     Check::new(Subject::Coverage, level, sentence).remedy(
-        "Turn the environment so that its bright side is where the lamps are, or choose another one",
+        "Turn the environment's bright side towards the lamps, or choose another environment",
     )
 }
 
@@ -113,7 +115,7 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     let hardest = small.max_by(|a, b| a.share.total_cmp(&b.share));
     let hardest = hardest.map_or(String::new(), |area| {
         format!(
-            ". Its strongest small light ({:.0} % of all) is {:.1}° across, and the lamps show none smaller than {:.0}°: \
+            ". Its strongest small light ({:.0} % of all) is {:.1}° across, the lamps' smallest possible light {:.0}°: \
              shadows and highlights will be softer",
             100.0 * area.share,
             2.0 * area.radius_deg(),
@@ -129,7 +131,8 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     )
 }
 
-/// The radius of the smallest light that the lamps can show, in degrees: a lamp's own, or half the way to the next one.
+/// Radius in degrees of the smallest light that the lamps can show: a lamp's own, or half the distance to the
+/// next one.
 fn lamp_radius_deg(rig: &Rig) -> f32 {
     let usable: Vec<&light::Lamp> = rig.lamps.iter().filter(|lamp| lamp.is_usable()).collect();
     let own = median(usable.iter().map(|lamp| SQRT_2 * lamp.spread_deg));
@@ -169,8 +172,8 @@ pub(super) fn half_floats(
             .remedy("Check the poses and the environment");
     }
     let sentence = format!(
-        "The brightest pixel of the poses is {headroom:.1} stops below the largest half float, and what is too dark for \
-         predictions in f16 is at most {:.2} % of a pixel",
+        "The brightest pixel of the poses is {headroom:.1} stops below the largest half float, and \
+         predictions in f16 lose at most {:.2} % of a pixel's light",
         100.0 * lost
     );
     Check::new(Subject::HalfFloats, level, sentence).remedy(
@@ -178,7 +181,8 @@ pub(super) fn half_floats(
     )
 }
 
-/// The largest share of a pixel's light that predictions in f16 lose, because it is too dark beside the brightest lamp.
+/// The largest share of a pixel's light that predictions in f16 lose, because it is too dark beside the brightest
+/// lamp.
 fn lost_share(pose: &Pose, weights: &[[f32; 3]]) -> f32 {
     let smallest = SMALLEST * pose.peaks.iter().map(largest).fold(0.0, f32::max);
     let dark: Vec<Image> = (pose.olats.iter())

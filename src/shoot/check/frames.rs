@@ -1,7 +1,7 @@
-//! Frames that are unlike every pose: there the network has to guess.
+//! Frames unlike every pose, for which the network has to guess.
 //!
-//! Small pictures are compared as a viewer sees them: display values of the exposure that suits each, so that the
-//! brightness of poses and frames does not matter. How far poses are from their nearest other pose is the scale.
+//! Small pictures are compared in display values, each at its own best exposure, so that the brightness of poses
+//! and frames does not matter. The scale is the distance of poses from their nearest other pose.
 
 use super::pictures::Pictures;
 use super::{Check, Level, Subject};
@@ -9,12 +9,12 @@ use footage::scan::counted;
 use imaging::color::luminance;
 use imaging::{Image, Mask};
 
-/// A frame is unlike the poses if it is this many times farther from the nearest than poses are from each other.
+/// A frame is unlike the poses if its distance from the nearest is this multiple of the distance between poses.
 const UNLIKE: f32 = 1.2;
-/// Shares of the frames that are unlike every pose.
+/// Limits for the share of frames that are unlike every pose.
 const SHARES: [f32; 2] = [0.02, 0.25];
 
-/// Check that the poses show the same as the frames.
+/// Checks that the poses resemble the frames.
 pub(super) fn check(pictures: &Pictures) -> Check {
     let poses: Vec<Vec<f32>> = (pictures.poses.iter())
         .map(|pose| seen(&pose.plate, &pose.mask, &pictures.shown))
@@ -26,9 +26,9 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     let mut apart: Vec<f32> = apart.filter(|d| d.is_finite() && *d > 0.0).collect();
     apart.sort_by(f32::total_cmp);
     let Some(&scale) = apart.get(apart.len() / 2) else {
-        let sentence = "With one pose, or poses that are all alike, it is not known how far frames may be from them";
+        let sentence = "With one pose, or with poses all alike, the frames cannot be compared";
         return Check::new(Subject::Frames, Level::Unknown, sentence)
-            .remedy("Photograph several poses that differ as the interview does");
+            .remedy("Photograph several poses as varied as the interview");
     };
     let mut far: Vec<(f32, &str)> = (pictures.frames.iter())
         .filter_map(|frame| {
@@ -63,9 +63,9 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     )
 }
 
-/// A picture as a viewer sees it: display values where the subject is, of what is `shown`, at the exposure that suits it.
+/// Display values of a picture: the subject within `shown`, at its own best exposure.
 fn seen(plate: &Image, mask: &Mask, shown: &Mask) -> Vec<f32> {
-    /// The exposure puts the subject's 90th percentile here.
+    /// Display value of the subject's 90th percentile.
     const EXPOSED: f32 = 0.5;
     let covered: Vec<f32> =
         (mask.pixels.iter().zip(&shown.pixels)).map(|(covered, shown)| covered * shown).collect();
@@ -98,7 +98,7 @@ mod tests {
     use super::super::pictures::{Filmed, Pose};
     use super::*;
 
-    /// A head on shoulders that reach from side to side, its head `at` a column; `columns` of it are filmed.
+    /// A head on shoulders that reach from side to side, with the head `at` a column, cropped to `columns`.
     fn subject(at: f32, columns: std::ops::Range<usize>) -> (Image, Mask) {
         let covers = |x: usize, y: usize| {
             let head = (x as f32 - at).hypot(y as f32 - 12.0) < 7.0;

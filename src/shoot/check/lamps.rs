@@ -1,4 +1,4 @@
-//! The lamps: seen, agreed upon, clipped, hidden.
+//! Checks of the lamps: visibility, agreement, clipping, occlusion.
 
 use super::{Check, Level, Subject};
 use calibration::Calibration;
@@ -10,15 +10,17 @@ use std::f32::consts::SQRT_2;
 
 /// A direction of lower confidence may be more than five degrees off: see [`Lamp::confidence`].
 const TRUSTED: f32 = 0.5;
-/// Shares of the lamps whose direction may be wrong: one of 41 is seen in no picture; with a half, nothing is certain.
+/// Limits for the share of lamps with a doubtful direction: one wrong lamp in 41 is not visible in any picture;
+/// with half of them wrong, the whole rig is uncertain.
 const UNSURE: [f32; 2] = [0.03, 0.5];
-/// Two balls that differ by more are photographed or outlined wrongly (as in [`Calibration::warnings`]), and beyond
-/// the second the lamps are as wrong as single ones that are not trusted.
+/// Limits for the angle between two balls' directions. Above the first the balls are photographed or outlined
+/// wrongly (as in [`Calibration::warnings`]); above the second the lamps are as wrong as untrusted lamps of a
+/// single ball.
 const BALLS_APART_DEG: [f32; 2] = [2.5, 5.0];
-/// A lamp with this share of its light clipped is of unknown energy: the other half is no measure of it.
+/// Share of clipped light above which a lamp's energy is unknown: the rest is too small a sample.
 const HALF_CLIPPED: f32 = 0.5;
-/// Filled-in shares of the lamps' light. Measured on the plain stage: with 2.8 % filled in, the lamps behind the ball were
-/// right within 1.4° and a sixth of their energy, with 4.2 % within 3° and half of it.
+/// Limits for the estimated share of the lamps' light. Measured on the plain stage: with 2.8 % estimated, the
+/// lamps behind the ball were right within 1.4° and a sixth of their energy, with 4.2 % within 3° and half of it.
 const FILLED: [f32; 2] = [0.035, 0.15];
 
 /// The four checks of the lamps.
@@ -56,7 +58,7 @@ fn agree(calibration: &Calibration) -> Check {
         return from_finding(Subject::LampsAgree, Level::Bad, finding);
     }
     let usable = || calibration.rig.lamps.iter().filter(|lamp| lamp.is_usable());
-    // Lamps behind the ball have a check of their own.
+    // Lamps behind the ball have a separate check.
     let unsure: Vec<&Lamp> = usable()
         .filter(|lamp| lamp.confidence < TRUSTED && !is_hidden(calibration, lamp))
         .collect();
@@ -71,14 +73,14 @@ fn agree(calibration: &Calibration) -> Check {
             names(&unsure)
         );
         return Check::new(Subject::LampsAgree, level, sentence).remedy(
-            "Look at them in the Probe workspace, and photograph these balls again: larger in the picture, in focus, \
+            "Check them in the Probe workspace, and photograph these balls again: larger in the picture, in focus, \
              without other reflections",
         );
     }
     if let Some(finding) = finding(calibration, &ODD) {
         return from_finding(Subject::LampsAgree, Level::Doubtful, finding);
     }
-    // A calibration of an older version does not say what its findings are about.
+    // A calibration of an older version has findings without kinds.
     if let (true, Some(first)) = (
         calibration.rig_faults.len() != calibration.rig_findings.len(),
         calibration.rig_findings.first(),
@@ -100,11 +102,11 @@ fn agree(calibration: &Calibration) -> Check {
             .remedy("Photograph the mirror balls again"),
         None => {
             let sentence = match unsure.len() {
-                0 => "All lamps that the ball shows in full are nearly certain to be within 5° of where they are seen"
+                0 => "All lamps that the ball shows in full are almost certainly within 5° of their measured directions"
                     .to_owned(),
                 some => format!(
-                    "Lamps that the ball shows in full are nearly certain to be within 5° of where they are seen, but \
-                     for {some}{}",
+                    "Lamps that the ball shows in full are almost certainly within 5° of their measured directions, \
+                     except for {some}{}",
                     names(&unsure)
                 ),
             };
@@ -122,7 +124,7 @@ fn clipped(calibration: &Calibration) -> Check {
     const REMEDY: &str = "Photograph the balls again with a shorter exposure or a denser filter";
     if !half.is_empty() {
         let sentence = format!(
-            "More than half of the light of {} is clipped, so the energy is not known{}",
+            "More than half of the light of {} is clipped, so the energy is unknown{}",
             counted(half.len(), "lamp"),
             names(&half)
         );
@@ -159,7 +161,7 @@ fn hidden(calibration: &Calibration) -> Check {
         .remedy("Photograph the ball again from the side, or larger, for the lamps behind it")
 }
 
-/// True if the ball may hide a part of a lamp: the cone behind it that is not shown, and a lamp's own width.
+/// True if the ball may hide a part of a lamp: the invisible cone behind it, widened by the lamp's own width.
 fn is_hidden(calibration: &Calibration, lamp: &Lamp) -> bool {
     let cone = (1.0 - 2.0 * calibration.blind_share).acos().to_degrees();
     let from_axis = lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
@@ -174,13 +176,13 @@ fn finding<'a>(calibration: &'a Calibration, faults: &[Fault]) -> Option<&'a Str
     of_kind.next().map(|(_, sentence)| sentence)
 }
 
-/// A check of the calibration's own sentence, which ends with what to do.
+/// A check from a finding of the calibration, which ends with the remedy.
 fn from_finding(subject: Subject, level: Level, finding: &str) -> Check {
     let (sentence, remedy) = finding.split_once(". ").unwrap_or((finding, "Check these lamps"));
     Check::new(subject, level, sentence).remedy(remedy)
 }
 
-/// The names of some lamps, behind a colon; only the first few if there are many.
+/// The names of some lamps, after a colon; only the first few if there are many.
 fn names(lamps: &[&Lamp]) -> String {
     const MOST: usize = 6;
     if lamps.is_empty() {

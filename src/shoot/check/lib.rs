@@ -1,8 +1,9 @@
-//! Checks of the trust in a project: each doubt about lamps, response, pictures and environments with its sentence
-//! and its remedy.
+//! Checks of a project: each doubt about lamps, response, pictures and environments with its sentence and its
+//! remedy.
 //!
-//! [`Evidence::read`] looks at the project once: the calibration, the poses and some frames. [`Evidence::report`] judges
-//! the findings, and some environments, in milliseconds. A value that was not measured is [`Level::Unknown`], never green.
+//! [`Evidence::read`] reads the project once: the calibration, the poses and some frames. [`Evidence::report`]
+//! judges the findings, and some environments, in milliseconds. A value that was not measured is
+//! [`Level::Unknown`], never green.
 
 mod environments;
 mod frames;
@@ -24,16 +25,16 @@ use serde::Serialize;
 /// Level of trust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Level {
-    /// Nothing to do.
+    /// No action needed.
     #[serde(rename = "green")]
     Good,
-    /// Pictures will suffer a little, or may.
+    /// Pictures suffer a little, or may suffer.
     #[serde(rename = "amber")]
     Doubtful,
     /// Pictures will be wrong.
     #[serde(rename = "red")]
     Bad,
-    /// It could not be measured.
+    /// Not measured.
     #[serde(rename = "unknown")]
     Unknown,
 }
@@ -44,7 +45,7 @@ pub enum Level {
 pub enum Subject {
     /// Visibility of every lamp on the mirror balls.
     LampsSeen,
-    /// Agreement of all that is known of the lamps' directions.
+    /// Agreement of all evidence on the lamps' directions.
     LampsAgree,
     /// Clipping of the lamps on the mirror balls.
     LampsClipped,
@@ -67,7 +68,7 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// Subjects that are known of every calibrated project.
+    /// Subjects for every calibrated project.
     const OF_PROJECT: [Self; 8] = [
         Self::LampsSeen,
         Self::LampsAgree,
@@ -78,7 +79,7 @@ impl Subject {
         Self::Motion,
         Self::Frames,
     ];
-    /// Subjects that are known of each environment.
+    /// Subjects for each environment.
     const OF_ENVIRONMENT: [Self; 3] = [Self::Coverage, Self::Contrast, Self::HalfFloats];
 }
 
@@ -91,7 +92,7 @@ pub struct Check {
     pub level: Level,
     /// The finding.
     pub sentence: String,
-    /// Remedy; None if there is nothing to do.
+    /// Remedy; None if no action is needed.
     pub remedy: Option<String>,
 }
 
@@ -103,10 +104,10 @@ pub struct CheckReport {
     pub checks: Vec<Check>,
 }
 
-/// Something that was read, or why it could not be, in a sentence.
+/// A value that was read, or the reason that it could not be, in a sentence.
 type Known<T> = std::result::Result<T, String>;
 
-/// Evidence from the project itself, for judging it.
+/// Evidence from the project, the basis of reports.
 pub struct Evidence {
     /// None before the first calibration.
     calibration: Known<Option<Calibration>>,
@@ -115,7 +116,7 @@ pub struct Evidence {
 }
 
 impl Level {
-    /// The level of a value that is better the smaller it is; a value that is NaN was not measured.
+    /// Level of a value for which smaller is better; NaN means not measured.
     fn of(value: f32, doubtful: f32, bad: f32) -> Self {
         match value {
             v if v.is_nan() => Self::Unknown,
@@ -125,7 +126,7 @@ impl Level {
         }
     }
 
-    /// Rank in the whole: the worst wins.
+    /// Rank in the overall level: the worst wins.
     fn rank(self) -> u8 {
         match self {
             Self::Good => 0,
@@ -140,7 +141,7 @@ impl Level {
         if other.rank() > self.rank() { other } else { self }
     }
 
-    /// As people say it.
+    /// Word in sentences.
     pub fn word(self) -> &'static str {
         match self {
             Self::Good => "green",
@@ -152,7 +153,7 @@ impl Level {
 }
 
 impl Subject {
-    /// As people say it.
+    /// Title in reports and in the window.
     pub fn title(self) -> &'static str {
         match self {
             Self::LampsSeen => "Lamps seen",
@@ -175,7 +176,7 @@ impl Check {
         Self { subject, environment: None, level, sentence: sentence.into(), remedy: None }
     }
 
-    /// The same with what to do about it, unless it is green.
+    /// The same with a remedy, unless it is green.
     fn remedy(self, remedy: impl Into<String>) -> Self {
         Self { remedy: (self.level != Level::Good).then(|| remedy.into()), ..self }
     }
@@ -185,7 +186,7 @@ impl Check {
         Self::new(subject, Level::Unknown, "Not known yet").remedy("Calibrate the project")
     }
 
-    /// Unknown result because something could not be read; `why` gives the reason and the remedy.
+    /// Unknown result because something could not be read; `why` has the reason and the remedy.
     fn unread(subject: Subject, why: &str) -> Self {
         let (sentence, remedy) =
             why.rsplit_once(". ").unwrap_or((why, "Fix that, and check again"));
@@ -226,7 +227,7 @@ impl CheckReport {
 }
 
 impl Evidence {
-    /// Looks at a project. What cannot be read is said by the checks that need it.
+    /// Reads a project. Read errors become part of the checks that need the data.
     ///
     /// # Errors
     /// When the job was stopped.
@@ -248,7 +249,7 @@ impl Evidence {
         Ok(Self { calibration: calibration.map_err(|e| e.to_string()), pictures })
     }
 
-    /// Judges the project and what some environments ask of it.
+    /// Judges the project, and the demands of some environments on it.
     pub fn report(&self, environments: &[LitEnvironment]) -> CheckReport {
         let mut checks = match &self.calibration {
             Ok(Some(calibration)) => {
@@ -284,7 +285,7 @@ impl Evidence {
     }
 }
 
-/// The check of a project whose calibration is not there or cannot be read.
+/// The check of a project whose calibration is missing or cannot be read.
 fn not_calibrated(subject: Subject, calibration: &Known<Option<Calibration>>) -> Check {
     match calibration {
         Err(why) => Check::unread(subject, why),

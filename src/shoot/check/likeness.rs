@@ -1,8 +1,8 @@
-//! Likeness of simple surfaces under an environment and under the lamps that stand for it.
+//! Likeness of simple surfaces under an environment and under the lamps that replace it.
 //!
-//! What lamps cannot do is throw the edges of shadows that a small sun throws. So the surfaces are matt points all over a
-//! ball that the camera sees, each at the foot of a wall that hides a part of its sky: where the light is small, what a
-//! wall hides is all or nothing.
+//! Lamps cannot throw the sharp shadow edges of a small sun. So the surfaces are matt points all over a ball in
+//! view of the camera, each at the foot of a wall that hides a part of its sky: if the light is small, a wall
+//! hides all of it or none.
 
 use glam::{Quat, Vec3};
 use imaging::color::luminance;
@@ -11,19 +11,19 @@ use light::{Environment, LightWeights, Rig};
 use rayon::prelude::*;
 use std::f32::consts::{SQRT_2, TAU};
 
-/// Columns of the environment: 2.8° a texel, a fraction of the lamps' distances.
+/// Columns of the environment: 2.8° per texel, a fraction of the distance between lamps.
 const WIDTH: usize = 128;
-/// Points of the ball, and samples of a lamp.
+/// Number of points on the ball, and of samples per lamp.
 const POINTS: usize = 400;
 const SAMPLES: usize = 24;
-/// The exposure puts a picture's 95th percentile here.
+/// Display value of a picture's 95th percentile.
 const EXPOSED: f64 = 0.5;
 
 /// Light from a direction: its luminance energy.
 type Ray = (Vec3, f64);
 
-/// The peak signal-to-noise ratio in decibels of the surfaces under the lamps, against the same under the turned
-/// environment, in display values v^(1/2.2); NaN if the environment is black.
+/// The peak signal-to-noise ratio in dB of the surfaces under the lamps, against the same surfaces under the
+/// turned environment, in display values v^(1/2.2); NaN if the environment is black.
 pub(super) fn likeness_db(
     environment: &Environment,
     turn: Quat,
@@ -51,7 +51,7 @@ fn lit(point: usize, rays: &[Ray]) -> f64 {
     seen.map(|(from, energy)| f64::from(normal.dot(*from).max(0.0)) * energy).sum()
 }
 
-/// A point's normal, and the side of its wall that it is on.
+/// A point's normal, and the normal of its wall on the point's side.
 fn place(point: usize) -> (Vec3, Vec3) {
     // The golden angle, and steps of the R2 sequence (Roberts 2018), which fills a square evenly.
     const GOLDEN: f32 = 2.399_963;
@@ -80,7 +80,7 @@ fn sky(environment: &Environment, turn: Quat) -> Vec<Ray> {
     rays.filter(|(_, energy)| *energy > 0.0).collect()
 }
 
-/// The light of the lamps: even discs of their spread, which reach √2 times as far.
+/// The light of the lamps: even discs of their spread; a disc's radius is √2 times the spread.
 fn lamps(rig: &Rig, weights: &LightWeights) -> Vec<Ray> {
     let pairs = rig.lamps.iter().zip(&weights.per_lamp);
     let lit = pairs.filter(|(lamp, _)| lamp.is_usable());

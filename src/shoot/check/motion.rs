@@ -1,17 +1,17 @@
-//! Check for motion of the subject while the lamps went round.
+//! Check for motion of the subject during the lamp sequence.
 
 use super::{Check, Level, Subject};
 use calibration::Calibration;
 use footage::Motion;
 
-/// Check that the poses' OLATs show one and the same subject.
+/// Checks that the subject is still in the poses' OLATs.
 pub(super) fn check(calibration: &Calibration) -> Check {
     match &calibration.motion {
         Some(motion) => judged(motion),
         None => Check::new(
             Subject::Motion,
             Level::Unknown,
-            "The calibration did not look whether the subject moved while the lamps went round",
+            "The calibration did not measure the subject's motion during the lamp sequence",
         )
         .remedy("Calibrate again"),
     }
@@ -19,7 +19,7 @@ pub(super) fn check(calibration: &Calibration) -> Check {
 
 fn judged(motion: &Motion) -> Check {
     let check = |level, sentence| Check::new(Subject::Motion, level, sentence);
-    // Two deviations beyond what was found, as far as that is known.
+    // Two deviations above the measured motion, where deviations are known.
     let reach = |moved: bool| -> Vec<f32> {
         let poses = motion.poses.iter().filter(move |pose| pose.corrected == moved);
         poses.map(|pose| pose.largest_px + 2.0 * pose.deviation_px).collect()
@@ -28,7 +28,7 @@ fn judged(motion: &Motion) -> Check {
     if all == 0 || [reach(true), reach(false)].concat().iter().any(|v| v.is_nan()) {
         return check(
             Level::Unknown,
-            "The OLATs do not show whether the subject moved while the lamps went round".to_owned(),
+            "The OLATs do not show whether the subject moved during the lamp sequence".to_owned(),
         )
         .remedy("Photograph more lamps for each pose, or fully lit tracking frames between them");
     }
@@ -38,13 +38,13 @@ fn judged(motion: &Motion) -> Check {
         return check(
             Level::Good,
             format!(
-                "In {all} poses no motion is seen while the lamps went round; {unseen:.1} pixels could hide"
+                "No motion was found in {all} poses during the lamp sequence; up to {unseen:.1} pixels could be hidden"
             ),
         );
     };
     let sentence = format!(
-        "While the lamps went round the subject moved in {} of {all} poses, in {} by {:.1} ± {:.1} pixels. That is \
-         corrected, but not all of it",
+        "During the lamp sequence the subject moved in {} of {all} poses, in {} by {:.1} ± {:.1} pixels. Most of it is \
+         corrected, but not all",
         moved.count(),
         most.pose,
         most.largest_px,

@@ -1,4 +1,4 @@
-//! Small pictures of the poses and some frames, so that all of them can be kept.
+//! Small pictures of the poses and some frames, so that all fit into memory.
 
 use base::error::Result;
 use base::progress::Progress;
@@ -9,25 +9,25 @@ use imaging::{Image, Mask};
 use project::{Framing, Project};
 use rayon::prelude::*;
 
-/// Side of the small pictures: what moves by a thirtieth of the picture moves by a pixel.
+/// Side of the small pictures: a motion of a thirtieth of the picture is one pixel.
 const SIDE: usize = 32;
-/// Frames that are looked at, spread evenly over the interview.
+/// Number of checked frames, spread evenly over the interview.
 const FRAMES: usize = 48;
 
-/// Poses and frames in small.
+/// Small poses and frames.
 pub(super) struct Pictures {
     pub poses: Vec<Pose>,
     pub frames: Vec<Filmed>,
-    /// Area that frames and poses both show: a plate may end within the square.
+    /// Area that both frames and poses show: a plate may end within the square.
     pub shown: Mask,
-    /// All frames of the interview; only some are looked at.
+    /// Number of all frames of the interview, not only the checked ones.
     pub all_frames: usize,
 }
 
 /// A pose under every lamp that the network learns.
 pub(super) struct Pose {
     pub olats: Vec<Image>,
-    /// The brightest pixel of each channel where a pixel of [`Self::olats`] is.
+    /// The brightest value of each channel under each pixel of [`Self::olats`].
     pub peaks: Vec<Image>,
     /// The pose under the interview's light.
     pub plate: Image,
@@ -117,7 +117,7 @@ pub(super) fn sum(pictures: &[Image], weights: &[[f32; 3]]) -> Image {
     sum
 }
 
-/// The share of each of `side` × `side` blocks of a square that is within the pictures.
+/// Share of each of `side` × `side` blocks of a square that lies within the pictures.
 fn within(framing: &Framing, side: usize) -> Mask {
     let block = framing.side as f32 / side as f32;
     let share = |i: usize, from: i32, length: usize| {
@@ -129,7 +129,7 @@ fn within(framing: &Framing, side: usize) -> Mask {
     Mask::from_fn(side, side, |x, y| share(x, framing.x, width) * share(y, framing.y, height))
 }
 
-/// The brightest values of a picture, in `side` × `side` blocks of it.
+/// The brightest values in `side` × `side` blocks of a picture.
 fn peaks(picture: &Image, side: usize) -> Image {
     let mut peaks = Image::filled(side, side, [0.0; 3]);
     for y in 0..picture.height {
@@ -142,7 +142,7 @@ fn peaks(picture: &Image, side: usize) -> Image {
     peaks
 }
 
-/// At most `most` of `count` numbers from 0, spread evenly, the first and the last among them.
+/// At most `most` of `count` numbers from 0, spread evenly, including the first and the last.
 fn evenly(count: usize, most: usize) -> Vec<usize> {
     if count <= most {
         return (0..count).collect();

@@ -4,29 +4,29 @@ use super::{Check, Level, Subject};
 use calibration::Calibration;
 use calibration::gamma::Evidence;
 
-/// Half the width of an interval of 90 % in standard deviations.
+/// Half the width of a 90 % interval in standard deviations.
 const HALF_WIDTH: f32 = 1.645;
-/// From this probability on the second case is no remote possibility.
+/// Probability from which the second case is likely enough to matter.
 const LIKELY: f32 = 0.2;
-/// From this difference of an exponent on, both cases give different pictures: see [`Evidence::ROUGH`].
+/// Difference of an exponent from which the two cases give different pictures: see [`Evidence::ROUGH`].
 const DIFFERENT: f32 = 0.3;
-/// Shares of the light on the interview's ball that the lamps leave unexplained. Measured on stages: with 8 % the true
-/// exponents are inside the intervals, with 15 % and 25 % they may be far outside.
+/// Limits for the share of the light on the interview's ball that the lamps do not explain. Measured on stages:
+/// with 8 % the true exponents are inside the intervals, with 15 % and 25 % they may be far outside.
 const UNEXPLAINED: [f32; 2] = [0.05, 0.12];
 
-/// Check of the response's certainty.
+/// Checks the certainty of the response.
 pub(super) fn response(calibration: &Calibration) -> Check {
     let evidence = &calibration.gamma_evidence;
     let check = |level, sentence: String| Check::new(Subject::Response, level, sentence);
     if evidence.by_hand {
         let sentence =
-            format!("Set by hand: {}. Nothing says how right it is", calibration.response);
+            format!("Set by hand: {}. Its accuracy is not checked", calibration.response);
         return check(Level::Unknown, sentence)
-            .remedy("Calibrate without a response set by hand to see what the pictures say");
+            .remedy("Calibrate without a response set by hand to compare it with the pictures");
     }
     if let Some(curve) = &evidence.better_curve {
         let sentence = format!(
-            "{curve} explains the pictures better than any dual gamma, and is used. How sure that is, is not known"
+            "{curve} explains the pictures better than any dual gamma, and is used. Its uncertainty is unknown"
         );
         return check(Level::Doubtful, sentence)
             .remedy("If the camera records another curve, set it by hand in the Gamma workspace");
@@ -40,7 +40,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
             ([[g1 - d1, g1 + d1], [g2 - d2, g2 + d2]], "by its deviations")
         }
         _ => {
-            let sentence = "The calibration does not say how well the response is known";
+            let sentence = "The calibration has no uncertainty for the response";
             return check(Level::Unknown, sentence.into()).remedy("Calibrate again");
         }
     };
@@ -63,16 +63,16 @@ pub(super) fn response(calibration: &Calibration) -> Check {
             100.0 * second.probability,
             second.gamma1,
             second.gamma2,
-            if second.changed { "changed" } else { "left alone" }
+            if second.changed { "changed" } else { "unchanged" }
         );
         remedy =
-            "Compare both cases in the Gamma workspace, and take the one whose picture is right";
+            "Compare both cases in the Gamma workspace, and choose the one with the right picture";
     }
     let exposure = calibration.exposure;
     if exposure.is_finite() && exposure.ln().abs() > Evidence::OTHER_EXPOSURE {
         level = level.worst(Level::Doubtful);
         sentence += &format!(
-            "; the interview is {exposure:.2} times as bright as the mirror balls say, as if the exposure was changed"
+            "; the interview is {exposure:.2} times as bright as expected from the mirror balls, as if the exposure was changed"
         );
     }
     // The intervals assume that the lamps explain the interview's light.
@@ -80,13 +80,13 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let light = Level::of(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
         level = level.worst(light);
-        sentence += "; but the lamps cannot make all of the interview's light, so both figures may be wrong";
+        sentence += "; but the lamps do not explain all of the interview's light, so both figures may be wrong";
         remedy = "Fix the interview's light first";
     }
     check(level, sentence).remedy(remedy)
 }
 
-/// Check of the share of the interview's light that is not a sum of the lamps.
+/// Checks the share of the interview's light that is not a sum of the lamps.
 pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;
@@ -94,15 +94,15 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let [beside, misfit] =
         [calibration.uncovered_energy, calibration.probe_residual].map(|share| 100.0 * share);
     let mut sentence = if beside < 0.5 && misfit < 0.5 {
-        "The lamps together are the light that the interview's mirror ball shows".to_owned()
+        "The lamps together match the light on the interview's mirror ball".to_owned()
     } else {
         format!(
-            "On the interview's mirror ball {beside:.0} % of the light comes from where no lamp is, and the nearest \
+            "On the interview's mirror ball {beside:.0} % of the light comes from directions without a lamp, and the nearest \
              sum of the lamps is off by {misfit:.0} %"
         )
     };
     let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
-                      was changed. Otherwise the poses are relit with light that the frames do not have";
+                      was changed. Otherwise the relit poses and the frames differ in light";
     if missed >= doubtful {
         sentence +=
             &format!("; the lamps that the network learns miss it by {:.0} %", 100.0 * missed);
@@ -111,7 +111,7 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)
 }
 
-/// The share of the light on the interview's ball that the lamps leave unexplained.
+/// Share of the light on the interview's ball that the lamps do not explain.
 fn unexplained(calibration: &Calibration) -> f32 {
     larger(calibration.probe_residual, calibration.uncovered_energy)
 }

@@ -1,4 +1,4 @@
-//! Reports on sound, troubled and hostile projects.
+//! Reports on sound, faulty and hostile projects.
 
 use super::*;
 use calibration::rig_check::Fault;
@@ -34,7 +34,7 @@ fn lit(radiance: Image) -> LitEnvironment {
     }
 }
 
-/// A calibration without doubts, but of a project that is too small to have it measured.
+/// A calibration without doubts, on a project too small to measure all of it.
 fn sound(folder: &Path) -> (Project, Calibration) {
     let (project, mut sound) = TestShoot::default().calibrate(folder, "project");
     sound.rig_findings.clear();
@@ -156,7 +156,7 @@ fn each_doubt_turns_its_own_check() {
     assert_eq!(level(Response, &|c| c.uncovered_energy = 0.5), Bad);
     assert_eq!(level(Response, &|c| c.probe_residual = f32::NAN), Unknown);
     let hidden = found(Fault::BehindBall, "olat_01: hidden. Check it");
-    assert_eq!(level(LampsHidden, &hidden), Level::Good, "a small part is no doubt");
+    assert_eq!(level(LampsHidden, &hidden), Level::Good, "a small part is not a doubt");
 }
 
 #[test]
@@ -185,12 +185,12 @@ fn hostile_projects_are_named_and_not_green() {
 
     let frame = project.frame_picture(1);
     let kept = std::fs::read(&frame).unwrap();
-    std::fs::write(&frame, b"no picture").unwrap();
+    std::fs::write(&frame, b"not a picture").unwrap();
     let broken = report(&project);
     let check = of(&broken, Subject::Frames);
     assert_eq!(check.level, Level::Unknown);
     assert!(check.sentence.contains("frame_001.png"), "{}", check.sentence);
-    assert_eq!(of(&broken, Subject::LampsSeen).level, Level::Good, "the rest is judged");
+    assert_eq!(of(&broken, Subject::LampsSeen).level, Level::Good, "the rest is checked");
     std::fs::write(&frame, kept).unwrap();
 
     let mut without = project.clone();
@@ -202,7 +202,7 @@ fn hostile_projects_are_named_and_not_green() {
 
     let path = project.calibration_path();
     let text = std::fs::read_to_string(&path).unwrap();
-    // Without the checksum, as a file of an older version.
+    // Without the checksum, like a file of an older version.
     let text = text.split_once('\n').unwrap().1;
     let spoilt = text.replace("probe_residual = 0.01", "probe_residual = nan");
     assert_ne!(text, spoilt);
@@ -238,7 +238,7 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
     sound.save(&project).unwrap();
     let frame = project.frame_picture(2);
     let picture = image::open(&frame).unwrap();
-    // Upside down, the subject covers what poses leave free.
+    // Upside down, the subject covers area that is empty in the poses.
     picture.flipv().save(&frame).unwrap();
     let mask = project.frame_matte(2);
     image::open(&mask).unwrap().flipv().save(&mask).unwrap();
@@ -252,7 +252,7 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
 fn a_sun_is_harder_than_the_lamps_and_an_even_sky_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let (_, mut sound) = sound(folder.path());
-    // A stage of 41 equal lamps, evenly around on a spiral.
+    // A stage of 41 equal lamps, evenly spaced on a spiral.
     let lamp = sound.rig.lamps[0].clone();
     let spiral = |i: usize| {
         let y = 1.0 - (2 * i + 1) as f32 / 41.0;
@@ -320,7 +320,7 @@ fn brightness_beyond_half_floats_and_dark_that_is_lost_are_named() {
     assert_eq!(bright.level, Level::Bad, "{bright:?}");
     let near = judge([even(0.1), even(0.2)], 3e4, [1.0, 1.0]);
     assert_eq!(near.level, Level::Doubtful, "{near:?}");
-    // A lamp too weak to be kept beside the others alone lights the picture.
+    // The picture is lit only by a lamp too weak to store beside the others.
     let lost = judge([even(1e-10), even(0.2)], 0.4, [1e9, 0.0]);
     assert_eq!(lost.level, Level::Bad, "{lost:?}");
     let black = judge([even(0.0), even(0.0)], 0.0, [1.0, 1.0]);

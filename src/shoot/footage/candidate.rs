@@ -1,4 +1,4 @@
-//! Parts of a shoot that a file or folder may be, when a person brings it: guessed by its name and by its brightness.
+//! Guess of the part of a shoot that a file or folder contains, from its name and its brightness.
 
 use super::lamp_list;
 use super::round;
@@ -11,27 +11,27 @@ use imaging::{Encoded, Raster};
 use movies::{Sequence, Source};
 use std::path::{Path, PathBuf};
 
-/// A part of a shoot that a file or folder may be.
+/// Part of a shoot that a file or folder may contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Slot {
     /// The frames to relight.
     Interview,
     /// The mirror ball in the interview's light: one picture.
     InterviewBall,
-    /// The mirror ball under each lamp, the lamps in the same order as in the poses.
+    /// The mirror ball under each lamp, in the same lamp order as the poses.
     Balls,
-    /// One pose, the lamps going round.
+    /// One pose during the lamp cycle.
     Pose,
     /// Names and directions of the lamps.
     Lamps,
 }
 
 impl Slot {
-    /// All of them, in the order in which they are shown.
+    /// All parts, in display order.
     pub const ALL: [Self; 5] =
         [Self::Interview, Self::InterviewBall, Self::Balls, Self::Pose, Self::Lamps];
 
-    /// Its name in the window.
+    /// Name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Self::Interview => "Interview",
@@ -42,63 +42,61 @@ impl Slot {
         }
     }
 
-    /// Description of the footage that belongs there.
+    /// Description of the matching footage.
     pub fn wants(self) -> &'static str {
         match self {
             Self::Interview => "The frames to relight: a movie, or a folder of pictures",
             Self::InterviewBall => {
-                "The mirror ball in the interview's light: one picture, or a movie whose middle frame counts"
+                "The mirror ball in the interview's light: one picture, or a movie (its middle frame is used)"
             }
             Self::Balls => {
-                "The mirror ball under each single lamp: a movie, or a folder of pictures, the lamps in the same order as in the poses"
+                "The mirror ball under each single lamp: a movie or a folder of pictures, in the same lamp order as the poses"
             }
             Self::Pose => {
                 "Each pose under each single lamp: a movie or a folder of pictures for each pose"
             }
-            Self::Lamps => {
-                "A list of lamps (.lp), if there is one: it names the lamps and says where they are"
-            }
+            Self::Lamps => "An optional list of lamps (.lp) with their names and directions",
         }
     }
 }
 
-/// Frames that are looked at to guess what a movie is.
+/// Number of frames sampled to classify a movie.
 const LOOKED_AT: u64 = 48;
-/// Frames that a round of lamps may have to be looked at whole.
+/// Largest number of frames of a lamp cycle, all of which may be read.
 const MOST_OF_ROUND: u64 = 600;
-/// Pixels along a thumbnail's longer side.
+/// Longer side of a thumbnail in pixels.
 const THUMBNAIL: usize = 192;
-/// Half of all steps from frame to frame change the light by more than this factor while lamps go round.
+/// Smallest median brightness ratio between frames of a lamp cycle.
 const JUMPS: f32 = 1.15;
-/// And by less than this one in an interview.
+/// Largest median brightness ratio between frames of an interview.
 const STEADY: f32 = 1.05;
 
-/// A file or folder that may be a part of a shoot.
+/// A file or folder that may contain a part of a shoot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The file, folder or pattern that was looked at.
+    /// The inspected file, folder or pattern.
     pub path: PathBuf,
-    /// Its contents, in numbers; empty if it cannot be read.
+    /// Summary of its contents; empty if it cannot be read.
     pub found: String,
-    /// The part that it seems to be.
+    /// Most likely part.
     pub guess: Option<Slot>,
-    /// Reason for the guess; or the reason that it cannot be told.
+    /// Reason for the guess, or for its absence.
     pub reason: String,
-    /// Reason that it cannot be read.
+    /// Reading error.
     pub failure: Option<String>,
-    /// Three of its frames: the first, middle and last, or three under one lamp each.
+    /// Three of its frames: the first, middle and last, or three single-lamp frames.
     pub thumbnails: Vec<Encoded>,
-    /// Columns and rows.
+    /// Width and height.
     pub size: Option<(usize, usize)>,
     /// Number of its frames.
     pub frames: u64,
-    /// Its brightness jumps from frame to frame, as while lamps go round; `None` if that is unclear.
+    /// True if its brightness jumps from frame to frame, as in a lamp cycle; `None` if unclear.
     pub jumps: Option<bool>,
-    /// Mean light of all frames, if lamps seem to go round.
+    /// Mean light of all frames of an apparent lamp cycle.
     pub(super) light: Vec<f32>,
-    /// The first frame's number.
+    /// Number of the first frame.
     pub(super) first: u64,
-    /// Lamps of a list.
+    /// Number of lamps in a list.
     pub(super) lamps: Option<usize>,
 }
 
@@ -120,12 +118,12 @@ impl Candidate {
         }
     }
 
-    /// One that could not be looked at.
+    /// A candidate that could not be read.
     pub fn failed(path: &Path, failure: String) -> Self {
         Self { failure: Some(failure), ..Self::of(path) }
     }
 
-    /// Looks at a file, folder or pattern.
+    /// Inspects a file, folder or pattern.
     pub fn look(path: &Path) -> Self {
         let mut candidate = Self::of(path);
         let looked = match has_extension(path, "lp") {
@@ -138,7 +136,7 @@ impl Candidate {
 
     fn look_at_list(&mut self) -> Result<()> {
         self.guess = Some(Slot::Lamps);
-        self.reason = "its name ends in .lp".to_owned();
+        self.reason = "the name ends in .lp".to_owned();
         let lamps = lamp_list::read(&self.path)?.len();
         self.found = counted(lamps, "lamp");
         self.lamps = Some(lamps);
@@ -148,7 +146,7 @@ impl Candidate {
     fn look_at_frames(&mut self) -> Result<()> {
         let (named, why) = by_name(&self.path).unzip();
         self.guess = named;
-        self.reason = why.map_or(String::new(), |why| format!("its name has “{why}” in it"));
+        self.reason = why.map_or(String::new(), |why| format!("the name contains “{why}”"));
         let source = movies::open(&self.path)?;
         (self.first, self.frames) = (source.first(), source.count()?);
         let (width, height) = source.size();
@@ -164,14 +162,14 @@ impl Candidate {
         if self.frames == 1 {
             if self.guess != Some(Slot::InterviewBall) {
                 self.guess = Some(Slot::InterviewBall);
-                self.reason = "it is one picture".to_owned();
+                self.reason = "a single picture".to_owned();
             }
             return Ok(());
         }
         self.look_at_light(&source)
     }
 
-    /// Tells an interview from lamps that go round.
+    /// Distinguishes an interview from a lamp cycle.
     fn look_at_light(&mut self, source: &Source) -> Result<()> {
         let some = self.frames.min(LOOKED_AT);
         let start = (self.frames - some) / 2;
@@ -186,10 +184,10 @@ impl Candidate {
             _ => None,
         };
         let by_light = match self.jumps {
-            Some(false) => "its brightness hardly changes from frame to frame".to_owned(),
+            Some(false) => "the brightness hardly changes from frame to frame".to_owned(),
             None => String::new(),
             Some(true) if self.frames > MOST_OF_ROUND => {
-                "its brightness jumps from frame to frame, as if lamps went round".to_owned()
+                "the brightness jumps from frame to frame, as in a lamp cycle".to_owned()
             }
             Some(true) => {
                 self.light = match some == self.frames {
@@ -202,8 +200,7 @@ impl Candidate {
                         let lamps = &round.lamps;
                         let shown = [1, 2, 3].map(|quarter| lamps[quarter * lamps.len() / 4]);
                         self.thumbnails = thumbnails(source, shown)?;
-                        let mut text =
-                            counted(lamps.len(), "frame") + " look as if one lamp lit each";
+                        let mut text = counted(lamps.len(), "frame") + " each lit by one lamp";
                         if !round.tracking.is_empty() {
                             text += &format!(", {} fully lit", round.tracking.len());
                         }
@@ -220,15 +217,15 @@ impl Candidate {
         let reasons: Vec<String> =
             reasons.into_iter().filter(|reason| !reason.is_empty()).collect();
         self.reason = match reasons.is_empty() {
-            true => "neither its name nor its brightness tells what it is".to_owned(),
+            true => "neither name nor brightness is conclusive".to_owned(),
             false => reasons.join("; "),
         };
         Ok(())
     }
 }
 
-/// The files, folders and patterns that a dropped path stands for: those in a folder of movies or of folders, the sequence of
-/// a numbered picture, or itself.
+/// Expands a dropped path: the contents of a folder of movies or folders, the sequence of a numbered picture, or
+/// the path itself.
 pub fn expand(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() {
         let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
@@ -256,7 +253,7 @@ fn has_extension(path: &Path, wanted: &str) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// Guess by a name, and the word that gives it: the file's own name first, then its folder's.
+/// Guess from a name, and the matching word: the file's own name first, then its folder's.
 fn by_name(path: &Path) -> Option<(Slot, &'static str)> {
     const WORDS: [(Slot, &[&str]); 3] = [
         (Slot::Balls, &["ball", "probe", "chrome", "mirror"]),
@@ -276,7 +273,7 @@ fn by_name(path: &Path) -> Option<(Slot, &'static str)> {
     })
 }
 
-/// The factor by which the light changes from frame to frame; half of all steps are larger.
+/// Median brightness ratio between consecutive frames.
 fn typical_step(light: &[f32]) -> f32 {
     const BLACK: f32 = 1e-4;
     let change = |pair: &[f32]| (pair[0].max(BLACK) / pair[1].max(BLACK)).ln().abs();
@@ -290,7 +287,7 @@ fn thumbnails(source: &Source, frames: impl IntoIterator<Item = u64>) -> Result<
     frames.into_iter().map(read).collect()
 }
 
-/// A small copy of a picture.
+/// A reduced copy of a picture.
 fn thumbnail(picture: &Encoded) -> Encoded {
     let (width, height) = picture.0.size();
     let longer = width.max(height);

@@ -1,28 +1,28 @@
-//! Frames of the interview that cannot be read, and what is shown in their place.
+//! Unreadable frames of the interview, and their stand-ins.
 
 use super::framed::read_picture;
 use base::error::{Error, Result};
 use project::{DamagedFrames, Project};
 
-/// Frames that are tried on either side of one that cannot be read: ten seconds.
+/// Number of frames searched on either side of an unreadable one: ten seconds.
 pub const STAND_IN_REACH: usize = 240;
 
-/// A frame that is shown in place of one that cannot be read.
+/// Stand-in for an unreadable frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandIn {
-    /// The frame whose picture and matte are read.
+    /// Frame whose picture and matte are read instead.
     pub held: usize,
-    /// It is shown as black, without the subject.
+    /// True if the frame is shown as black, without the subject.
     pub is_black: bool,
-    /// Sentence on the frame that cannot be read, the reason, and the frame shown instead.
+    /// Sentence with the unreadable frame, the reason, and the frame shown instead.
     pub sentence: String,
 }
 
-/// Stand-in for frame `index`; `None` if the frame can be read, or if the project wants to stop there. The frame is decoded,
-/// unless the project wants to stop.
+/// Stand-in for frame `index`; `None` if the frame is readable or the project stops at damaged frames. Decodes the
+/// frame unless the project stops.
 ///
 /// # Errors
-/// When neither the frame nor any near it can be read: why.
+/// When neither the frame nor any near it is readable, with the cause.
 pub fn stand_in(project: &Project, index: usize) -> Result<Option<StandIn>> {
     let choice = project.settings.shoot.damaged_frames;
     if choice.is_stop() {
@@ -47,7 +47,7 @@ pub fn stand_in(project: &Project, index: usize) -> Result<Option<StandIn>> {
     }))
 }
 
-/// The frame whose picture is read for frame `index`: itself, or the one that is held in its place.
+/// Frame whose picture is read for frame `index`: itself, or its stand-in.
 ///
 /// # Errors
 /// As [`stand_in`].
@@ -55,21 +55,22 @@ pub fn readable_frame(project: &Project, index: usize) -> Result<usize> {
     Ok(stand_in(project, index)?.map_or(index, |stand_in| stand_in.held))
 }
 
-/// The error that came of reading a frame; with its number and what else can be done, if it cannot be read but others can.
+/// The reading error of a frame. If the frame is unreadable but others are not, adds its number and the
+/// alternatives.
 pub fn offer(project: &Project, index: usize, error: Error) -> Error {
     let is_readable = |frame| read_picture(&project.frame_picture(frame)).is_ok();
     let is_damaged = project.settings.shoot.damaged_frames.is_stop() && !is_readable(index);
     if !is_damaged || nearest(project, index).is_none() {
         return error;
     }
-    let note = format!("or go on without frame {index} of the interview");
+    let note = format!("or continue without frame {index} of the interview");
     error.with_note(&note).with_how(format!(
         "afterlight frame {} --damaged-frames hold shows the frame before it in its place, `black` shows black",
         project.root.display()
     ))
 }
 
-/// The nearest frame before this one that can be read, or else the nearest after it.
+/// Nearest earlier readable frame, or else the nearest later one.
 fn nearest(project: &Project, index: usize) -> Option<usize> {
     let count = project.settings.shoot.frames.len();
     let before = (index.saturating_sub(STAND_IN_REACH)..index).rev();
@@ -111,7 +112,7 @@ mod tests {
         std::fs::write(path, manifest.to_string()).unwrap();
     }
 
-    /// Frame 2 cannot be read: work stops and says what to do, or goes on with the frame before it, or with black.
+    /// Frame 2 is unreadable: work stops with a remedy, or continues with the previous frame or black.
     fn check(project: &Project) {
         let filmed = |project: &Project, frame| Frame::load_filmed(project, &Response::Srgb, frame);
         let said = filmed(project, 2).unwrap_err().for_terminal();
@@ -139,7 +140,7 @@ mod tests {
         assert!(frame.plate.pixels.iter().all(|p| *p == [0.0; 3]));
         assert!(plate.mask.pixels.iter().all(|v| *v == 0.0));
         assert_eq!(plate.plate.size(), before.1.plate.size());
-        // Nothing is learnt from black.
+        // Black is not used for training.
         let learnt = Frame::load(&project, &Response::Srgb, 2).unwrap();
         assert_eq!(learnt.plate, before.0.plate);
     }
@@ -154,7 +155,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
         check(&project);
-        // Its header is gone too: the import asks.
+        // Its header is gone too: the import offers the choice.
         std::fs::write(&path, vec![0; whole.len()]).unwrap();
         check(&project);
         let again = folder.path().join("again");
@@ -176,14 +177,14 @@ mod tests {
         let made = make_mattes(&again, &crate::MatteSettings::default(), None, &silent).unwrap();
         assert_eq!((made.frames, made.kept), (3, 0));
         Frame::load_filmed(&held, &Response::Srgb, 2).unwrap();
-        // Before the first frame there is none.
+        // The first frame has no earlier frame.
         std::fs::write(shoot.join("interview/frame_000.png"), "no picture").unwrap();
         assert_eq!(readable_frame(&held, 0).unwrap(), 1);
         shown!(
             Strangers,
-            "A picture in the middle of a sequence is cut off, or is no picture",
-            danger: "hours of work end at one frame, or another frame is taken for it",
-            done: "work stops and names the frame; by choice the frame before it is held, or the frame is black, and each is named",
+            "A truncated or invalid picture in the middle of a sequence",
+            danger: "hours of work end at one frame, or a different frame is used silently",
+            done: "work stops and names the frame; as a setting, it repeats the previous frame or is black, and is reported",
         );
     }
 
@@ -212,9 +213,9 @@ mod tests {
         check(&project);
         shown!(
             Strangers,
-            "Bytes in the middle of an interview's movie are zero",
-            danger: "hours of work end at one frame, or another frame is taken for it",
-            done: "work stops and names the frame; by choice the frame before it is held, or the frame is black, and each is named",
+            "Zeroed bytes in the middle of an interview's movie",
+            danger: "hours of work end at one frame, or a different frame is used silently",
+            done: "work stops and names the frame; as a setting, it repeats the previous frame or is black, and is reported",
         );
     }
 }

@@ -9,20 +9,20 @@ use imaging::{Image, Mask, Response};
 use project::{Picture, Project};
 use rayon::prelude::*;
 
-/// A pose under each lamp alone, linear, at the working size: an exemplar of the reflectance field.
+/// An exemplar of the reflectance field: a pose under each single lamp, linear, at the working size.
 #[derive(Clone, Debug)]
 pub struct Exemplar {
-    /// Its number in the project, from 0.
+    /// Index in the project, from 0.
     pub pose: usize,
-    /// One linear picture for each lamp that the network learns, in the OLAT session's units.
+    /// One linear picture per learnt lamp, in the OLAT session's units.
     pub olats: Vec<Image>,
-    /// The subject's coverage.
+    /// Coverage of the subject.
     pub mask: Mask,
 }
 
 impl Exemplar {
-    /// Reads pose `pose` of the project, linearised by `response` and freed of the motion that the project's
-    /// calibration found.
+    /// Reads pose `pose` of the project, linearised by `response` and corrected for the motion measured by the
+    /// project's calibration.
     pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
         let reader = OlatReader::new(project, response, pose)?;
         let olats = (0..project.settings.shoot.lamps.len())
@@ -37,7 +37,7 @@ impl Exemplar {
         (0..project.settings.shoot.poses.len()).map(|p| Self::load(project, response, p)).collect()
     }
 
-    /// The pose as a sum of its lamps: Σ weights_i · OLAT_i over the lamps that the network learns.
+    /// The pose as a sum of its learnt lamps: Σ weights_i · OLAT_i.
     pub fn relit(&self, weights: &[[f32; 3]]) -> Image {
         let mut sum = Image::filled(self.mask.width, self.mask.height, [0.0; 3]);
         for (olat, &weight) in self.olats.iter().zip(weights) {
@@ -50,7 +50,7 @@ impl Exemplar {
     /// network does not learn, linearised by `response`, a few at a time.
     ///
     /// # Errors
-    /// When one of them cannot be read.
+    /// When one of these OLATs cannot be read.
     pub fn relit_by_all(
         &self,
         project: &Project,
@@ -72,7 +72,7 @@ impl Exemplar {
     }
 }
 
-/// All pictures that the project's exemplars are read from: mattes, and OLATs of all lamps of the shoot.
+/// All source pictures of the project's exemplars: mattes, and OLATs of all lamps of the shoot.
 pub fn exemplar_sources(project: &Project) -> Vec<Picture> {
     let shoot = &project.settings.shoot;
     let pose = |pose: usize| {
@@ -83,7 +83,7 @@ pub fn exemplar_sources(project: &Project) -> Vec<Picture> {
     (0..shoot.poses.len()).flat_map(pose).collect()
 }
 
-/// Reads the OLATs of one pose.
+/// Reader of the OLATs of one pose.
 pub struct OlatReader<'a> {
     project: &'a Project,
     response: &'a Response,
@@ -92,8 +92,8 @@ pub struct OlatReader<'a> {
 }
 
 impl<'a> OlatReader<'a> {
-    /// A reader of pose `pose`, for OLATs that are linearised by `response` and freed of the motion that the project's
-    /// calibration found.
+    /// A reader of pose `pose`. OLATs are linearised by `response` and corrected for the motion measured by the
+    /// project's calibration.
     ///
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
@@ -101,7 +101,7 @@ impl<'a> OlatReader<'a> {
         Ok(Self { project, response, pose, correction: Correction::of(project, pose)? })
     }
 
-    /// The OLAT of lamp `lamp` among all lamps of the shoot, linear, at the working size.
+    /// OLAT of lamp `lamp` among all lamps of the shoot, linear, at the working size.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -109,7 +109,7 @@ impl<'a> OlatReader<'a> {
         self.read_at(lamp, self.project.settings.size)
     }
 
-    /// The same with `side` columns and rows.
+    /// The OLAT at `side` × `side` pixels.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -123,7 +123,7 @@ impl<'a> OlatReader<'a> {
         Ok(resize_area(&linear, side, side))
     }
 
-    /// Columns and rows of the pose's square as it was photographed.
+    /// Side of the pose's square at full size in pixels.
     ///
     /// # Errors
     /// When the first OLAT cannot be read.
@@ -132,7 +132,7 @@ impl<'a> OlatReader<'a> {
         Ok(self.project.settings.framing.of(size).side)
     }
 
-    /// The subject's coverage with `side` columns and rows.
+    /// Coverage of the subject at `side` × `side` pixels.
     ///
     /// # Errors
     /// When it cannot be read.

@@ -9,33 +9,34 @@ use imaging::{Image, Mask, Response, resample::resize_area};
 use project::{Framing, Project};
 use serde::{Deserialize, Serialize};
 
-/// Part of the plate that a picture shows, and its resolution.
+/// Part of the plate shown by a picture, and its resolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum PictureSize {
-    /// The whole plate, at its own resolution.
+    /// The full plate at its own resolution.
     #[default]
     Plate,
-    /// The square that the network sees, at the plate's resolution.
+    /// The square used by the network, at the plate's resolution.
     Box,
-    /// The square that the network sees, at the working size.
+    /// The square used by the network, at the working size.
     Square,
 }
 
-/// A frame of the interview as it was filmed.
+/// A frame of the interview at full resolution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmedFrame {
     /// Linear radiance in the interview session's units, background included.
     pub plate: Image,
-    /// The subject's coverage, of the same size.
+    /// Coverage of the subject, at the plate's size.
     pub mask: Mask,
-    /// The square of it that the network sees.
+    /// Crop of the plate used by the network.
     pub framing: Framing,
 }
 
 impl Frame {
-    /// Reads frame `index` of the project, linearised by `response`, at the working size and as it was filmed. If its picture
-    /// cannot be read and the project wants to go on: the frame that is held in its place, or black with an empty matte.
+    /// Reads frame `index` of the project, linearised by `response`, at the working size and at full size. If its
+    /// picture is unreadable and the project continues at damaged frames, reads its stand-in, or black with an
+    /// empty matte.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -67,7 +68,7 @@ impl Frame {
                     picture.display(),
                     matte.display()
                 ),
-                "Bring a matte of the frame's size",
+                "Provide a matte of the frame's size",
             ));
         }
         let filmed = FilmedFrame {
@@ -79,7 +80,7 @@ impl Frame {
     }
 }
 
-/// Columns and rows of pictures that show so much of the interview's frames.
+/// Width and height of the interview's pictures at this size.
 ///
 /// # Errors
 /// When the first frame cannot be read.
@@ -97,7 +98,7 @@ pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usiz
 }
 
 impl FilmedFrame {
-    /// The frame as the network sees it.
+    /// The crop at the network's working size.
     fn at_working_size(&self, index: usize, size: usize) -> Frame {
         let square = self.square();
         Frame {
@@ -107,7 +108,7 @@ impl FilmedFrame {
         }
     }
 
-    /// The square that the network sees, at the plate's resolution; padded where the plate ends.
+    /// The square used by the network, at the plate's resolution; padded beyond the plate.
     #[must_use]
     pub fn square(&self) -> Self {
         let side = self.framing.side;
@@ -118,7 +119,7 @@ impl FilmedFrame {
         }
     }
 
-    /// The part of it that a picture of that size shows; None at the working size.
+    /// The frame cropped for a picture of this size; None at the working size.
     #[must_use]
     pub fn shown(self, size: PictureSize) -> Option<Self> {
         match size {

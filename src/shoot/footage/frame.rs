@@ -9,20 +9,20 @@ use project::{Matte, Picture, Project};
 /// A frame of the interview, linear, at the working size.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Its number in the project, from 0.
+    /// Index in the project, from 0.
     pub index: usize,
     /// Linear radiance in the interview session's units, background included.
     pub plate: Image,
-    /// The subject's coverage.
+    /// Coverage of the subject.
     pub mask: Mask,
 }
 
 impl Frame {
-    /// Reads frame `index` of the project, linearised by `response`. If its picture cannot be read and the project wants to go on,
-    /// the frame that is held in its place.
+    /// Reads frame `index` of the project, linearised by `response`. If its picture is unreadable and the project
+    /// continues at damaged frames, reads its stand-in.
     ///
     /// # Errors
-    /// When the frame does not exist, or a file cannot be read or has another shape than its matte.
+    /// When the frame does not exist, or a file cannot be read or differs in shape from its matte.
     pub fn load(project: &Project, response: &Response, index: usize) -> Result<Self> {
         Self::check_index(project, index)?;
         let read = readable_frame(project, index)?;
@@ -34,23 +34,20 @@ impl Frame {
         })
     }
 
-    /// Refuses a frame that the interview does not have.
+    /// Refuses a frame outside the interview.
     pub(super) fn check_index(project: &Project, index: usize) -> Result<()> {
         let frames = project.settings.shoot.frames.len();
         if index < frames {
             return Ok(());
         }
         Err(Error::missing(
-            format!(
-                "there is no frame {index}: the interview has frames 0 to {}",
-                frames.saturating_sub(1)
-            ),
+            format!("no frame {index}: the interview has frames 0 to {}", frames.saturating_sub(1)),
             "Choose frames of the interview",
         ))
     }
 }
 
-/// Reads an encoded picture's square, linearises it and averages it down to the working size in linear light.
+/// Reads and crops an encoded picture, linearises it and averages it down to the working size in linear light.
 pub(super) fn load_linear(
     project: &Project,
     picture: &Picture,
@@ -61,7 +58,7 @@ pub(super) fn load_linear(
     Ok(resize_area(&linear, settings.size, settings.size))
 }
 
-/// Reads a matte's square and averages it down to the working size.
+/// Reads and crops a matte and averages it down to the working size.
 pub(super) fn load_mask(project: &Project, matte: &Matte) -> Result<Mask> {
     let settings = &project.settings;
     let mask = framed::read_mask(matte, &settings.framing)?;

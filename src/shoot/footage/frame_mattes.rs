@@ -1,4 +1,4 @@
-//! The mattes of an interview's frames, one by one: by screen, box, clean plate, strokes, or by a neighbour's.
+//! Mattes of an interview's frames, one by one: from screen, box, clean plate, strokes, or a neighbour's matte.
 
 use super::framed::{read_matte, read_picture};
 use super::mattes::MatteSettings;
@@ -13,26 +13,26 @@ use project::{Picture, Project};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Says how likely each pixel of a picture shows a person: probabilities at any size.
+/// Person detector: returns the probability of a person per pixel, at any size.
 pub type FindPerson = Box<dyn Fn(&Encoded) -> Result<Mask> + Send>;
 
-/// A frame follows another if on average its motion may be believed as far as this.
+/// Smallest mean confidence of the motion for a frame to follow another.
 const LEAST_TRUST: f32 = 0.25;
 
-/// Finds mattes of frames, and remembers what more than one frame needs.
+/// Finds mattes of frames, and caches data used by several frames.
 pub struct FrameMattes {
     project: Project,
     within: Option<[usize; 4]>,
     plate: Option<Encoded>,
     person: Option<FindPerson>,
-    /// The person was found that way: then it is the way for all frames.
+    /// True after the network found the person; all frames then use it.
     is_guessed: bool,
-    /// The screen that the first keyed frame shows.
+    /// Screen of the first keyed frame.
     pub(super) screen: Option<Key>,
     pub(super) movement: Movement,
-    /// The matte of the frame that was made last.
+    /// Matte of the previously processed frame.
     pub(super) neighbour: Option<(usize, Mask)>,
-    /// The matte of the frame with which following begins.
+    /// Matte of the frame at which following starts.
     pub(super) first: Option<(usize, Mask)>,
     /// A frame and its matte before any stroke.
     start: Option<(usize, Start)>,
@@ -42,24 +42,24 @@ pub struct FrameMattes {
 pub struct FrameMatte {
     pub picture: Arc<Encoded>,
     pub matte: matte::Matte,
-    /// Strokes painted on it.
+    /// Strokes painted on the frame.
     pub seeds: Seeds,
-    /// It follows the matte of a neighbour.
+    /// True if the matte follows a neighbour's.
     pub followed: bool,
-    /// It begins with the place where a person was found.
+    /// True if the matte starts from a detected person.
     pub guessed: bool,
 }
 
 #[derive(Clone)]
 struct Start {
     picture: Arc<Encoded>,
-    /// The matte before strokes, or why there is none.
+    /// Matte before strokes, or the reason for its absence.
     matte: std::result::Result<matte::Matte, Arc<Error>>,
     guessed: bool,
 }
 
 impl FrameMattes {
-    /// Mattes of this project's frames. Without box, clean plate and screen, `person` says where the person is.
+    /// Mattes of this project's frames. Without box, clean plate and screen, `person` detects the person.
     ///
     /// # Errors
     /// When the clean plate cannot be read.
@@ -83,7 +83,7 @@ impl FrameMattes {
         })
     }
 
-    /// True if a frame's subject can be told without strokes.
+    /// True if a frame's subject can be found without strokes.
     ///
     /// # Errors
     /// When the frame cannot be read.
@@ -91,11 +91,11 @@ impl FrameMattes {
         Ok(self.start(frame)?.matte.is_ok())
     }
 
-    /// The matte of a frame, corrected by strokes on it and near it. A frame whose subject nothing else tells follows the
-    /// neighbour that was made before.
+    /// Matte of a frame, corrected by strokes on it and near it. A frame without another way to find the subject
+    /// follows the previously processed neighbour.
     ///
     /// # Errors
-    /// When a picture cannot be read, or nothing tells the subject.
+    /// When a picture cannot be read, or the subject cannot be found.
     pub fn of_frame(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
         let start = self.start(frame)?;
         let picture = start.picture;
@@ -115,7 +115,7 @@ impl FrameMattes {
             Err(why) => {
                 let near = [&self.neighbour, &self.first].into_iter().flatten();
                 let near = near.into_iter().find(|(of, _)| of.abs_diff(frame) == 1);
-                // Without strokes nobody said that the frames show one person.
+                // Only strokes confirm that the frames show the same person.
                 let near = near.filter(|_| !strokes.strokes.is_empty());
                 let Some((of, matte)) = near.cloned() else {
                     return Err(named(unwrapped(why)));
@@ -126,7 +126,7 @@ impl FrameMattes {
                 let trust = &flow.trust().pixels;
                 if trust.iter().sum::<f32>() < LEAST_TRUST * trust.len() as f32 {
                     return Err(named(Error::missing(
-                        "too little of it is found in the frame next to it to follow that one's matte",
+                        "too little of it matches the neighbouring frame to follow that frame's matte",
                         "Paint on this frame what to keep and what to remove (studio: Footage, Paint matte)",
                     )));
                 }
@@ -143,11 +143,11 @@ impl FrameMattes {
         Ok(FrameMatte { picture, matte: found, seeds, followed: follows, guessed: start.guessed })
     }
 
-    /// The matte of a frame as it is shown while a person paints: as [`of_frame`](Self::of_frame), but that a matte which the
-    /// project has already takes the place of a neighbour's.
+    /// Matte of a frame during painting: as [`of_frame`](Self::of_frame), except that an existing matte of the
+    /// project replaces a neighbour's.
     ///
     /// # Errors
-    /// As there.
+    /// The same as [`of_frame`](Self::of_frame).
     pub fn of_painted(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
         let start = self.start(frame)?;
         let seeds = strokes.seeds(frame, start.picture.0.size());
@@ -185,7 +185,7 @@ impl FrameMattes {
 }
 
 impl FrameMattes {
-    /// A matte by the screen, or where a person is found. What the first frame shows is the way for all.
+    /// Matte from the screen, or from a detected person. The first frame decides for all.
     fn found(&mut self, picture: &Encoded) -> Result<matte::Matte> {
         let Some(person) = &self.person else {
             return keyed(picture, &mut self.screen);
@@ -202,7 +202,7 @@ impl FrameMattes {
     }
 }
 
-/// A frame's matte, by the screen of the first one that shows it.
+/// Matte of a frame, from the screen of the first frame that shows one.
 fn keyed(picture: &Encoded, screen: &mut Option<Key>) -> Result<matte::Matte> {
     let found = match screen {
         Some(found) => found,
@@ -220,7 +220,7 @@ fn read_plate(file: &Path) -> Result<Encoded> {
     Ok(movie.frame(movie.first())?.encoded())
 }
 
-/// An error that is shared; it keeps its sentence.
+/// Copies a shared error with its message.
 fn unwrapped(error: Arc<Error>) -> Error {
     Arc::try_unwrap(error).unwrap_or_else(|shared| match &*shared {
         Error::Missing { problem, remedy } => Error::missing(problem.clone(), remedy.clone()),
@@ -229,7 +229,7 @@ fn unwrapped(error: Arc<Error>) -> Error {
     })
 }
 
-/// The same error with the picture that it is about.
+/// Adds the name of the picture to the error.
 pub fn about(picture: &Picture, error: Error) -> Error {
     match error {
         Error::Missing { problem, remedy } => {

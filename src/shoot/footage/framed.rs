@@ -1,4 +1,4 @@
-//! Reads pictures of the subject, cropped to the project's framing.
+//! Reader for pictures of the subject, cropped to the project's framing.
 
 use base::error::{Error, Result};
 use imaging::color::luminance;
@@ -6,7 +6,7 @@ use imaging::{Encoded, Image, Mask, Raster, file};
 use project::{Framing, Framings, Matte, Padding, Picture};
 use std::path::Path;
 
-/// Reads a picture of 8 or 16 bits, or a frame of a movie, whole.
+/// Reads a full picture of 8 or 16 bits, or a frame of a movie.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -17,10 +17,10 @@ pub fn read_picture(picture: &Picture) -> Result<Encoded> {
     }
 }
 
-/// Reads a matte whole.
+/// Reads a full matte.
 ///
 /// # Errors
-/// When there is none, or it cannot be read.
+/// When it does not exist or cannot be read.
 pub fn read_matte(matte: &Matte) -> Result<Mask> {
     match matte {
         Matte::Grey(Picture::File(file)) if !file.exists() => Err(no_matte(file)),
@@ -36,15 +36,15 @@ pub fn read_matte(matte: &Matte) -> Result<Mask> {
 
 fn no_matte(file: &Path) -> Error {
     Error::missing(
-        format!("there is no matte {}", file.display()),
+        format!("no matte {}", file.display()),
         (
-            "Make the mattes, or put your own there as grey PNGs of the picture's size",
+            "Make the mattes, or add your own as grey PNGs of the picture's size",
             "afterlight matte PROJECT",
         ),
     )
 }
 
-/// Columns and rows of a picture.
+/// Width and height of a picture.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -63,7 +63,7 @@ pub fn read_encoded(picture: &Picture, framings: &Framings) -> Result<Encoded> {
     Ok(Encoded(framed(read_picture(picture)?.0, framings)))
 }
 
-/// The same for a linear picture.
+/// Reads and crops a linear picture.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -71,7 +71,7 @@ pub fn read_linear(path: &Path, framings: &Framings) -> Result<Image> {
     Ok(framed(file::read_linear(path)?, framings))
 }
 
-/// The same for a matte, which is empty beyond its edges.
+/// Reads and crops a matte, with coverage 0 outside.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -81,7 +81,7 @@ pub fn read_mask(matte: &Matte, framings: &Framings) -> Result<Mask> {
     Ok(cut_mask(mask, &framing))
 }
 
-/// The square of a matte, empty beyond its edges.
+/// Crops a matte to the square, with coverage 0 outside.
 pub(super) fn cut_mask(mask: Mask, framing: &Framing) -> Mask {
     cut(mask, framing, Some(0.0))
 }
@@ -91,7 +91,7 @@ fn framed(picture: Image, framings: &Framings) -> Image {
     cut_picture(picture, &framing)
 }
 
-/// The square of a picture, padded beyond its edges, at the picture's own resolution.
+/// Crops a picture to the square at its own resolution, padded beyond its edges.
 pub fn cut_picture(picture: Image, framing: &Framing) -> Image {
     let outside = match framing.padding {
         Padding::Black => Some([0.0; 3]),
@@ -100,7 +100,7 @@ pub fn cut_picture(picture: Image, framing: &Framing) -> Image {
     cut(picture, framing, outside)
 }
 
-/// The square of a picture, filled with `outside` beyond the edges; `None` repeats the edge.
+/// Crops a picture to the square and fills the outside with `outside`; `None` repeats the edge.
 fn cut<T: Copy>(picture: Raster<T>, framing: &Framing, outside: Option<T>) -> Raster<T> {
     let (width, height) = picture.size();
     let side = framing.side;
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(middle.pixels, [0.0, 1.0, 10.0, 11.0]);
     }
 
-    /// Puts a picture's file into the middle of one of 58 × 32 pixels.
+    /// Pads a picture's file to 58 × 32 pixels, centred.
     fn widen(path: &Path) {
         let narrow = image::open(path).unwrap();
         assert_eq!((narrow.width(), narrow.height()), (32, 32));
@@ -185,7 +185,8 @@ mod tests {
         assert_eq!((&wide_frame.plate, &wide_frame.mask), (&frame.plate, &frame.mask));
         assert_eq!((&wide_exemplar.olats, &wide_exemplar.mask), (&exemplar.olats, &exemplar.mask));
 
-        // Two pixels of the source are one of the picture: the square goes 6 down, so the picture goes 3 up.
+        // Two pixels of the source are one of the picture: the square moves down by 6, so the picture moves up by
+        // 3.
         let lower = Framing { y: 6, ..Framing::largest((58, 32)) };
         let reframed = |framing| -> Result<(Frame, Exemplar)> {
             Project::change(&wide.root, |project| project.frame(framing))?;
@@ -205,7 +206,7 @@ mod tests {
         assert!(below.clone().any(|(x, y)| frame.mask.at(x, y) > 0.0));
         let (edge, _) = reframed(Framing { padding: Padding::Edge, ..lower })?;
         let last = |x| edge.plate.at(x, 12);
-        // The source's last row alone, where the picture's row 12 has the mean of the last two.
+        // Only the source's last row, where the picture's row 12 has the mean of the last two.
         assert!((0..16).all(|x| edge.plate.at(x, 14) == edge.plate.at(x, 15)));
         assert!((0..16).any(|x| last(x) != [0.0; 3] && edge.plate.at(x, 15) != [0.0; 3]));
         assert!(below.clone().all(|(x, y)| edge.mask.at(x, y) == 0.0));

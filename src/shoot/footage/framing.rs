@@ -1,4 +1,4 @@
-//! Chooses which square of a project's pictures is used.
+//! Choice of the crop of a project's pictures.
 
 use super::framed::{dimensions, read_matte};
 use super::scan::counted;
@@ -12,28 +12,28 @@ use std::path::PathBuf;
 /// A square in pixels: left edge, upper edge, side.
 pub type Square = (i32, i32, usize);
 
-/// Squares to use; `None` keeps the current one.
+/// Crop settings; `None` keeps the current one.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct FrameSettings {
-    /// Left edge, upper edge and side of the square in pixels of the interview's frames. It may extend beyond their
-    /// edges. Exemplars of the same size are framed alike.
+    /// Left edge, upper edge and side of the square in pixels of the interview's frames. May extend beyond the
+    /// frame. Exemplars of the same size use the same crop.
     #[arg(long, value_name = "X,Y,SIDE", value_parser = square, allow_hyphen_values = true)]
     pub interview: Option<Square>,
-    /// The same for the exemplars, if they have another size.
+    /// The same for exemplars that differ in size from the frames.
     #[arg(long, value_name = "X,Y,SIDE", value_parser = square, allow_hyphen_values = true)]
     pub exemplars: Option<Square>,
-    /// The smallest square that holds the subject in its mattes, with a tenth to spare.
+    /// Smallest square around the subject in its mattes, plus a tenth.
     #[arg(long, conflicts_with_all = ["interview", "exemplars"])]
     pub fit: bool,
     /// Fill of the square beyond the pictures' edges.
     #[arg(long, value_enum, default_value_t)]
     pub padding: Padding,
-    /// Stand-in for an interview frame that cannot be read [default: as it is set; stop in a new project]
+    /// Stand-in for unreadable interview frames [default: unchanged; stop in a new project].
     #[arg(long, value_enum, value_name = "CHOICE")]
     pub damaged_frames: Option<DamagedFrames>,
 }
 
-/// Left edge, upper edge and side in whole pixels.
+/// Parses left edge, upper edge and side in whole pixels.
 fn square(text: &str) -> std::result::Result<Square, String> {
     let numbers = numbers(text, "X,Y,SIDE in pixels")?;
     let whole = |v: f64| v.fract() == 0.0 && v.abs() <= f64::from(i32::MAX);
@@ -45,22 +45,22 @@ fn square(text: &str) -> std::result::Result<Square, String> {
     }
 }
 
-/// Framing of a project's pictures.
+/// Crop of a project's pictures.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrameReport {
     pub interview: Framing,
     pub exemplars: Framing,
-    /// Stand-in for an interview frame that cannot be read.
+    /// Stand-in for unreadable interview frames.
     pub damaged_frames: DamagedFrames,
-    /// The folders into which the old calibration and network were moved, if there were any.
+    /// Folders with the previous calibration and network, if they existed.
     pub aside: Vec<PathBuf>,
 }
 
 impl FrameSettings {
-    /// Sets the framing of the project's pictures, or only reports it.
+    /// Sets the crop of the project's pictures, or only reports it.
     ///
     /// # Errors
-    /// When a picture cannot be read, a square shows none of it, or two squares are chosen for pictures of one
+    /// When a picture cannot be read, a square lies fully outside it, or two squares are given for pictures of one
     /// size.
     pub fn run(&self, project: &mut Project) -> Result<FrameReport> {
         project.check_parts()?;
@@ -106,20 +106,20 @@ impl FrameSettings {
     }
 }
 
-/// Mattes of the interview that are looked at to find the subject.
+/// Number of interview mattes read to find the subject.
 const LOOKS: usize = 9;
-/// Side of a square, as a multiple of the subject's extent.
+/// Side of a square relative to the subject's extent.
 const SPARE: f64 = 1.1;
 
 /// A square around the subject.
 pub(super) struct Fitted {
     pub framing: Framing,
-    /// The largest square in the pictures' middle holds the subject too.
+    /// True if the largest centred square also contains the subject.
     pub is_central: bool,
 }
 
-/// The smallest square around the subject in the mattes of some frames and all poses, with a tenth to spare: one if
-/// frames and exemplars have one size, else one for each.
+/// Smallest square around the subject in the mattes of some frames and all poses, plus a tenth: one square if
+/// frames and exemplars have equal size, otherwise one for each.
 ///
 /// # Errors
 /// When a matte is missing or cannot be read.
@@ -153,7 +153,7 @@ pub(super) fn fitted(project: &Project, sizes: [(usize, usize); 2]) -> Result<Ve
     fitted.collect()
 }
 
-/// The rectangle of a picture that the subject is in: first and last column and row.
+/// Rectangle of the subject in a picture: first and last column and row.
 #[derive(Clone, Copy)]
 struct Extent {
     columns: [usize; 2],
@@ -186,7 +186,7 @@ impl Extent {
     }
 }
 
-/// Area where a matte covers more than a tenth; None if it does so nowhere.
+/// Area in which a matte exceeds a tenth; None if it is empty.
 fn extent(mask: &Mask) -> Option<Extent> {
     let covered = |alpha: &f32| *alpha > 0.1;
     let rows = mask.pixels.chunks_exact(mask.width.max(1)).enumerate();
@@ -199,7 +199,7 @@ fn extent(mask: &Mask) -> Option<Extent> {
 }
 
 impl FrameReport {
-    /// The report in sentences.
+    /// Summary sentence.
     pub fn sentence(&self) -> String {
         let said = |framing: &Framing| {
             let [width, height] = framing.source;
@@ -215,12 +215,12 @@ impl FrameReport {
             format!("Interview: {}. Exemplars: {}", said(&self.interview), said(&self.exemplars));
         text += match self.damaged_frames {
             DamagedFrames::Stop => "",
-            DamagedFrames::Hold => ". In place of a damaged frame the one before it is shown",
+            DamagedFrames::Hold => ". Damaged frames show the previous frame",
             DamagedFrames::Black => ". Damaged frames are black",
         };
         for folder in &self.aside {
             text += &format!(
-                "\nThe calibration and the network were made with another framing and were moved to {}. Calibrate \
+                "\nThe calibration and the network of the previous crop were moved to {}. Calibrate \
                  and train again",
                 folder.display()
             );
@@ -244,7 +244,7 @@ mod tests {
         let standing = subject(30..70, 20..192).unwrap();
         assert!(!standing.is_within(&largest));
         let standing = standing.framing((108, 192));
-        // 172 rows, and a tenth to spare.
+        // 172 rows, plus a tenth.
         assert_eq!((standing.x, standing.y, standing.side), (-45, 11, 190));
         let head = subject(40..80, 70..110).unwrap();
         assert!(head.is_within(&largest));

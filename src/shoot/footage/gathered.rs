@@ -1,4 +1,4 @@
-//! A shoot whose parts a person gathers one by one: what is missing, what does not fit, and its map.
+//! A shoot assembled from single parts: missing parts, misfits, and its map.
 
 use super::candidate::{Candidate, Slot};
 use super::round;
@@ -7,10 +7,10 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Parts, and what each is taken for.
+/// Parts with their assigned slots.
 pub type Gathered<'a> = [(Slot, &'a Candidate)];
 
-/// Number of lamps in the parts: as the list says, or the mirror ball's movie.
+/// Number of lamps in the parts, from the list or else the mirror ball's movie.
 pub fn lamps(parts: &Gathered) -> Option<usize> {
     let of = |slot| parts.iter().filter(move |(is, _)| *is == slot).map(|(_, part)| part);
     let listed = of(Slot::Lamps).find_map(|list| list.lamps);
@@ -20,14 +20,14 @@ pub fn lamps(parts: &Gathered) -> Option<usize> {
     listed.or_else(|| of(Slot::Balls).find_map(shown))
 }
 
-/// The shoot's name: that of the folder with the interview.
+/// Name of the shoot: the name of the interview's folder.
 pub fn name(parts: &Gathered) -> Option<String> {
     let interview = parts.iter().find(|(slot, _)| *slot == Slot::Interview)?.1;
     let folder = interview.path.parent()?.file_name()?;
     Some(folder.to_string_lossy().into_owned())
 }
 
-/// Reason that part `index` cannot be what it is taken for; `None` if it can.
+/// Reason why part `index` does not fit its slot; `None` if it fits.
 pub fn misfit(parts: &Gathered, index: usize) -> Option<String> {
     let (slot, part) = parts[index];
     if let Some(failure) = &part.failure {
@@ -36,46 +36,46 @@ pub fn misfit(parts: &Gathered, index: usize) -> Option<String> {
     let earlier = parts[..index].iter().any(|(is, _)| *is == slot);
     if earlier && slot != Slot::Pose {
         return Some(
-            "There is one already: remove one of them, or say that this is something else"
-                .to_owned(),
+            "Already present: remove one of them, or choose another type for this one".to_owned(),
         );
     }
     let is_list = part.lamps.is_some();
     match slot {
-        Slot::Lamps => (!is_list).then(|| "This is no list of lamps (.lp)".to_owned()),
+        Slot::Lamps => (!is_list).then(|| "Not a list of lamps (.lp)".to_owned()),
         _ if is_list => Some("This is a list of lamps".to_owned()),
         Slot::InterviewBall => None,
-        Slot::Interview if part.frames < 2 => Some("One picture is no interview".to_owned()),
+        Slot::Interview if part.frames < 2 => Some("An interview needs two or more".to_owned()),
         Slot::Interview => (part.jumps == Some(true)).then(|| {
-            "Its brightness jumps from frame to frame, as if lamps went round: this looks like a pose".to_owned()
+            "The brightness jumps from frame to frame, as in a lamp cycle: probably a pose"
+                .to_owned()
         }),
         Slot::Balls | Slot::Pose if part.light.is_empty() => Some(match part.jumps {
             Some(true) => format!(
-                "Its {} frames are too many for a round of lamps. Cut it, or say in a map which frames they are (docs/movies.md)",
+                "{} frames are too many for a lamp cycle. Trim it, or give the frames in a map (docs/movies.md)",
                 part.frames
             ),
-            _ => "Its brightness does not change as it does when lamps go round one by one".to_owned(),
+            _ => "The brightness does not change as in a lamp cycle".to_owned(),
         }),
         Slot::Balls | Slot::Pose => round::find(&part.light, part.first, lamps(parts)).err(),
     }
 }
 
-/// The first part that is still missing; `None` if a project can be made.
+/// First missing part; `None` if a project can be made.
 pub fn missing(parts: &Gathered) -> Option<Slot> {
     let needed = [Slot::Interview, Slot::InterviewBall, Slot::Balls, Slot::Pose];
     needed.into_iter().find(|slot| !parts.iter().any(|(is, _)| is == slot))
 }
 
-/// The map of the parts, to be kept in the folder `beside`, which must exist.
+/// Map of the parts, to be saved in the existing folder `beside`.
 ///
 /// # Errors
-/// When a part is missing, or its folder cannot be found, or has a name that no text can hold.
+/// When a part is missing, or its folder cannot be found or has a name that is not UTF-8.
 pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
     const REMEDY: &str = "Bring all parts of the shoot";
     if let Some(slot) = missing(parts) {
         return Err(Error::missing(format!("the shoot has no {}", slot.name()), REMEDY));
     }
-    // Patterns are no files.
+    // Patterns are not files.
     let full = |path: &Path| -> Result<PathBuf> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
@@ -122,7 +122,7 @@ pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// A pose's name after its file, which no other pose has.
+/// Unused pose name, taken from the pose's file.
 fn free_name(path: &Path, taken: &mut BTreeSet<String>) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let stem = stem.split(['%', '#']).next().unwrap_or_default();
@@ -145,7 +145,7 @@ mod tests {
 
     const LAMPS: usize = 8;
 
-    /// A filmed shoot whose files have names that say nothing but for the balls, in two folders.
+    /// A filmed shoot in two folders whose file names carry no information, except the balls'.
     fn scattered(folder: &Path) -> Vec<PathBuf> {
         let stage = StageSettings {
             frames: 6,
@@ -181,7 +181,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let files = scattered(folder.path());
         let dropped: Vec<PathBuf> = expand(files[0].parent().unwrap());
-        assert_eq!(dropped, files[..3], "a folder of movies stands for the movies");
+        assert_eq!(dropped, files[..3], "a folder of movies expands to the movies");
         assert_eq!(expand(&files[4]), files[4..]);
         let looked: Vec<Candidate> = files.iter().map(|file| Candidate::look(file)).collect();
         let expected = [Slot::Interview, Slot::Pose, Slot::Pose, Slot::Balls, Slot::InterviewBall];
@@ -190,12 +190,12 @@ mod tests {
             assert_eq!(candidate.failure, None);
             assert_eq!(candidate.thumbnails.len(), if slot == Slot::InterviewBall { 1 } else { 3 });
         }
-        for word in ["8 frames look as if one lamp lit each", "3 fully lit"] {
+        for word in ["8 frames each lit by one lamp", "3 fully lit"] {
             assert!(looked[1].reason.contains(word), "{}", looked[1].reason);
         }
-        // Three lamps are shown, and not three fully lit frames.
+        // Thumbnails show three lamps, not three fully lit frames.
         let [a, b, _] = &looked[1].thumbnails[..] else {
-            panic!("no three thumbnails");
+            panic!("expected three thumbnails");
         };
         let off = a.0.pixels.iter().zip(&b.0.pixels);
         let off = off.map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / a.0.pixels.len() as f32;
@@ -221,9 +221,9 @@ mod tests {
         assert!(shoot.folder.is_relative());
         shown!(
             Strangers,
-            "Movies come straight from cameras' cards, in several folders, under names that say nothing",
-            danger: "a pose is taken for the interview, or nobody knows what to do with them",
-            done: "names and brightness tell what each is, with the reason; a map of them is made and imported",
+            "Movies straight from cameras' cards, in several folders, under meaningless names",
+            danger: "a pose is mistaken for the interview, or the next step is unclear",
+            done: "names and brightness classify each, with the reason; a map of them is made and imported",
         );
     }
 
@@ -247,9 +247,9 @@ mod tests {
             (&[(Slot::Pose, &interview)], "does not change"),
             (&[(Slot::Lamps, &list), (Slot::Pose, &pose)], "3 lamps"),
             (&[(Slot::Pose, &list)], "list of lamps"),
-            (&[(Slot::Lamps, &pose)], "no list"),
+            (&[(Slot::Lamps, &pose)], "Not a list"),
             (&[(Slot::Interview, &broken)], "broken.mov"),
-            (&[(Slot::Interview, &interview), (Slot::Interview, &interview)], "one already"),
+            (&[(Slot::Interview, &interview), (Slot::Interview, &interview)], "Already present"),
         ] {
             assert!(said(parts).contains(says), "{says}: {}", said(parts));
         }
@@ -258,9 +258,9 @@ mod tests {
         assert!(map(&some, folder.path()).is_err());
         shown!(
             Strangers,
-            "A file is brought as something that it is not, or poses and lamps do not match",
+            "A file in the wrong slot, or poses that do not match the lamps",
             danger: "wrong frames are learnt",
-            done: "each file says what does not fit, before a project is made",
+            done: "each file shows its misfit before a project is made",
         );
     }
 }

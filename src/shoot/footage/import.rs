@@ -1,4 +1,4 @@
-//! Import: checks what a shoot folder holds, and makes a project that points to it.
+//! Import: checks a shoot folder and makes a project that references it.
 
 use super::framed::dimensions;
 use super::framing::fitted;
@@ -15,20 +15,20 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
 
-/// The settings of an import.
+/// Settings of an import.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ImportSettings {
     /// Working size in pixels, a power of two.
     #[arg(long, default_value_t = 128)]
     pub size: usize,
     /// Seed of every random draw of the project.
-    // A larger one could not be written into project.toml.
+    // The limit of integers in project.toml.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: u64,
 }
 
-/// Makes a project in folder `root` for the shoot in folder `shoot`. Reads every picture's header,
-/// copies nothing, and stores the shoot's place relative to the project's.
+/// Makes a project in folder `root` for the shoot in folder `shoot`. Reads every picture's header, copies nothing,
+/// and stores the shoot's path relative to the project's.
 ///
 /// # Errors
 /// As [`plan_import`], and when `project.toml` cannot be written.
@@ -43,11 +43,11 @@ pub fn import(
     Ok(project)
 }
 
-/// The project that [`import`] makes, before it is saved.
+/// Plans the project of [`import`] without saving it.
 ///
 /// # Errors
 /// When the manifest is invalid; a pose lacks a lamp that others have; a probe or a matte is missing; pictures that
-/// belong together differ in size; a file cannot be read; or the folder holds a project already. The error names
+/// belong together differ in size; a file cannot be read; or the folder already holds a project. The error names
 /// the file.
 pub fn plan_import(
     root: &Path,
@@ -80,11 +80,11 @@ pub fn plan_import(
     let ball = manifest.ball();
     let said = manifest.frame_rate();
     let frame_rate = frame_rate.or(said).unwrap_or(24.0);
-    // Rounded ones, such as 29.97, are the same.
+    // Rounded rates, such as 29.97, count as equal.
     if let Some(said) = said.filter(|said| (said / frame_rate - 1.0).abs() > 5e-4) {
         progress.say(format!(
-            "{} says {said} frames a second, but the interview's movie has {frame_rate:.3}, which is used: sound and time code \
-             follow it",
+            "{} gives {said} frames a second, but the interview's movie has {frame_rate:.3}. The movie's rate is used, also \
+             for sound and time code",
             said_in.display()
         ));
     }
@@ -92,31 +92,29 @@ pub fn plan_import(
     for ball in std::iter::once(&ball).chain(second_ball.as_ref().map(|second| &second.ball)) {
         ball.check().map_err(|e| e.within(&said_in))?;
     }
-    // Without the ball's size, distances in metres say nothing about what it shows.
+    // Without the ball's size, distances in metres are useless.
     let dome_radius_m = manifest.dome_radius_m.filter(|_| !ball.is_far());
     if ball.is_far() {
         progress.say(FAR);
     }
     if !ball.has_circle() {
         progress.advise(
-            "The manifest does not say where the mirror ball is in its photographs. Calibrating finds it; check the circle \
+            "The manifest does not give the mirror ball's position in its photographs. Calibrating finds it; check the circle \
              in the workspace Calibrate",
             "afterlight calibrate PROJECT",
         );
     }
-    let lamp_layout = manifest
-        .bank_directions
-        .map_or(directions, |directions| {
-            let layout = layout(directions, &lamps);
-            if layout.is_empty() {
-                progress.say(format!(
-                    "The manifest's `bank_directions` do not hold {} directions, one for each lamp, so the lamps \
+    let lamp_layout = manifest.bank_directions.map_or(directions, |directions| {
+        let layout = layout(directions, &lamps);
+        if layout.is_empty() {
+            progress.say(format!(
+                "The manifest's `bank_directions` must hold {} directions, one per lamp; the lamps \
                      will not be checked against them",
-                    lamps.len()
-                ));
-            }
-            layout
-        });
+                lamps.len()
+            ));
+        }
+        layout
+    });
     std::fs::create_dir_all(root)
         .map_err(|e| Error::io("make", root, e, "Check that the folder above can be written"))?;
     if let Frames::Clip(clip) = &frames {
@@ -159,8 +157,8 @@ pub fn plan_import(
     Ok(project)
 }
 
-/// Pictures that are not square show the network their largest square in the middle, or one around the subject if that
-/// is not in it; says so.
+/// Crops pictures that are not square to the largest centred square, or to one around the subject if that square
+/// cuts it. Reports the crop.
 fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &Progress) {
     if sizes.iter().all(|(width, height)| width == height) {
         return;
@@ -181,17 +179,16 @@ fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &P
         };
         if width != height {
             progress.advise(
-                format!(
-                    "The {what} have {width} × {height} pixels. {square}; another can be chosen"
-                ),
+                format!("The {what} have {width} × {height} pixels. {square}; this can be changed"),
                 "afterlight frame PROJECT",
             );
         }
     }
 }
 
-/// Reads the header of every picture: all must exist, be readable and have one size within each group. Of a movie the
-/// first frame stands for all. Mattes may all be missing, but not some of them. Returns the size of frames and of exemplars.
+/// Reads the header of every picture: all must exist, be readable and have one size within each group. For a movie
+/// only the first frame is read. Mattes may all be missing, but not some of them. Returns the size of frames and of
+/// exemplars.
 fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usize); 2]> {
     let shoot = &project.settings.shoot;
     let group = |what: &'static str, pictures: Vec<Picture>| -> Result<(usize, usize)> {
@@ -256,12 +253,12 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         if count != clip.count {
             return Err(Error::invalid(
                 format!(
-                    "{} holds {count} mattes, but the interview has {} frames",
+                    "{} holds {count} mattes for {} interview frames",
                     file.display(),
                     clip.count
                 ),
                 (
-                    "Give each frame its matte, or remove the folder and let Afterlight make them",
+                    "Provide one matte per frame, or remove the folder to let Afterlight do so",
                     "afterlight matte PROJECT",
                 ),
             ));
@@ -269,7 +266,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     }
     if frame_size != olat_size {
         progress.advise(
-            "Frames and exemplars differ in size. Frame both so that the subject is equally large in them",
+            "Frames and exemplars differ in size. Crop both so that the subject has the same size",
             "afterlight frame PROJECT",
         );
     }
@@ -290,7 +287,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     Ok([frame_size, olat_size])
 }
 
-/// The frames whose headers can be read; all, if the project wants to stop at others.
+/// Frames with readable headers; all frames if the project stops at damaged ones.
 fn readable(project: &Project, frames: Range<usize>, progress: &Progress) -> Vec<usize> {
     if project.settings.shoot.damaged_frames.is_stop() {
         return frames.collect();
@@ -305,7 +302,7 @@ fn readable(project: &Project, frames: Range<usize>, progress: &Progress) -> Vec
     frames.into_par_iter().filter(is_readable).collect()
 }
 
-/// The error with a remedy for a frame that cannot be read, if others can be.
+/// Adds a remedy to the error of an unreadable frame if others are readable.
 fn or_go_on(project: &Project, error: Error) -> Error {
     let is_one = matches!(error, Error::Codec { .. } | Error::Io { .. });
     let all = [0, project.settings.shoot.frames.len() - 1];
@@ -314,13 +311,13 @@ fn or_go_on(project: &Project, error: Error) -> Error {
         return error;
     }
     error.with_note(
-        "or go on without this frame: write `\"damaged_frames\": \"hold\"` into the manifest to show the frame before it in its \
+        "or continue without this frame: write `\"damaged_frames\": \"hold\"` into the manifest to show the previous frame in its \
          place, or `\"black\"` to show black",
     )
 }
 
-/// Cost of unknown sizes: a ray that is taken for parallel is off by the angle at which the camera sees
-/// it, at most the ball's radius over the distance; a lamp is seen from the ball's surface instead of its centre.
+/// Effect of unknown sizes. A ray treated as parallel is off by its angle to the optical axis, at most the ball's
+/// radius over the distance. A lamp is seen from the ball's surface instead of its centre.
 const FAR: &str = "The manifest does not hold the ball's radius and the camera's position in metres, so the camera and \
                    the lamps count as far away. A lamp's direction is then off by up to 57° divided by the camera's \
                    distance in ball radii (1.1° at 50), most near the ball's rim, and by up to as much for the lamp's \
@@ -341,8 +338,8 @@ fn missing(folder: &Path, what: &str) -> Error {
     Error::missing(format!("{} holds no {what}", folder.display()), NO_SHOOT)
 }
 
-/// Positions of the lamps according to the manifest, whose directions follow the OLATs' numbers (names without leading
-/// zeros sort differently). Empty if they do not match the lamps.
+/// Lamp directions from the manifest, in the order of the OLATs' numbers (names without leading zeros sort
+/// differently). Empty if they do not match the lamps.
 fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
     let number = |name: &String| -> Option<u64> {
         let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();

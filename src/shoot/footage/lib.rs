@@ -1,5 +1,4 @@
-//! Footage: exemplars and interview frames as linear pictures at the working size, and the import
-//! that finds them.
+//! Footage: exemplars and interview frames as linear pictures at the working size, and their import.
 
 pub mod candidate;
 mod damaged;

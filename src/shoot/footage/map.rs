@@ -1,4 +1,4 @@
-//! A shoot as a TOML map: which files and frames are interview, poses and mirror balls. See `docs/movies.md`.
+//! A shoot as a TOML map: files and frames of interview, poses and mirror balls. See `docs/movies.md`.
 
 use super::lamp_list;
 use super::takes::Rounds;
@@ -9,24 +9,24 @@ use project::{Clip, DamagedFrames, Still};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// The map's content.
+/// Content of the map.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Map {
     pub name: Option<String>,
-    /// The folder to which all files are relative, relative to the map's own; otherwise that.
+    /// Base folder of all files, relative to the map's folder; the map's folder by default.
     pub folder: Option<PathBuf>,
-    /// In frames per second, for pictures; a movie says its own.
+    /// Frames per second of an interview of pictures; movies have their own.
     pub frame_rate: Option<f64>,
     pub lamps: Option<Lamps>,
-    /// Stand-in for frames of the interview that cannot be read.
+    /// Stand-in for unreadable interview frames.
     #[serde(default)]
     pub damaged_frames: DamagedFrames,
     interview: Interview,
     #[serde(rename = "pose")]
     poses: Vec<Pose>,
     balls: Part,
-    /// Photography of the balls; without it, the ball is searched for and counts as far away.
+    /// Geometry of the balls; by default the ball is searched for and treated as far away.
     #[serde(default)]
     pub ball: Ball,
 }
@@ -65,7 +65,7 @@ struct BallFrame {
     frame: Option<u64>,
 }
 
-/// A part of a movie in which the lamps go round.
+/// A part of a movie with a lamp cycle.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Part {
@@ -91,10 +91,10 @@ impl Map {
     /// Reads a map.
     ///
     /// # Errors
-    /// When it cannot be read, or lacks something.
+    /// When it cannot be read or is incomplete.
     pub fn read(path: &Path) -> Result<Self> {
         const REMEDY: &str =
-            "Write it as docs/movies.md says: [interview], [balls] and a [[pose]] for each pose";
+            "Write it as in docs/movies.md: [interview], [balls] and a [[pose]] for each pose";
         let text = files::read_text(path, files::MOST_TEXT)
             .map_err(|e| Error::io("open", path, e, REMEDY))?;
         let map: Self =
@@ -105,7 +105,7 @@ impl Map {
             return Err(Error::codec(
                 "read",
                 path,
-                format!("pose {} is there twice", pair[0]),
+                format!("pose {} appears twice", pair[0]),
                 REMEDY,
             ));
         }
@@ -115,7 +115,8 @@ impl Map {
         }
     }
 
-    /// Names and directions of the lamps; directions are empty if they are not known, both if not even their number is.
+    /// Names and directions of the lamps. Directions are empty if unknown; both are empty if the number of lamps is
+    /// unknown too.
     ///
     /// # Errors
     /// When the list cannot be read.
@@ -127,10 +128,10 @@ impl Map {
         }
     }
 
-    /// The interview's frames, and how many a second.
+    /// Frames of the interview, and frames per second.
     ///
     /// # Errors
-    /// When the movie cannot be read or has no such frames.
+    /// When the movie cannot be read or the frames do not exist.
     pub fn interview(&self, folder: &Path) -> Result<(Clip, Option<f64>)> {
         let Interview { file, frames, .. } = &self.interview;
         let path = folder.join(file);
@@ -141,7 +142,7 @@ impl Map {
         if start > last || start < first || last > end {
             return Err(Error::invalid(
                 format!(
-                    "the interview is said to be frames {start} to {last} of {}, which has {first} to {end}",
+                    "the map gives frames {start} to {last} of {} as the interview; the movie has {first} to {end}",
                     path.display()
                 ),
                 "Correct `frames` of [interview]: the first frame and the last",
@@ -156,22 +157,22 @@ impl Map {
         Ok((clip, source.frame_rate()))
     }
 
-    /// The mirror ball under the interview's light: the frame that is named, or the middle one.
+    /// The mirror ball under the interview's light: the given frame, or the middle one.
     ///
     /// # Errors
-    /// When its movie cannot be read or has no such frame.
+    /// When its movie cannot be read or the frame does not exist.
     pub fn interview_ball(&self, folder: &Path) -> Result<Still> {
         let BallFrame { file, frame } = &self.interview.ball;
         still(folder, file, *frame)
     }
 
-    /// The balls' movie.
+    /// Movie of the balls.
     pub fn balls(&self) -> Rounds {
         let Part { file, frames, lamps } = &self.balls;
         Rounds { movie: file.clone(), range: *frames, lamps: lamps.clone(), tracking: vec![] }
     }
 
-    /// The poses' movies, by name.
+    /// Movies of the poses, by name.
     pub fn poses(&self) -> impl Iterator<Item = (&String, Rounds)> {
         self.poses.iter().map(|pose| {
             let rounds = Rounds {
@@ -188,7 +189,7 @@ impl Map {
 /// One frame of a movie: `frame`, or the middle one.
 ///
 /// # Errors
-/// When the movie cannot be read or has no such frame.
+/// When the movie cannot be read or the frame does not exist.
 pub fn still(folder: &Path, file: &Path, frame: Option<u64>) -> Result<Still> {
     let path = folder.join(file);
     let source = movies::open(&path)?;
@@ -197,16 +198,16 @@ pub fn still(folder: &Path, file: &Path, frame: Option<u64>) -> Result<Still> {
     if frame < first || frame - first >= count {
         return Err(Error::invalid(
             format!(
-                "the mirror ball is said to be frame {frame} of {}, which has {count} from {first} on",
+                "the map gives frame {frame} of {} as the mirror ball; the movie has {count} from {first} on",
                 path.display()
             ),
-            "Correct the frame",
+            "Correct the frame number",
         ));
     }
     Ok(Still { movie: file.to_path_buf(), frame })
 }
 
-/// Names of lamps that have none, in the order in which they are lit.
+/// Names of unnamed lamps, in the order of lighting.
 pub fn lamp_names(count: usize) -> Vec<String> {
     (0..count).map(|lamp| format!("olat_{lamp:03}")).collect()
 }

@@ -1,4 +1,4 @@
-//! Mattes that a shoot does not bring, made and kept in the project.
+//! Mattes missing from a shoot, made and stored in the project.
 
 use super::damaged::{offer, stand_in};
 use super::frame_mattes::{FindPerson, FrameMattes, about};
@@ -16,18 +16,18 @@ use std::path::{Path, PathBuf};
 /// Settings for making mattes.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct MatteSettings {
-    /// Make all mattes in PROJECT/mattes again.
+    /// Remake all mattes in PROJECT/mattes.
     #[arg(long)]
     pub replace: bool,
-    /// For an interview without a screen: a box that holds the person in every frame, with some background outside of it,
-    /// in pixels of the pictures.
+    /// Box around the person in every frame, in pixels of the pictures, with some background outside; for an
+    /// interview without a screen.
     #[arg(long = "box", value_name = "LEFT,TOP,WIDTH,HEIGHT", value_parser = parse_box)]
     pub within: Option<[usize; 4]>,
-    /// For an interview without a screen: a picture of the same view without the person, or a movie whose first frame is one.
-    /// Its exposure may differ.
+    /// Clean plate: a picture of the same view without the person, or a movie whose first frame is one; for an
+    /// interview without a screen. Its exposure may differ.
     #[arg(long, value_name = "FILE", conflicts_with = "within")]
     pub clean_plate: Option<PathBuf>,
-    /// Leave each frame's matte as it is found, not averaged with those before and after it.
+    /// Skip averaging mattes over neighbouring frames.
     #[arg(long)]
     pub no_steady: bool,
 }
@@ -39,41 +39,41 @@ fn parse_box(text: &str) -> std::result::Result<[usize; 4], String> {
     four.ok_or_else(|| format!("expected LEFT,TOP,WIDTH,HEIGHT in whole pixels, found {text:?}"))
 }
 
-/// Report of the mattes that were made.
+/// Report of a matte job.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MattesReport {
     /// The project.
     pub project: PathBuf,
-    /// Mattes of interview frames that were made.
+    /// Number of interview mattes made.
     pub frames: usize,
-    /// Mattes of poses that were made.
+    /// Number of pose mattes made.
     pub poses: usize,
-    /// Mattes that were there before, and were kept.
+    /// Number of existing mattes kept.
     pub kept: usize,
-    /// `green` or `blue`; None if no frame was keyed.
+    /// `green` or `blue`; None without a keyed frame.
     pub screen: Option<&'static str>,
-    /// The screen's colour in the first frame that was keyed, in codes from 0 to 255.
+    /// Colour of the screen in the first keyed frame, in codes from 0 to 255.
     pub screen_color: Option<[u8; 3]>,
-    /// The share of pixels, over all mattes made, whose coverage had to be worked out from what is around them; None if none
-    /// was made.
+    /// Share of pixels, over all new mattes, with coverage inferred from their surroundings; None without new
+    /// mattes.
     pub uncertain: Option<f32>,
-    /// Frames made in which no screen but a network told the person.
+    /// Number of new frames in which a network, not a screen, found the person.
     pub guessed: usize,
-    /// Frames made whose own strokes were used.
+    /// Number of new frames with their own strokes.
     pub painted: usize,
-    /// Frames made that follow the matte of a neighbour, since nothing else tells their subject.
+    /// Number of new frames that follow a neighbour's matte because nothing else shows their subject.
     pub followed: usize,
-    /// Frames with strokes whose mattes were kept as they were.
+    /// Number of frames with strokes whose mattes were kept unchanged.
     pub painted_kept: usize,
-    /// Flicker of the frames' mattes, from 0 to 1: difference of the coverage at their edges from the frame before, carried along
-    /// with the picture ([`matte::flicker`]). None if no two frames that follow each other were made.
+    /// Flicker of the frames' mattes, 0 to 1: change of the coverage at their edges from the previous frame, along
+    /// the motion ([`matte::flicker`]). None without two consecutive new frames.
     pub flicker: Option<f32>,
-    /// The same before they were averaged over time.
+    /// Flicker before averaging over time.
     pub flicker_before: Option<f32>,
 }
 
 impl MattesReport {
-    /// The report in a sentence.
+    /// Summary sentence.
     pub fn sentence(&self) -> String {
         let mut text = format!(
             "{} mattes of frames and {} of poses made, {} kept",
@@ -84,7 +84,7 @@ impl MattesReport {
         }
         if self.guessed > 0 {
             text += &format!(
-                "; without a screen, a network found the person in {} frames: look at their mattes",
+                "; without a screen, a network found the person in {} frames: check their mattes",
                 self.guessed
             );
         }
@@ -108,13 +108,14 @@ impl MattesReport {
     }
 }
 
-/// Makes the mattes that neither the shoot nor the project has; all of the project's own again if `replace` is set. Those of
-/// the shoot are never touched. A box or a clean plate tells frames from what is behind the person, whatever it is; otherwise
-/// their screen does, and without one `person` says where the person is. Strokes correct all of these. Where nothing but strokes
-/// tells the person, frames follow the painted ones.
+/// Makes the mattes missing from both shoot and project, or remakes all of the project's own if `replace` is set.
+/// The shoot's mattes are never changed. A box or a clean plate separates the person from any background. Otherwise
+/// the screen does, and without a screen `person` detects the person. Strokes correct all of these. Where only
+/// strokes show the person, frames follow the painted ones.
 ///
 /// # Errors
-/// When a picture cannot be read or its matte cannot be told or written, or the person stops; mattes made before are kept.
+/// When a picture cannot be read, its matte cannot be found or written, or the user stops the job. Finished mattes
+/// are kept.
 pub fn make_mattes(
     root: &Path,
     settings: &MatteSettings,
@@ -185,7 +186,7 @@ fn frames(
     let Some(first) = wanted.iter().position(|wanted| *wanted) else {
         return Ok(());
     };
-    // Where only strokes tell the subject, frames follow those that were painted: first on from them, then back.
+    // Where only strokes show the subject, frames follow the painted ones: first forwards, then backwards.
     let telling = painted.iter().find(|frame| strokes.tell_both(**frame));
     let start = match telling.or(painted.first()) {
         Some(&painted) if !mattes.is_told(first)? => painted,
@@ -196,7 +197,7 @@ fn frames(
     for frame in (start..count).chain((0..start).rev()) {
         if !wanted[frame] {
             if !painted.is_empty() {
-                // A matte that is there is followed as well.
+                // An existing matte is followed as well.
                 let matte = read_matte(&project.frame_matte(frame)).ok();
                 mattes.neighbour = matte.map(|matte| (frame, matte));
             }
@@ -217,7 +218,7 @@ fn frames(
             Ok(Some(made)) => made,
             Ok(None) => continue,
             Err(e) => {
-                // What was found before is kept.
+                // Mattes found so far are kept.
                 steady.finish(&mut mattes.movement)?;
                 return Err(e);
             }
@@ -263,7 +264,7 @@ fn poses(
     Ok(())
 }
 
-/// A pose's matte, of what is brightest under all lamps: by a screen if it has one, by brightness otherwise.
+/// Matte of a pose, from its brightest values under all lamps: by a screen if present, otherwise by brightness.
 fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
     let mut brightest: Option<Encoded> = None;
     for lamp in 0..project.settings.shoot.all_lamps().len() {
@@ -285,9 +286,8 @@ fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
         }
     }
     let picture = project.olat_picture(pose, 0);
-    let brightest = brightest.ok_or_else(|| {
-        Error::missing("the shoot has no lamps", "Import a shoot that has pictures under them")
-    })?;
+    let brightest = brightest
+        .ok_or_else(|| Error::missing("the shoot has no lamps", "Import a shoot with OLATs"))?;
     match key(&brightest) {
         Ok(key) => key.matte(&brightest),
         Err(_) => lit(&brightest),

@@ -1,4 +1,4 @@
-//! Mattes of whole projects.
+//! Mattes of full projects.
 
 use super::*;
 use crate::{BrushSide, Stroke};
@@ -48,7 +48,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     }
     assert!(!project.frame_matte_path(1).exists());
 
-    // Painted by hand: kept, until all are to be made again.
+    // Painted by hand: kept, until all are remade.
     let own = &missing[0].1;
     let painted = Mask::filled(64, 64, 1.0);
     file::write_mask_png(own, &painted).unwrap();
@@ -69,7 +69,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let said =
         make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap_err().to_string();
     assert!(said.contains("frame_000.png") && said.contains("screen"), "{said}");
-    // Unless somebody says where the person is.
+    // Unless a detector finds the person.
     let middle = |_: &Encoded| {
         let inside = |at: usize| (4..12).contains(&at);
         Ok(Mask::from_fn(16, 16, |x, y| f32::from(u8::from(inside(x) && inside(y)))))
@@ -80,7 +80,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     assert!(found.sentence().contains("found the person in 1"), "{}", found.sentence());
     let matte = file::read_mask(own).unwrap();
     assert_eq!((matte.at(32, 32), matte.at(4, 32)), (1.0, 0.0));
-    // And unless nobody is found.
+    // And unless it finds none.
     std::fs::remove_file(own).unwrap();
     let nobody = |_: &Encoded| Ok(Mask::filled(16, 16, 0.1));
     let said =
@@ -89,7 +89,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     assert!(said.contains("frame_000.png") && said.contains("nor a person"), "{said}");
 }
 
-/// A project of a stage's shoot without its frames' mattes, and these.
+/// A project of a stage's shoot without its frames' mattes, and the true mattes.
 struct Stage {
     folder: tempfile::TempDir,
     project: Project,
@@ -114,7 +114,7 @@ impl Stage {
         Self { folder, project, truths }
     }
 
-    /// Paints over the frames: what becomes of each pixel, by its frame, place, coverage and light.
+    /// Repaints the frames: the new value of each pixel, from its frame, place, coverage and light.
     fn repaint(&self, change: impl Fn(usize, (usize, usize), f32, [f32; 3]) -> [f32; 3]) {
         for (frame, truth) in self.truths.iter().enumerate() {
             let picture = self.project.frame_picture(frame);
@@ -129,7 +129,8 @@ impl Stage {
         }
     }
 
-    /// Puts a wall with pictures on it in the screen's place; gives that wall, seen with another exposure and some noise.
+    /// Replaces the screen by a wall with pictures; returns that wall as a clean plate at another exposure with
+    /// some noise.
     fn before_a_wall(&self) -> PathBuf {
         let screen = read_picture(&self.project.frame_picture(0)).unwrap();
         let screen = screen.0.at(3, 3).map(linear_from_srgb);
@@ -146,7 +147,7 @@ impl Stage {
         file
     }
 
-    /// Makes the mattes, and gives the least overlap and the largest mean error over all frames.
+    /// Makes the mattes and returns the smallest overlap and the largest mean error over all frames.
     fn made(&self, settings: &MatteSettings) -> (MattesReport, f32, f32) {
         let report = make_mattes(&self.project.root, settings, None, &Progress::silent()).unwrap();
         let mut worst = (1.0_f32, 0.0_f32);
@@ -164,7 +165,7 @@ impl Stage {
         (report, worst.0, worst.1)
     }
 
-    /// The smallest box around the subject in all frames, and some pixels more.
+    /// Smallest box around the subject in all frames, with a few pixels of margin.
     fn subject_box(&self) -> [usize; 4] {
         let (mut left, mut top, mut right) = (128, 128, 0);
         for truth in &self.truths {
@@ -177,7 +178,7 @@ impl Stage {
         [left, top, (right + 5).min(128) - left, 128 - top]
     }
 
-    /// A place well inside of the subject in a frame: the middle of its upper part.
+    /// A place well inside the subject in a frame: the middle of its upper part.
     fn face(&self, frame: usize) -> [f32; 2] {
         let truth = &self.truths[frame];
         let top = truth.pixels.iter().position(|a| *a > 0.5).unwrap() / 128;
@@ -234,7 +235,7 @@ fn a_box_serves_a_whole_project() {
     }
     assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
     shown!(Pictures, "Two virtual stages cut out of one box, their screen not used",
-        danger: "the job names no box, or one frame of many is lost",
+        danger: "the box is not applied, or one frame of many is lost",
         done: "`afterlight matte --box` on the whole project",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.4}, mean error {:.4}", worst.0, worst.1));
@@ -257,8 +258,8 @@ fn a_clean_plate_serves_a_whole_project() {
     }
     assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
     shown!(Pictures, "Two virtual stages before a wall with pictures on it, with a clean plate of another exposure",
-        danger: "the wall's pictures become the person's",
-        done: "`afterlight matte --clean-plate`: the difference to the plate beside the pictures' noise",
+        danger: "the wall's pictures become part of the person",
+        done: "`afterlight matte --clean-plate`: difference to the plate, relative to the pictures' noise",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.4}, mean error {:.4}", worst.0, worst.1));
 }
@@ -291,9 +292,9 @@ fn strokes_on_one_frame_serve_the_others() {
     let (report, iou, off) = stage.made(&again_all());
     assert_eq!((report.painted, report.followed), (1, 0));
     assert!(without < 0.97 && iou >= 0.985 && off <= 0.01, "{without} to {iou}, {off}");
-    shown!(Pictures, "A hole that the key leaves in every frame, painted shut in one",
+    shown!(Pictures, "A hole in the key of every frame, painted shut in one",
         danger: "every frame must be painted",
-        done: "strokes are carried to the frames around along the motion, and say less with each",
+        done: "strokes are carried to nearby frames along the motion, with decreasing weight",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {without:.3} without, {iou:.4} with it, mean error {off:.4}"));
 }
@@ -328,7 +329,7 @@ fn frames_before_a_wall_follow_the_painted_one() {
     assert!(worst.0 >= 0.95 && worst.1 <= 0.02, "{worst:?}");
     shown!(Pictures, "A wall with pictures on it, no clean plate, strokes on one frame of five",
         danger: "every frame must be painted",
-        done: "the painted frame's matte is carried to the others along the motion; colours and edges mend it there",
+        done: "the painted frame's matte is carried to the others along the motion; colours and edges correct it there",
         bound: "IoU 0.95, mean error 0.02",
         measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));
 }
@@ -347,7 +348,7 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
         ("4.0", "nan", "radius"),
         ("4.0", "1e9", "radius"),
         ("[[1.0, 2.0]]", "[]", "no points"),
-        ("[[1.0, 2.0]]", "[[inf, 2.0]]", "no number"),
+        ("[[1.0, 2.0]]", "[[inf, 2.0]]", "not a number"),
         ("[[1.0, 2.0]]", "[[1.0]]", "strokes.toml"),
         ("frame", "frames", "strokes.toml"),
     ] {
@@ -361,9 +362,9 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
     strokes.strokes.clear();
     strokes.save(&stage.project).unwrap();
     assert!(!path.exists());
-    shown!(Strangers, "A file of strokes that says what no brush can",
-        danger: "a crash, or hours of painting",
-        done: "it is refused by its name, with the stroke and what is wrong with it");
+    shown!(Strangers, "A file with impossible strokes",
+        danger: "a crash, or hours of computing",
+        done: "refused, with the names of file and stroke and the fault");
 }
 
 /// A project whose interview is these pictures.

@@ -1,7 +1,7 @@
-//! Motion of the subject while the lamps went round, and OLATs that are freed of it.
+//! Motion of the subject during the lamp cycle, and its correction in OLATs.
 //!
-//! A motion is a shift of the whole subject and a turn of the head, which shifts the face on top of that and leaves the
-//! head's outline nearly where it is.
+//! A motion is a shift of the full subject plus a rotation of the head, which shifts the face further and leaves
+//! the head's outline nearly in place.
 
 use base::error::{Error, Result};
 use imaging::{Image, Mask, Raster};
@@ -9,49 +9,50 @@ use project::Project;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// Position of the subject: the body's shift to the right and down, and the shift of the face's middle on top of that,
-/// in shares of the picture's side.
+/// Position of the subject: the body's shift to the right and down, and the additional shift of the face's middle,
+/// relative to the picture's side.
 pub type Shift = [f32; 4];
 
-/// Motion of the subject that the calibration found, as kept in `calibration.toml`.
+/// Motion of the subject measured by the calibration, stored in `calibration.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// Frames that show it.
+    /// Frames used for the measurement.
     pub seen_in: SeenIn,
-    /// The names of the lamps in the order in which they were lit.
+    /// Names of the lamps in the order of lighting.
     pub lamps: Vec<String>,
-    /// One for each pose that shows enough to look for motion.
+    /// Motion of each pose with enough information.
     pub poses: Vec<PoseMotion>,
 }
 
-/// Frames that show the motion.
+/// Frames used to measure motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SeenIn {
     /// The OLATs themselves.
     Olats,
-    /// Fully lit frames between them.
+    /// Fully lit frames between the OLATs.
     Tracking,
 }
 
 /// The motion in one pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseMotion {
-    /// The pose's name.
+    /// Name of the pose.
     pub pose: String,
-    /// Largest distance of body or face from their middle, in pixels of the OLATs. Sure from about three deviations on.
+    /// Largest distance of body or face from their middle, in pixels of the OLATs. Significant from about three
+    /// deviations.
     pub largest_px: f32,
-    /// Standard deviation of that.
+    /// Standard deviation of `largest_px`.
     pub deviation_px: f32,
-    /// Exemplars are freed of it when they are loaded.
+    /// True if exemplars are corrected on loading.
     pub corrected: bool,
-    /// For each lamp where the subject is; empty if that is not corrected.
+    /// Position of the subject for each lamp; empty without correction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<Shift>,
 }
 
 impl Motion {
-    /// The correction, as a sentence; `None` if nothing is corrected.
+    /// Summary of the correction; `None` without one.
     pub fn sentence(&self) -> Option<String> {
         let poses: Vec<String> = (self.poses.iter().filter(|pose| pose.corrected))
             .map(|p| format!("{} {:.1} ± {:.1}", p.pose, p.largest_px, p.deviation_px.max(0.05)))
@@ -62,21 +63,21 @@ impl Motion {
         };
         (!poses.is_empty()).then(|| {
             format!(
-                "The subject moved while the lamps went round, as {seen_in} show. Corrected, in pixels at most: {}",
+                "The subject moved during the lamp cycle (seen in {seen_in}). Corrected, in pixels at most: {}",
                 poses.join(", ")
             )
         })
     }
 }
 
-/// The correction of one pose.
+/// Correction of one pose.
 pub(super) struct Correction {
     head: Mask,
-    /// Per lamp where the subject is.
+    /// Position of the subject per lamp.
     shifts: HashMap<String, Shift>,
 }
 
-/// The part of `calibration.toml` that concerns the exemplars.
+/// The part of `calibration.toml` used by exemplars.
 #[derive(Deserialize)]
 struct Kept {
     #[serde(default)]
@@ -84,7 +85,7 @@ struct Kept {
 }
 
 impl Correction {
-    /// The correction of a pose by the project's calibration; `None` if there is none.
+    /// Correction of a pose from the project's calibration; `None` without one.
     ///
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
@@ -111,7 +112,7 @@ impl Correction {
         if shifts.len() != lamps.len() || !shifts.iter().all(is_sound) {
             return Err(Error::invalid(
                 format!(
-                    "{} has {} shifts of {name} for {} lamps, or one that is not within the picture",
+                    "{} has {} shifts of {name} for {} lamps, or one outside the picture",
                     path.display(),
                     shifts.len(),
                     lamps.len()
@@ -124,7 +125,7 @@ impl Correction {
         Ok(Some(Self { head: head_turn(&matte), shifts: lamps.into_iter().zip(shifts).collect() }))
     }
 
-    /// The OLAT of lamp `lamp` with the subject in its middle place.
+    /// OLAT of lamp `lamp` with the subject in its middle place.
     pub fn still(&self, olat: &Image, lamp: &str) -> Image {
         match self.shifts.get(lamp) {
             Some(&shift) => unmoved(olat, &self.head, shift),
@@ -133,15 +134,15 @@ impl Correction {
     }
 }
 
-/// Share of the head in each place, from 0 to 1, by the matte alone: it fades out at the neck. Without a neck above shoulders, all
-/// of the subject is head.
+/// Head weight of each place, 0 to 1, from the matte only. It fades out at the neck. Without a neck above
+/// shoulders, the full subject counts as head.
 pub fn head_share(matte: &Mask) -> Mask {
     let Outline { head, .. } = Outline::of(matte);
     Raster::from_fn(matte.width, matte.height, |_, y| head[y])
 }
 
-/// Share of each place in the face's shift when the head turns, from 0 to 1, by the matte alone: depth as
-/// if each row of the head were the front of an ellipse, times [`head_share`].
+/// Weight of the face's shift at each place when the head rotates, 0 to 1, from the matte only: depth as if each
+/// row of the head were the front of an ellipse, times [`head_share`].
 pub fn head_turn(matte: &Mask) -> Mask {
     let Outline { rows, head, widest } = Outline::of(matte);
     Raster::from_fn(matte.width, matte.height, |x, y| {
@@ -159,7 +160,7 @@ pub fn head_turn(matte: &Mask) -> Mask {
 struct Outline {
     /// Extent of each covered row.
     rows: Vec<Option<[f32; 2]>>,
-    /// Share of the head in each row.
+    /// Head weight of each row.
     head: Vec<f32>,
     /// Largest half width of the head.
     widest: f32,
@@ -170,7 +171,7 @@ impl Outline {
         let rows: Vec<_> = (0..matte.height).map(|y| extent(matte, y)).collect();
         let half = |row: &Option<[f32; 2]>| row.map_or(0.0, |[left, right]| 0.5 * (right - left));
         let (neck, widest) = neck(&rows.iter().map(half).collect::<Vec<_>>());
-        // The fade takes a fifth of a head's height, which is about half of its width.
+        // The fade spans a fifth of a head's height, which is about half of its width.
         let fade = (0.5 * widest).max(1.0);
         let above = |y: usize| ((neck as f32 - y as f32) / fade + 0.5).clamp(0.0, 1.0);
         Self { head: (0..matte.height).map(above).collect(), rows, widest }
@@ -185,18 +186,18 @@ fn extent(matte: &Mask, y: usize) -> Option<[f32; 2]> {
     Some([left as f32, right as f32 + 1.0])
 }
 
-/// The neck's row and the head's largest half width, by the half width of every row. The neck is the narrowest row
-/// between the head and the first row that is wider than the head; the picture's end if no row is.
+/// Row of the neck and largest half width of the head, from the half width of every row. The neck is the narrowest
+/// row between the head and the first row wider than the head, or the picture's end without such a row.
 fn neck(half: &[f32]) -> (usize, f32) {
     let (mut widest, mut best) = (1.0f32, None);
-    // The narrowest row since the head was widest.
+    // The narrowest row since the widest part of the head.
     let (mut row, mut narrowest) = (0, f32::MAX);
     for (y, &h) in half.iter().enumerate() {
         if h < narrowest && widest > 1.0 {
             (row, narrowest) = (y, h);
         }
         if h > widest {
-            // Past a waist this is the shoulder.
+            // After a narrowing this is the shoulder.
             if narrowest < 0.85 * widest {
                 best = Some(row);
                 break;
@@ -207,8 +208,8 @@ fn neck(half: &[f32]) -> (usize, f32) {
     (best.unwrap_or(2 * half.len()), widest)
 }
 
-/// A picture with the subject where it is without `shift`: each pixel is read where its surface has gone
-/// (Catmull-Rom's cubic, kept from negative light).
+/// The picture with `shift` undone: each pixel is read at its surface's shifted place (Catmull–Rom cubic, clamped
+/// to non-negative light).
 pub fn unmoved(picture: &Image, head: &Mask, shift: Shift) -> Image {
     let (width, height) = picture.size();
     let side = width.max(height) as f32;
@@ -248,7 +249,7 @@ fn cubic(t: f32) -> [f32; 4] {
 mod tests {
     use super::*;
 
-    /// A head of 12 pixels' half width above a narrower neck and shoulders.
+    /// A head 12 pixels in half width, above a narrower neck and shoulders.
     fn bust() -> Mask {
         Raster::from_fn(64, 64, |x, y| {
             let off = (x as f32 - 31.5).abs();
@@ -287,7 +288,7 @@ mod tests {
         let ball = Raster::from_fn(64, 64, |x, y| {
             f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
         });
-        assert!(head_turn(&ball).at(31, 45) > 0.5, "without shoulders all is head");
+        assert!(head_turn(&ball).at(31, 45) > 0.5, "without shoulders everything is head");
         assert!(head_turn(&Raster::filled(8, 8, 0.0)).pixels.iter().all(|v| *v == 0.0));
     }
 
@@ -296,7 +297,7 @@ mod tests {
         let wave = |x: f32, y: f32| [0.5 + 0.3 * (0.3 * x).sin() + 0.2 * (0.25 * y).cos(); 3];
         let head = Raster::filled(64, 64, 0.5);
         let shift = [0.02, -0.01, 0.01, 0.03];
-        // Half of the head's shift comes on top of the body's.
+        // Half of the head's shift is added to the body's.
         let (dx, dy) = (64.0 * 0.025, 64.0 * 0.005);
         let moved = Raster::from_fn(64, 64, |x, y| wave(x as f32 - dx, y as f32 - dy));
         let back = unmoved(&moved, &head, shift);

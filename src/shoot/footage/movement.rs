@@ -7,10 +7,10 @@ use matte::{Flow, flow_picture};
 use project::Project;
 use std::collections::VecDeque;
 
-/// Small pictures and flows that stay in memory: 120 MB at most.
+/// Number of small pictures and flows in memory: 120 MB at most.
 const KEPT: usize = 40;
 
-/// The interview's motion, looked for when it is asked for.
+/// Motion of the interview, computed on demand.
 pub struct Movement {
     project: Project,
     pictures: VecDeque<(usize, Encoded)>,
@@ -22,15 +22,15 @@ impl Movement {
         Self { project, pictures: VecDeque::new(), flows: VecDeque::new() }
     }
 
-    /// Takes the small picture of a frame that was read already.
+    /// Adds the small picture of a frame that was already read.
     pub fn show(&mut self, frame: usize, picture: &Encoded) {
         if !self.pictures.iter().any(|(known, _)| *known == frame) {
             keep(&mut self.pictures, (frame, flow_picture(picture)));
         }
     }
 
-    /// Positions of frame `from`'s pixels in frame `to`, step by step over the frames between them; None if a frame between
-    /// has another size.
+    /// Positions of frame `from`'s pixels in frame `to`, chained over the frames between them; None if a frame
+    /// between differs in size.
     ///
     /// # Errors
     /// When a frame cannot be read.

@@ -1,4 +1,4 @@
-//! Shoots whose parts are movies, beside the same shoot as files.
+//! Shoots with movies, compared with the same shoot as files.
 
 use crate::{Exemplar, Frame, ImportSettings, TrackingFrames, import, read_picture};
 use base::progress::Progress;
@@ -12,10 +12,11 @@ use virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 
 const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1 };
 const LAMPS: usize = 6;
-/// ffmpeg converts RGB by way of luma and chroma, exact to an eighth of an 8-bit code; linear light is up to 2.3 times as steep.
+/// ffmpeg converts RGB through luma and chroma, exact to an eighth of an 8-bit code; linear light is up to 2.3
+/// times as steep.
 const NEAR: f32 = 2.3 / 8.0 / 255.0;
 
-/// A shoot of six poses, six lamps, three tracking frames a pose and three frames.
+/// A shoot of six poses, six lamps, three tracking frames per pose and three frames.
 fn stage(folder: &Path) {
     let stage = StageSettings {
         frames: 3,
@@ -42,7 +43,7 @@ fn film(pictures: &[PathBuf], movie: &Path) {
     assert!(status.unwrap().success());
 }
 
-/// A pose as it is filmed: fully lit, half of the lamps, fully lit, the other half, fully lit.
+/// A filmed pose: fully lit, half of the lamps, fully lit, the other half, fully lit.
 fn round(shoot: &Path, pose: usize) -> Vec<PathBuf> {
     let lit = |k: usize| shoot.join(format!("tracking/pose{pose:02}/frame_{k:02}.png"));
     let olat = |lamp: usize| shoot.join(format!("exemplars/pose{pose:02}/olat_{lamp:02}.png"));
@@ -59,7 +60,7 @@ fn interview(shoot: &Path) -> Vec<PathBuf> {
     (0..3).map(|frame| shoot.join(format!("interview/frame_{frame:03}.png"))).collect()
 }
 
-/// Frames and OLATs of two projects are the same.
+/// Asserts equal frames and OLATs of two projects.
 fn compare(files: &Project, movies: &Project) {
     let near = |a: &Image, b: &Image| {
         let off = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
@@ -83,7 +84,7 @@ fn compare(files: &Project, movies: &Project) {
     assert!(a.iter().zip(&b).all(|(a, b)| near(a, b)));
 }
 
-/// Mattes come from the shoot's folder or, as `afterlight matte` writes them, from the project's.
+/// Adds mattes to the shoot's folder or, as `afterlight matte` does, to the project's.
 fn give_mattes(shoot: &Path, project: &Project) {
     for frame in 0..3 {
         let to = project.frame_matte_path(frame);
@@ -127,7 +128,7 @@ fn a_shoot_of_movies_is_the_shoot_of_its_files() {
     assert_eq!(Project::open(&root).unwrap(), movies);
     let text = std::fs::read_to_string(root.join("project.toml")).unwrap();
     assert!(!text.contains("frame_00"), "frames of a movie have no names there: {text}");
-    // A lamp is missing in one movie.
+    // One movie lacks a lamp.
     let short: Vec<PathBuf> = round(&shoot, 1).into_iter().skip(2).collect();
     film(&short, &filmed.join("exemplars/pose01.mkv"));
     let again = folder.path().join("again");
@@ -154,7 +155,7 @@ fn a_map_says_which_frames_of_one_movie_are_what() {
         balls(&shoot),
         vec![shoot.join("probes/interview.png")],
     ];
-    // Balls have another size than pictures of the subject; one movie has one size.
+    // Balls and pictures of the subject differ in size, and a movie has one size.
     film(&parts[..3].concat(), &folder.path().join("day 1.mkv"));
     film(&parts[3..].concat(), &folder.path().join("balls.mkv"));
     let manifest = std::fs::read_to_string(shoot.join("manifest.json")).unwrap();
@@ -194,7 +195,7 @@ tracking = [12, 16, 20]
         ("frames = [0, 2]", "frames = [0, 200]", "has 0 to 20"),
         ("frames = [3, 11]", "frames = [3, 8]", "6 lamps"),
         ("lamps = [13, 14,", "lamps = [999, 14,", "no frame 999"),
-        ("lamps = [13, 14,", "lamps = [14,", "5 frames are named for 6 lamps"),
+        ("lamps = [13, 14,", "lamps = [14,", "5 frames for 6 lamps"),
         ("frame = 6", "frame = 60", "frame 60"),
         ("day 1.mkv", "gone.mkv", "gone.mkv"),
         ("pose01", "pose00", "twice"),
@@ -208,9 +209,9 @@ tracking = [12, 16, 20]
     }
     shown!(
         Strangers,
-        "A map of a shoot names frames that a movie does not have, too few lamps, or files that are not there",
+        "A map of a shoot with frames outside the movie, too few lamps, or missing files",
         danger: "wrong frames are learnt",
-        done: "the import is refused: each sentence names the file and the frames that it has",
+        done: "the import is refused: each message names the file and its frames",
     );
 }
 
@@ -236,7 +237,7 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
     let movies = import(&folder.path().join("movies"), &filmed, &SETTINGS, &silent).unwrap();
     let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
     let Source::Movie(movie) = &*movies::open(&filmed.join("interview.mov")).unwrap() else {
-        panic!("no movie");
+        panic!("expected a movie");
     };
     assert!(movie.info().has_sound && movie.info().time_code.as_deref() == Some("01:00:00:00"));
     assert_eq!(movies.settings.shoot.lamps.len(), LAMPS);
@@ -244,7 +245,7 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
         let [a, b] = [&files, &movies].map(|p| Frame::load(p, &Response::Srgb, frame).unwrap());
         let off = a.plate.pixels.iter().flatten().zip(b.plate.pixels.iter().flatten());
         let off = off.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * a.plate.pixels.len()) as f32;
-        // ProRes is no lossless codec.
+        // ProRes is not a lossless codec.
         assert!(off < 0.01 && a.mask == b.mask, "frame {frame}: {off}");
     }
     for pose in 0..6 {
@@ -275,7 +276,7 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
     };
     let shoot = folder.path().join("card");
     write_shoot(&shoot, &stage, &silent).unwrap();
-    // As a camera names it, at another rate than the manifest says.
+    // Named by a camera, at a rate that differs from the manifest's.
     let movie = shoot.join("A001_C003.mov");
     let status = Command::new("ffmpeg")
         .args(["-v", "error", "-r", "30000/1001", "-i"])
@@ -311,15 +312,15 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
     assert!(!folder.path().join("no").exists());
     shown!(
         Strangers,
-        "A movie alone is given as a shoot",
-        danger: "words about a folder that is none",
-        done: "poses and balls that lie beside it make it an interview; otherwise a sentence says what is missing",
+        "A single movie as a shoot",
+        danger: "an error about a folder that is not one",
+        done: "poses and balls beside it make it an interview; otherwise a message lists the missing parts",
     );
     shown!(
         Strangers,
-        "A manifest says another frame rate than the interview's movie",
+        "A manifest with a frame rate that differs from the interview's movie",
         danger: "sound and time code of an export drift from the pictures",
-        done: "the movie's rate counts, and the difference is said at import",
+        done: "the movie's rate is used, and the import reports the difference",
     );
 }
 
@@ -380,7 +381,7 @@ fn mattes_of_a_sequence_may_have_the_names_of_its_files() {
         let off = pairs(a.plate.pixels.as_flattened(), b.plate.pixels.as_flattened());
         assert!(off < NEAR, "the plate is off by {off}");
     }
-    // The project's own come first; a matte too few is said.
+    // The project's own mattes have priority; a missing matte is reported.
     let own = sequence.frame_matte_path(1);
     std::fs::create_dir_all(own.parent().unwrap()).unwrap();
     std::fs::copy(shoot.join("interview_masks/frame_000.png"), own).unwrap();

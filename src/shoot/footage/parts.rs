@@ -1,4 +1,4 @@
-//! Parts that an import finds: in a shoot's folder, whose parts may be movies, or by a TOML map.
+//! Parts found by an import: in a shoot's folder, possibly as movies, or through a TOML map.
 
 use super::lamp_list;
 use super::map::{self, Map};
@@ -11,16 +11,16 @@ use project::{Frames, Takes};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// A shoot, before its pictures are looked at.
+/// A shoot before its pictures are read.
 pub struct Parts {
-    /// The folder to which all names are relative.
+    /// Base folder of all names.
     pub folder: PathBuf,
-    /// The file that says what the pictures do not show.
+    /// The manifest or map.
     pub said_in: PathBuf,
     pub manifest: Manifest,
     pub listing: Listing,
     pub takes: Takes,
-    /// Directions of the lamps by an `.lp` list; empty if there is none.
+    /// Directions of the lamps from an `.lp` list; empty without one.
     pub directions: Vec<Vec3>,
 }
 
@@ -28,7 +28,7 @@ impl Parts {
     /// Finds the parts of the shoot at `shoot`: a folder with a manifest, or a TOML map.
     ///
     /// # Errors
-    /// When something is missing or cannot be read, or a movie shows another number of lamps.
+    /// When a part is missing or cannot be read, or a movie's number of lamps differs.
     pub fn find(shoot: &Path, progress: &Progress) -> Result<Self> {
         let is_map = shoot.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         if is_map && shoot.is_file() {
@@ -57,12 +57,12 @@ impl Parts {
         if !lacks.is_empty() {
             return Err(Error::missing(
                 format!(
-                    "{} alone is no shoot: beside it there is no {}",
+                    "{} alone is not a shoot; missing beside it: {}",
                     movie.display(),
-                    lacks.join(", and no ")
+                    lacks.join("; ")
                 ),
-                "Put that into its folder, bring all files to the studio's page New project, or say in a TOML map which \
-                 files and frames are what: docs/movies.md has one to start from",
+                "Add that to its folder, drop all files on the studio's page New project, or give files and frames in \
+                 a TOML map: docs/movies.md has one to start from",
             ));
         }
         // A camera's folder has none.
@@ -115,7 +115,7 @@ impl Parts {
             listing.lamps.iter().map(|lamp| by_name.get(lamp).copied()).collect();
         if directions.is_none() && !by_name.is_empty() {
             progress.say(
-                "The names in the .lp list are not those of the lamps, so the list is not used",
+                "The names in the .lp list differ from the lamps' names; the list is not used",
             );
         }
         Ok(Self {
@@ -185,7 +185,7 @@ impl Parts {
     }
 }
 
-/// The lamps of the `.lp` list in a shoot's folder; `None` if it has none.
+/// Lamps of the `.lp` list in a shoot's folder; `None` without one.
 fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
     let is_list = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"));
     let lists = entries(shoot, |path| is_list(path).then(|| name_of(path)))?;

@@ -1,36 +1,37 @@
-//! Frames of a movie that show one lamp each, while the lamps go round.
+//! Single-lamp frames of a movie of a lamp cycle.
 //!
-//! Three kinds of frames are told apart by their brightness alone: fully lit ones (tracking frames, several lamps at once),
-//! single lamps (OLATs), and dark ones before, between and after. Where the number of lamps is known, it decides what is left
-//! open; what does not fit it is refused, with the counts.
+//! Brightness alone separates three kinds of frames: fully lit ones (tracking frames, several lamps at once),
+//! single lamps (OLATs), and dark ones before, between and after. A known number of lamps resolves ambiguities. A
+//! mismatch is refused, with the counts.
 
 use super::scan::counted;
 
-/// Contents of a movie, as numbers of its frames, ascending.
+/// Contents of a movie, as ascending frame numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Round {
-    /// The frame that each lamp lit alone, in the order of time.
+    /// Frame of each single lamp, in order of time.
     pub lamps: Vec<u64>,
-    /// Fully lit frames between the first lamp and the last, or right beside them.
+    /// Fully lit frames between the first lamp and the last, or adjacent to them.
     pub tracking: Vec<u64>,
 }
 
-/// Fully lit frames are at least so much brighter than the brightest lamp alone: a lamp may give half of all light.
+/// Smallest brightness ratio of fully lit frames to the brightest single lamp: a lamp may give half of all light.
 const LIT: f32 = 1.7;
-/// Fully lit frames of one round differ by less than this factor.
+/// Largest brightness ratio between fully lit frames of one cycle.
 const ALIKE: f32 = 1.15;
-/// Dark frames are at least so much darker than the darkest lamp.
+/// Smallest brightness ratio of the darkest lamp to dark frames.
 const DARK: f32 = 4.0;
-/// Dark frames have at most this part of the brightest one's light.
+/// Smallest brightness ratio of the brightest frame to dark frames.
 const FAINT: f32 = 20.0;
 /// Linear light below this is black in 8 bits.
 const BLACK: f32 = 1e-4;
 
-/// Finds the lamps in frames of mean linear light `light`, the first of which is frame `first`. `expected`: the number of
-/// lamps, if it is known.
+/// Finds the lamps in frames of mean linear light `light`, starting with frame number `first`. `expected` is the
+/// number of lamps, if known.
 ///
 /// # Errors
-/// When no frame shows a lamp, or their number is not the expected one: what was found instead.
+/// When no frame shows a single lamp, or their number differs from the expected one; the message lists the frames
+/// found.
 pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round, String> {
     if light.is_empty() {
         return Err("it has no frames".to_owned());
@@ -41,7 +42,7 @@ pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round,
     let bright: Vec<usize> = (0..light.len()).filter(|&i| light[i] > dark).collect();
     let single: Vec<usize> = bright.iter().copied().filter(|&i| !is_lit(i)).collect();
     let (Some(&start), Some(&end)) = (single.first(), single.last()) else {
-        return Err("no frame looks as if one lamp lit it".to_owned());
+        return Err("no frame with a single lamp".to_owned());
     };
     // A lamp behind the subject may leave it as dark as no lamp does.
     let with_dark: Vec<usize> = (start..=end).filter(|&i| !is_lit(i)).collect();
@@ -55,12 +56,12 @@ pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round,
         Some(count) if bright.len() == count && differ(&bright, light, lit) => bright.clone(),
         Some(count) if groups.len() == count => groups.iter().map(|group| middle(group)).collect(),
         Some(count) if single.len().is_multiple_of(count) => {
-            // Every lamp burnt for as many frames.
+            // Every lamp was on for the same number of frames.
             single.chunks(single.len() / count).map(middle).collect()
         }
         Some(count) => {
             return Err(format!(
-                "{} look as if one lamp lit them, from {} to {}, but there are {}. {} fully lit, {} dark",
+                "{} with a single lamp, from {} to {}, for {}. {} fully lit, {} dark",
                 counted(single.len(), "frame"),
                 frame(start),
                 frame(end),
@@ -79,7 +80,7 @@ pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round,
     })
 }
 
-/// Light at and below which a frame is dark, and from which on it is fully lit: the widest steps between frames.
+/// Upper limit of dark frames and lower limit of fully lit ones: the widest brightness gaps between frames.
 fn bounds(light: &[f32]) -> (f32, f32) {
     let mut sorted: Vec<f32> = light.iter().copied().filter(|l| l.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);
@@ -89,7 +90,7 @@ fn bounds(light: &[f32]) -> (f32, f32) {
         widest.filter(|i| step(i) >= least)
     };
     let steps = sorted.len().saturating_sub(1);
-    // Dark frames may be most of them, but even they are not black in every camera.
+    // Most frames may be dark, but not black in every camera.
     let dark = widest(0..steps * 3 / 4, DARK).map(|i| sorted[i]);
     let dark = dark.filter(|dark| *dark < sorted[steps] / FAINT).unwrap_or(BLACK).max(BLACK);
     // Fewer than half of the others are fully lit.
@@ -106,7 +107,7 @@ fn differ(bright: &[usize], light: &[f32], lit: f32) -> bool {
     most > ALIKE * least
 }
 
-/// Runs of frames that follow each other.
+/// Runs of consecutive frames.
 fn groups(frames: &[usize]) -> Vec<&[usize]> {
     frames.chunk_by(|a, b| b - a == 1).collect()
 }
@@ -186,9 +187,9 @@ mod tests {
         }
         test_support::shown!(
             Strangers,
-            "A movie of a pose has more or fewer frames of single lamps than there are lamps",
-            danger: "every OLAT is taken for its neighbour's",
-            done: "the import is refused, and says how many frames are lit by one lamp, by all, or by none",
+            "A movie of a pose with more or fewer single-lamp frames than lamps",
+            danger: "every OLAT is assigned to its neighbour",
+            done: "the import is refused, with the number of frames lit by one lamp, by all, or by none",
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Scans a shoot's folder before import: what it holds, what is missing, and why that matters.
+//! Scan of a shoot's folder before import: contents, missing parts and their effect.
 
 use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
 use base::Result;
@@ -11,14 +11,14 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
     pub folder: PathBuf,
-    /// The name in the manifest, or the folder's.
+    /// Name in the manifest, or the folder's.
     pub name: String,
-    /// The parts of the shoot, in the order in which they are needed.
+    /// Parts of the shoot, in order of use.
     pub lines: Vec<Line>,
     pub frames: usize,
     pub poses: usize,
     pub lamps: usize,
-    /// Columns and rows of the first frame.
+    /// Width and height of the first frame.
     pub picture: Option<(usize, usize)>,
 }
 
@@ -26,16 +26,16 @@ pub struct Scan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     pub part: &'static str,
-    /// The part's contents, in numbers.
+    /// Summary of the part's contents.
     pub found: String,
-    /// The part's lack or fault, and the reason that it matters.
+    /// The part's fault and its effect.
     pub lack: Option<String>,
-    /// A project needs it.
+    /// True if a project needs the part.
     pub needed: bool,
 }
 
 impl Scan {
-    /// True if the folder holds everything that a project needs.
+    /// True if the folder holds every part a project needs.
     pub fn is_complete(&self) -> bool {
         self.lines.iter().all(|line| line.lack.is_none() || !line.needed)
     }
@@ -99,7 +99,7 @@ fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) 
         Err(e) => (
             "none",
             Some(format!(
-                "{e}. It holds the positions of camera and ball, without which no lamp's direction can be found"
+                "{e}. It holds the positions of camera and ball, needed for the lamps' directions"
             )),
         ),
     };
@@ -128,8 +128,8 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
         || (lamps.is_empty() && !poses.iter().all(|pose| is_movie(&pose)))
     {
         Some(
-            "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: from these the network learns \
-             what every lamp does"
+            "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: the network learns \
+             every lamp's effect from them"
                 .to_owned(),
         )
     } else {
@@ -140,7 +140,7 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
         });
         absent(
             &olats.collect::<Vec<_>>(),
-            "Every pose is needed under every lamp: a relit pose would lack that light",
+            "Every pose needs a picture under every lamp: a relit pose would lack that light",
         )
     };
     let lamps = match lamps.len() {
@@ -190,7 +190,7 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
     };
     for (inside, wanted) in [("exemplar_masks", &poses[..]), ("interview_masks", frames)] {
         let there = pictures(folder, inside);
-        // `afterlight matte` makes all of them, but does not fill gaps between a person's own.
+        // `afterlight matte` makes all of them, but does not fill gaps in a shoot's own mattes.
         if !folder.join(inside).exists() {
             continue;
         }
@@ -205,11 +205,11 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
     needed(
         "Mattes",
         found,
-        absent(&missing, "The mattes mark the subject: only that is learnt and relit"),
+        absent(&missing, "The mattes mark the subject, the only part that is learnt and relit"),
     )
 }
 
-/// The names of the pictures in a folder of the shoot; empty if it cannot be read.
+/// Names of the pictures in a folder of the shoot; empty if it cannot be read.
 fn pictures(folder: &Path, inside: &str) -> HashSet<String> {
     let names = png_names(&folder.join(inside)).unwrap_or_default();
     names.into_iter().collect()
@@ -247,7 +247,7 @@ fn absent(files: &[String], why: &str) -> Option<String> {
     Some(format!("{first}{more} {is} missing. {why}"))
 }
 
-/// A number of things, in words.
+/// A count with its noun.
 pub fn counted(count: usize, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {what}{plural}")

@@ -8,9 +8,9 @@ use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The name of a shoot's manifest.
+/// File name of a shoot's manifest.
 pub const MANIFEST: &str = "manifest.json";
-/// The folder of a second mirror ball's photographs.
+/// Folder of a second mirror ball's photographs.
 pub const SECOND_PROBES: &str = "probes_2";
 /// Remedy for a folder that is not a shoot.
 pub const NO_SHOOT: &str = "Check that this is a shoot folder and is complete";
@@ -22,23 +22,23 @@ pub struct Manifest {
     pub name: Option<String>,
     #[serde(default)]
     pub frame_rate: Option<f64>,
-    /// Without it the camera counts as far away.
+    /// Camera; by default it is treated as infinitely far.
     #[serde(default)]
     pub camera: Option<Camera>,
     #[serde(default)]
     pub dome_radius_m: Option<f32>,
     #[serde(default)]
     pub probes: Probes,
-    /// A second ball, if the shoot has one: [`SECOND_PROBES`], or in the same photographs.
+    /// A second ball, if present: [`SECOND_PROBES`], or in the same photographs.
     #[serde(default)]
     pub second_probes: Option<Probes>,
     #[serde(default)]
     pub hdris: Vec<NamedEnvironment>,
-    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value is accepted, because
+    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value is accepted, so that
     /// a shoot with invalid directions can still be imported.
     #[serde(default)]
     pub bank_directions: Option<serde_json::Value>,
-    /// When the tracking frames were taken; without it they are evenly spaced.
+    /// Times of the tracking frames; evenly spaced by default.
     #[serde(default)]
     pub tracking: Option<TrackingTimes>,
     #[serde(default)]
@@ -47,15 +47,15 @@ pub struct Manifest {
     pub olat_conditions: Option<usize>,
     #[serde(default)]
     pub frames: Option<usize>,
-    /// Stand-in for frames of the interview that cannot be read: `stop`, `hold` or `black`.
+    /// Stand-in for unreadable interview frames: `stop`, `hold` or `black`.
     #[serde(default)]
     pub damaged_frames: DamagedFrames,
 }
 
-/// When the subject was photographed fully lit while the lamps went round.
+/// Times of the fully lit photographs during the lamp cycle.
 #[derive(Deserialize)]
 pub struct TrackingTimes {
-    /// For each frame the number of the lamp before which it was taken, from 0; the number of lamps at the end.
+    /// For each frame the index of the next lamp, from 0; the number of lamps at the end.
     #[serde(default)]
     pub before_lamp: Vec<usize>,
 }
@@ -65,18 +65,18 @@ pub struct Camera {
     pub position: [f32; 3],
 }
 
-/// A mirror ball in the manifest: as much as is known.
+/// A mirror ball in the manifest; unknown values are omitted.
 #[derive(Default, Deserialize)]
 pub struct Probes {
-    /// Without centre and radius, the calibration finds the ball in its photographs.
+    /// Centre of the ball; without centre and radius, the calibration detects the ball in its photographs.
     #[serde(default)]
     pub ball_center_px: Option<[f32; 2]>,
     #[serde(default)]
     pub ball_radius_px: Option<f32>,
-    /// Without it the ball's size is unknown, and the camera counts as far away.
+    /// Radius of the ball; by default its size is unknown, and the camera is treated as infinitely far.
     #[serde(default)]
     pub ball_radius_m: Option<f32>,
-    /// The ball's centre in metres from the subject: right, up, towards the camera.
+    /// Centre of the ball in metres from the subject: right, up, towards the camera.
     #[serde(default)]
     pub ball_position_m: Option<[f32; 3]>,
 }
@@ -93,8 +93,8 @@ impl Manifest {
                 "open",
                 &path,
                 e,
-                "Choose the folder that holds a shoot's manifest.json. If the shoot has none, write one that holds \
-                 only {}: camera and mirror ball then count as far away, and the ball is found in its photographs",
+                "Choose the folder with a shoot's manifest.json. If the shoot has none, write one with \
+                 only {}: camera and mirror ball then count as far away, and the ball is detected",
             )
         })?;
         serde_json::from_str(&text).map_err(|e| {
@@ -110,9 +110,9 @@ impl Manifest {
     /// Refuses a folder whose numbers of poses, lamps or frames differ from the manifest's.
     ///
     /// # Errors
-    /// Then.
+    /// When they differ.
     pub fn check_counts(&self, shoot: &Path, listing: &Listing) -> Result<()> {
-        // Movies of lamps are counted when they are read.
+        // Lamps of movies are counted when the movies are read.
         let is_known = !listing.lamps.is_empty() || listing.pose_movies.is_empty();
         let lamps = self.olat_conditions.filter(|_| is_known);
         let counts = [
@@ -123,16 +123,16 @@ impl Manifest {
         match counts.into_iter().find(|(_, said, found)| said.is_some_and(|said| said != *found)) {
             Some((key, Some(said), found)) => Err(Error::invalid(
                 format!(
-                    "{} says {said} for `{key}`, but the folder has {found}",
+                    "{} gives {said} for `{key}`, but the folder has {found}",
                     shoot.join(MANIFEST).display()
                 ),
-                "Bring the missing pictures, or correct the manifest",
+                "Add the missing pictures, or correct the manifest",
             )),
             _ => Ok(()),
         }
     }
 
-    /// Frames per second of the interview, if it says them.
+    /// Frames per second of the interview, if given.
     pub fn frame_rate(&self) -> Option<f64> {
         (self.frame_rate).filter(|rate| Shoot::FRAME_RATES.contains(rate))
     }
@@ -182,16 +182,16 @@ impl Manifest {
 #[derive(Default)]
 pub struct Listing {
     pub poses: Vec<String>,
-    /// Every lamp that any pose or probe has. If it is missing elsewhere, reading it names the file.
+    /// Every lamp of any pose or probe. A missing file is reported when it is read.
     pub lamps: Vec<String>,
     pub frames: Frames,
-    /// Frames per second, if the interview is a movie that says it.
+    /// Frames per second of a movie interview, if the movie has them.
     pub frame_rate: Option<f64>,
-    /// Movies of poses under `exemplars/`, by the pose's name; relative to the shoot's folder.
+    /// Movies of poses under `exemplars/`, by pose name; relative to the shoot's folder.
     pub pose_movies: BTreeMap<String, PathBuf>,
-    /// The movie of the mirror balls, relative to the shoot's folder.
+    /// Movie of the mirror balls, relative to the shoot's folder.
     pub ball_movie: Option<PathBuf>,
-    /// The mirror ball under the interview's light, if it is a movie.
+    /// Movie of the mirror ball under the interview's light, if it is a movie.
     pub interview_ball: Option<PathBuf>,
 }
 
@@ -204,7 +204,7 @@ impl Listing {
         Self::list(shoot, None, true)
     }
 
-    /// Lists the shoot in folder `shoot`, whose interview is the movie `interview` in it.
+    /// Lists the shoot in folder `shoot` with the movie `interview` in it as its interview.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -217,7 +217,7 @@ impl Listing {
         Self::list(shoot, None, false).unwrap_or_default()
     }
 
-    /// `all`: whether a folder that cannot be read is an error; otherwise it counts as empty.
+    /// With `all`, an unreadable folder is an error; otherwise it counts as empty.
     fn list(shoot: &Path, interview: Option<PathBuf>, all: bool) -> Result<Self> {
         let judged = |names: Result<Vec<String>>| match names {
             Err(_) if !all => Ok(vec![]),
@@ -244,7 +244,7 @@ impl Listing {
         poses.extend(pose_movies.keys().cloned());
         poses.sort();
         let ball_movie = movie_named(shoot, "probes");
-        // Of balls that are a movie, the folder holds at most the interview's.
+        // With a movie of the balls, the folder holds at most the interview's ball.
         let probes = match &ball_movie {
             Some(_) => vec![],
             None => judged(png_names(&shoot.join("probes")))?,
@@ -268,8 +268,8 @@ impl Listing {
     }
 }
 
-/// The movie `name.mov` (or another ending) in a shoot's folder, or the folder `name` of pictures other than PNG; `None` if there
-/// is neither.
+/// The movie `name.mov` (or another extension) in a shoot's folder, or the folder `name` of pictures other than
+/// PNG; `None` without either.
 fn clip_named(shoot: &Path, name: &str) -> Option<PathBuf> {
     movie_named(shoot, name).or_else(|| {
         let folder = shoot.join(name);
@@ -279,7 +279,7 @@ fn clip_named(shoot: &Path, name: &str) -> Option<PathBuf> {
     })
 }
 
-/// All of a movie or sequence in a shoot's folder, with its frames per second if it says them.
+/// All frames of a movie or sequence in a shoot's folder, with its frames per second if known.
 fn clip(shoot: &Path, movie: PathBuf) -> Result<(Clip, Option<f64>)> {
     let source = movies::open(&shoot.join(&movie))?;
     let clip =
@@ -287,14 +287,14 @@ fn clip(shoot: &Path, movie: PathBuf) -> Result<(Clip, Option<f64>)> {
     Ok((clip, source.frame_rate()))
 }
 
-/// The movie `name.mov`, or with another ending, in a shoot's folder.
+/// The movie `name.mov`, or with another extension, in a shoot's folder.
 fn movie_named(shoot: &Path, name: &str) -> Option<PathBuf> {
     let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
     let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
     Some(entries(shoot, movie).ok()?.first()?.into())
 }
 
-/// Names that `pick` takes from a folder's entries, sorted.
+/// Names that `pick` returns for a folder's entries, sorted.
 pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
     let listing = std::fs::read_dir(folder).map_err(|e| Error::io("open", folder, e, NO_SHOOT))?;
     let mut names: Vec<String> =

@@ -1,4 +1,4 @@
-//! Mattes of frames that follow each other, averaged along the motion and written.
+//! Mattes of consecutive frames, averaged along the motion and written.
 
 use super::frame_mattes::FrameMatte;
 use super::movement::Movement;
@@ -8,17 +8,17 @@ use matte::{flicker, steadied};
 use project::Project;
 use std::collections::VecDeque;
 
-/// Frames to both sides that a matte is averaged with.
+/// Number of neighbouring frames on each side in the average.
 const AROUND: usize = 2;
 
-/// Frames in the order in which they come, forwards or backwards. A matte is written when the frames after it are known.
+/// Frames in processing order, forwards or backwards. A matte is written when the frames after it are known.
 pub struct Steady<'a> {
     project: &'a Project,
     average: bool,
     window: VecDeque<(usize, FrameMatte)>,
-    /// Number of the window's mattes that are written.
+    /// Number of written mattes in the window.
     written: usize,
-    /// The frame that was written last, and its matte.
+    /// Last written frame and its matte.
     last: Option<(usize, Mask)>,
     raw: Mean,
     steadied: Mean,
@@ -44,7 +44,7 @@ impl Mean {
 }
 
 impl<'a> Steady<'a> {
-    /// Writes mattes of this project, averaged over time or not.
+    /// Writer of this project's mattes, averaged over time if `average`.
     pub fn of(project: &'a Project, average: bool) -> Self {
         Self {
             project,
@@ -57,7 +57,7 @@ impl<'a> Steady<'a> {
         }
     }
 
-    /// Takes the next frame's matte. A frame that does not follow the one before starts over.
+    /// Adds the next frame's matte. A frame that does not follow the previous one starts over.
     ///
     /// # Errors
     /// When a matte cannot be written or a frame cannot be read.
@@ -81,7 +81,7 @@ impl<'a> Steady<'a> {
         Ok(())
     }
 
-    /// Writes what is left.
+    /// Writes the remaining mattes.
     ///
     /// # Errors
     /// As [`push`](Self::push).
@@ -94,7 +94,7 @@ impl<'a> Steady<'a> {
         Ok(())
     }
 
-    /// Flicker of the mattes, as written and as they were found.
+    /// Flicker of the mattes, as written and before averaging.
     pub fn flicker(&self) -> (Option<f32>, Option<f32>) {
         (self.steadied.value(), self.raw.value())
     }

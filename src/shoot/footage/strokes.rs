@@ -1,4 +1,4 @@
-//! Strokes that a person painted on interview frames, to say what belongs to the person: kept in the project.
+//! Brush strokes on interview frames that mark the person or the background, stored in the project.
 
 use super::movement::Movement;
 use base::error::{Error, Result};
@@ -8,7 +8,7 @@ use project::Project;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// All strokes of a project, in the order in which they were painted.
+/// All strokes of a project, in painting order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Strokes {
@@ -20,13 +20,13 @@ pub struct Strokes {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stroke {
-    /// The interview frame, counted from 0.
+    /// Interview frame, from 0.
     pub frame: usize,
-    /// Side of the pixels: the person (`keep`) or the background behind (`remove`).
+    /// Side of the pixels: the person (`keep`) or the background (`remove`).
     pub side: BrushSide,
-    /// The brush's radius in pixels of the plate, from 0.5 to 2000.
+    /// Radius of the brush in pixels of the plate, 0.5 to 2000.
     pub radius: f32,
-    /// The line that its middle took: columns and rows in pixels of the plate, from its upper left corner. At least one.
+    /// Path of the brush: columns and rows in pixels of the plate, from its upper left corner. At least one point.
     pub points: Vec<[f32; 2]>,
 }
 
@@ -47,13 +47,13 @@ impl From<BrushSide> for Side {
     }
 }
 
-/// Radii of brushes in pixels of the plate.
+/// Range of brush radii in pixels of the plate.
 pub const RADII: std::ops::RangeInclusive<f32> = 0.5..=2000.0;
-/// Pixels from the upper left corner that a point may be away: far beyond every plate.
+/// Largest coordinate of a point in pixels, far beyond every plate.
 pub const FARTHEST: f32 = 1e5;
-/// Frames to both sides that a stroke speaks for.
+/// Number of frames on each side that a stroke affects.
 pub const REACH: usize = 8;
-/// Factor by which a stroke says less with each frame.
+/// Factor on a stroke's weight per frame.
 const FADE: f32 = 0.92;
 
 impl Strokes {
@@ -62,10 +62,10 @@ impl Strokes {
         project.root.join("mattes/strokes.toml")
     }
 
-    /// The project's strokes; none if it has no file of them.
+    /// Reads the project's strokes; empty without a file.
     ///
     /// # Errors
-    /// When the file cannot be read, or says what no brush can.
+    /// When the file cannot be read, or holds an invalid stroke.
     pub fn load(project: &Project) -> Result<Self> {
         const REMEDY: &str = "Correct the file, or remove it and paint again";
         let path = Self::path(project);
@@ -79,14 +79,14 @@ impl Strokes {
         let frames = project.settings.shoot.frames.len();
         for (i, stroke) in strokes.strokes.iter().enumerate() {
             if let Some(problem) = stroke.problem(frames) {
-                let problem = format!("stroke {} of it {problem}", i + 1);
+                let problem = format!("stroke {} {problem}", i + 1);
                 return Err(Error::codec("read", &path, problem, REMEDY));
             }
         }
         Ok(strokes)
     }
 
-    /// Keeps them in the project, written beside and renamed; without strokes the file goes.
+    /// Saves the strokes atomically in the project; without strokes the file is removed.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -103,7 +103,7 @@ impl Strokes {
         project::save_toml(&path, self)
     }
 
-    /// The frames that were painted on, ascending.
+    /// Painted frames, ascending.
     pub fn frames(&self) -> Vec<usize> {
         let mut frames: Vec<usize> = self.strokes.iter().map(|stroke| stroke.frame).collect();
         frames.sort_unstable();
@@ -128,9 +128,9 @@ impl Strokes {
         seeds
     }
 
-    /// Seeds for a frame from the strokes on the frames around it: each is carried along with the picture, says less with every
-    /// frame and where the motion is in doubt, and is silent [`REACH`] frames away. At the size at which motion is looked for;
-    /// None if nothing is near. `size` is that of the frames.
+    /// Seeds for a frame from the strokes on nearby frames. Each is carried along the motion. Its weight falls with
+    /// every frame and with uncertain motion, and ends [`REACH`] frames away. At the size used for motion; None
+    /// without nearby strokes. `size` is that of the frames.
     pub(super) fn carried(
         &self,
         frame: usize,
@@ -141,7 +141,7 @@ impl Strokes {
         let near = near.filter(|&other| other != frame && other.abs_diff(frame) <= REACH);
         let mut all: Option<Seeds> = None;
         for other in near {
-            // A frame that cannot be read is named when its own matte is made.
+            // An unreadable frame is reported when its own matte is made.
             let Ok(Some(flow)) = movement.between(frame, other) else {
                 continue;
             };
@@ -150,7 +150,7 @@ impl Strokes {
             let fade = FADE.powi(frame.abs_diff(other) as i32);
             let mut here = flow.warped_mask(small.values());
             for (value, trust) in here.pixels.iter_mut().zip(&flow.trust().pixels) {
-                // What is carried is never as certain as what is painted.
+                // Carried seeds are never as certain as painted ones.
                 *value *= fade * trust;
             }
             let here = Seeds::of(here);
@@ -164,7 +164,7 @@ impl Strokes {
 }
 
 impl Stroke {
-    /// The fault in it; None if there is none.
+    /// Fault of the stroke; None if it is valid.
     fn problem(&self, frames: usize) -> Option<String> {
         if self.frame >= frames {
             return Some(format!(
@@ -174,7 +174,7 @@ impl Stroke {
         }
         if !RADII.contains(&self.radius) {
             return Some(format!(
-                "has a radius of {} pixels, where {} to {} can be painted",
+                "has a radius of {} pixels, outside {} to {}",
                 self.radius,
                 RADII.start(),
                 RADII.end()
@@ -185,11 +185,11 @@ impl Stroke {
         }
         let is_near = |v: &f32| v.abs() <= FARTHEST;
         (!self.points.iter().flatten().all(is_near))
-            .then(|| "leaves the picture too far, or has a point that is no number".to_owned())
+            .then(|| "has a point that is too far outside the picture or not a number".to_owned())
     }
 }
 
-/// True if strokes can have an effect on a frame: the shoot's own mattes are never changed.
+/// True if strokes can affect a frame: the shoot's own mattes are never changed.
 pub fn is_own_matte(project: &Project, frame: usize) -> bool {
     match project.frame_matte(frame) {
         project::Matte::Alpha(_) => false,

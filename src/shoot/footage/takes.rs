@@ -1,4 +1,4 @@
-//! Poses and mirror balls that are movies: which frame shows which lamp.
+//! Poses and mirror balls as movies: the frame of each lamp.
 
 use super::round::{self, Round};
 use base::error::{Error, Result};
@@ -10,29 +10,30 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A movie or sequence in which the lamps go round.
+/// A movie or sequence of a lamp cycle.
 #[derive(Clone, Debug, Default)]
 pub struct Rounds {
-    /// The movie, relative to the shoot's folder.
+    /// Path of the movie, relative to the shoot's folder.
     pub movie: PathBuf,
     /// First and last frame; `None` for all.
     pub range: Option<[u64; 2]>,
-    /// The frame that each lamp lit alone, in the order of the lamps, if that is known.
+    /// Frame of each single lamp, in lamp order; empty if unknown.
     pub lamps: Vec<u64>,
-    /// Fully lit frames, if they are known.
+    /// Fully lit frames; empty if unknown.
     pub tracking: Vec<u64>,
 }
 
 impl Rounds {
-    /// All of a movie.
+    /// All frames of a movie.
     pub fn of(movie: impl Into<PathBuf>) -> Self {
         Self { movie: movie.into(), ..Self::default() }
     }
 
-    /// Finds the lamps' frames; reads all frames, unless they are known. `expected`: the number of lamps, if it is known.
+    /// Finds the lamps' frames; reads all frames unless they are known. `expected` is the number of lamps, if
+    /// known.
     ///
     /// # Errors
-    /// When the movie cannot be read, has no such frames, or shows another number of lamps.
+    /// When the movie cannot be read, the frames do not exist, or the number of lamps differs.
     pub fn find(
         &self,
         shoot: &Path,
@@ -45,7 +46,7 @@ impl Rounds {
             Error::invalid(
                 format!("{}: {why}", path.display()),
                 (
-                    "Say which frames the lamps lit: `frames`, or `lamps` frame by frame, in a TOML map",
+                    "Give the frames of the lamps in a TOML map: `frames`, or `lamps` frame by frame",
                     "afterlight import --help",
                 ),
             )
@@ -56,22 +57,19 @@ impl Rounds {
         let mut named = self.lamps.iter().chain(&self.tracking).chain([&start, &last]);
         if let Some(beyond) = named.find(|&&frame| frame < first || frame > end) {
             return Err(refuse(format!(
-                "there is no frame {beyond}: its frames are {first} to {end}"
+                "no frame {beyond}: the movie has frames {first} to {end}"
             )));
         }
         if !self.lamps.is_empty() {
             if let Some(lamps) = expected.filter(|&lamps| lamps != self.lamps.len()) {
-                return Err(refuse(format!(
-                    "{} frames are named for {lamps} lamps",
-                    self.lamps.len()
-                )));
+                return Err(refuse(format!("{} frames for {lamps} lamps", self.lamps.len())));
             }
             let round = Round { lamps: self.lamps.clone(), tracking: self.tracking.clone() };
             return Ok((round, source));
         }
         if start > last || last - start >= MOST_SEARCHED {
             return Err(refuse(format!(
-                "frames {start} to {last} are too many to search for lamps, or none"
+                "frames {start} to {last} are empty or too many to search for lamps"
             )));
         }
         let mut light = Vec::new();
@@ -88,7 +86,7 @@ impl Rounds {
         Ok((round, source))
     }
 
-    /// The take of a movie in which these lamps were found.
+    /// Take of a movie with these lamps found in it.
     pub fn take(&self, (round, source): (Round, Arc<Source>), lamps: &[String]) -> Take {
         Take {
             movie: self.movie.clone(),
@@ -99,13 +97,13 @@ impl Rounds {
     }
 }
 
-/// Frames that are searched in one movie: a round takes seconds.
+/// Largest number of frames searched in one movie. A cycle takes seconds.
 const MOST_SEARCHED: u64 = 100_000;
 
-/// Mean light of a frame, as if it were encoded as sRGB.
+/// Mean linear light of a frame, assuming sRGB encoding.
 pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
     let picture = source.frame(frame)?.encoded().0;
-    // Every third pixel of every third row tells as much.
+    // Every third pixel of every third row is enough.
     let (width, height) = picture.size();
     let rows = (0..height).step_by(3).flat_map(|y| (0..width).step_by(3).map(move |x| (x, y)));
     let (mut sum, mut count) = (0.0, 0);

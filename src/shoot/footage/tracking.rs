@@ -1,20 +1,20 @@
-//! Tracking frames: the subject fully lit, again and again while the lamps go round.
+//! Tracking frames: the fully lit subject, repeatedly during the lamp cycle.
 
 use super::shoot::{MANIFEST, Manifest, png_names};
 use base::error::Result;
 use project::{Picture, Project};
 
-/// The tracking frames of one pose: those of its movie, or the files in `tracking/` under the pose's name, in the order of
-/// their names.
+/// Tracking frames of one pose: those of its movie, or the files in `tracking/` with the pose's name, sorted by
+/// name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingFrames {
     pub pictures: Vec<Picture>,
-    /// When each was taken, from 0 (before the first lamp) to 1 (after the last).
+    /// Time of each frame, from 0 (before the first lamp) to 1 (after the last).
     pub times: Vec<f32>,
 }
 
 impl TrackingFrames {
-    /// The tracking frames of a pose; `None` if it has fewer than two.
+    /// Tracking frames of a pose; `None` if it has fewer than two.
     ///
     /// # Errors
     /// When the manifest cannot be read.

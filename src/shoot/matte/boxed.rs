@@ -1,4 +1,4 @@
-//! The matte of a subject in a box, before any background.
+//! Matte of a subject in a box, before any background.
 
 use super::Matte;
 use super::cut::{ROUNDS, Reduced};
@@ -7,7 +7,7 @@ use super::parts::clean;
 use base::error::{Error, Result};
 use imaging::Encoded;
 
-/// A box in a picture of size `full` at the size `small`, leaving out no pixel that it touches.
+/// A box in a picture of size `full`, scaled to the size `small` and rounded outwards.
 pub fn reduced_box(
     [left, top, columns, rows]: [usize; 4],
     full: (usize, usize),
@@ -21,11 +21,11 @@ pub fn reduced_box(
     [x, y, to_x - x, to_y - y]
 }
 
-/// The matte of a subject that lies wholly in a box, given as left, top, width and height in pixels. What is behind it is
-/// told from the subject by the colours outside of the box, so some of these must be there.
+/// Matte of a subject fully inside a box, given as left, top, width and height in pixels. The colours outside the
+/// box separate the background from the subject, so some of it must be outside.
 ///
 /// # Errors
-/// If the box is empty or holds the whole picture, or nothing in it differs from what is outside.
+/// If the box is empty or contains the full picture, or nothing in it differs from the outside.
 pub fn boxed(picture: &Encoded, [left, top, columns, rows]: [usize; 4]) -> Result<Matte> {
     let size = picture.0.size();
     let reduced = Reduced::of(picture);
@@ -34,18 +34,18 @@ pub fn boxed(picture: &Encoded, [left, top, columns, rows]: [usize; 4]) -> Resul
     let found = grab_cut(&reduced.small, &marks, ROUNDS).map_err(|_| {
         Error::invalid(
             format!(
-                "a box at {left}, {top} of {columns} × {rows} pixels holds nothing or all of a picture of {} × {}",
+                "a box at {left}, {top} of {columns} × {rows} pixels contains nothing or all of the {} × {} picture",
                 size.0, size.1
             ),
-            "Draw the box around the subject, with some of the background outside of it",
+            "Draw the box around the subject, with some of the background outside",
         )
     })?;
     let mut cut = found.subject.pixels;
     clean(&mut cut, small, |_| true);
     if !cut.contains(&true) {
         return Err(Error::missing(
-            "nothing in the box can be told from what is outside of it by its colour",
-            "Draw the box closer around the subject, or put mattes of your own beside the pictures",
+            "the colours inside the box do not differ from those outside",
+            "Draw the box closer around the subject, or add your own mattes beside the pictures",
         ));
     }
     Ok(reduced.matte(&cut, None))

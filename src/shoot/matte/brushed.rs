@@ -1,4 +1,4 @@
-//! Mattes by strokes of a brush: corrected ones, ones that have nothing but strokes, and ones that follow another frame's.
+//! Mattes from brush strokes: corrected ones, ones from strokes only, and ones that follow another frame's matte.
 
 use super::Matte;
 use super::cut::{ROUNDS, Reduced};
@@ -13,27 +13,27 @@ use imaging::resample::resize_area;
 use imaging::{Encoded, Mask, Raster};
 use std::collections::VecDeque;
 
-/// Largest weight of a seed that is carried from another frame, as a logarithm of odds.
+/// Largest weight of a seed carried from another frame, as log odds.
 const MOST_ODDS: f32 = 10.0;
-/// A seed that says less starts no change.
+/// Smallest weight of a seed that starts a change.
 const LEAST_SEED: f32 = 0.25;
-/// A stroke speaks at first for what is around it with its colour to within so many codes, and within this share of the
-/// picture's longer side.
+/// Colour difference in codes, and distance relative to the picture's longer side, within which a stroke initially
+/// selects similar pixels.
 const ALIKE: f32 = 14.0;
 const NEAR: f32 = 0.15;
-/// A followed matte is doubted within this share of the longer side from its edge.
+/// Uncertain band around the edge of a followed matte: the longer side divided by this.
 const BAND: usize = 16;
 
-/// A matte that strokes corrected.
+/// A matte corrected by strokes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
     pub matte: Matte,
-    /// Places and effects of the strokes, at the size that is cut: seeds for other frames.
+    /// Seeds for other frames at the size of the cut: places and effects of the strokes.
     pub seeds: Seeds,
 }
 
-/// Corrects a matte by seeds of the picture's size. What changes is connected to a seed and was told by GrabCut, which starts
-/// from the matte; what was painted is exactly so.
+/// Corrects a matte with seeds of the picture's size. Changes are connected to a seed and decided by GrabCut,
+/// starting from the matte. Painted pixels get exactly their painted value.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -44,7 +44,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
         return Err(Error::other_size(
             ("the matte", start.mask.size()),
             ("the picture", size),
-            "Make the matte of this picture again",
+            "Remake the matte of this picture",
         ));
     }
     let reduced = Reduced::of(picture);
@@ -59,7 +59,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
     let known = Known { odds: Some(&odds), ..Known::default() };
     let sides = |subject| marks.pixels.iter().any(|m| m.is_subject() == subject);
-    // Where one side has no pixel there is nothing to cut.
+    // An empty side leaves nothing to cut.
     let cut = match sides(true) && sides(false) {
         true => grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?.subject.pixels,
         false => supposed,
@@ -75,7 +75,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     let mut matte = match (0..after.len()).any(changed) {
         true => {
             let new = reduced.matte(&after, None);
-            // Edges that moved, and as far as they are soft.
+            // Moved edges, over the width of their softness.
             let places: Vec<[f32; 1]> =
                 (0..after.len()).map(|i| [f32::from(u8::from(changed(i)))]).collect();
             let near = window::sums(&places, small, 3);
@@ -110,11 +110,11 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     })
 }
 
-/// The matte of a picture of which only strokes tell what is kept and what is removed; with a box, all outside of it is removed.
-/// What is not connected to a stroke that keeps is no subject.
+/// Matte of a picture from strokes only. With a box, everything outside it is removed. Parts not connected to a
+/// stroke with Keep are removed.
 ///
 /// # Errors
-/// If strokes and box do not show both sides, or the sizes differ.
+/// If strokes and box do not cover both sides, or the sizes differ.
 pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> Result<Matte> {
     let size = picture.0.size();
     seeds.check(size)?;
@@ -138,7 +138,7 @@ pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> 
     else {
         return Err(Error::missing(
             "the strokes do not show both what to keep and what to remove",
-            "Paint over a part of the person with Keep and over a part of the background with Remove",
+            "Paint over a part of the person with Keep and a part of the background with Remove",
         ));
     };
     let supposed: Vec<bool> =
@@ -158,11 +158,12 @@ pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> 
     Ok(matte)
 }
 
-/// The matte of a picture by that of a neighbouring frame, carried here: `start` in `[0, 1]` and how far it may be `trusted`,
-/// both of any size. Far from its edge and where it is trusted it stays; near it colours and edges decide.
+/// Matte of a picture from a neighbouring frame's matte, carried here: `start` in `[0, 1]` and its confidence
+/// `trusted`, both of any size. Far from the edge and where it is trusted it stays; near the edge colours and edges
+/// decide.
 ///
 /// # Errors
-/// If the sizes of seeds and picture differ, or the start shows no subject or no background.
+/// If seeds and picture differ in size, or the start has no subject or no background.
 pub fn followed(picture: &Encoded, start: &Mask, trusted: &Mask, seeds: &Seeds) -> Result<Matte> {
     let size = picture.0.size();
     seeds.check(size)?;
@@ -196,7 +197,7 @@ pub fn followed(picture: &Encoded, start: &Mask, trusted: &Mask, seeds: &Seeds) 
     Ok(matte)
 }
 
-/// First guess for each pixel: as the matte says, but for pixels like a stroke that contradicts it, and near.
+/// First guess for each pixel: the matte, except near a contradicting stroke with a similar colour.
 fn supposed(picture: &Encoded, before: &[bool], told: &[f32]) -> Vec<bool> {
     let (width, height) = picture.0.size();
     let reach = NEAR * width.max(height) as f32;
@@ -234,7 +235,7 @@ fn supposed(picture: &Encoded, before: &[bool], told: &[f32]) -> Vec<bool> {
     supposed
 }
 
-/// Sure marks where strokes are, open ones elsewhere.
+/// Sure marks at strokes, open ones elsewhere.
 fn marks((width, height): (usize, usize), told: &[f32], supposed: &[bool]) -> Raster<Mark> {
     let mark = |(&told, &supposed): (&f32, &bool)| match supposed {
         _ if told >= 1.0 => Mark::Subject,
@@ -245,7 +246,7 @@ fn marks((width, height): (usize, usize), told: &[f32], supposed: &[bool]) -> Ra
     Raster { width, height, pixels: told.iter().zip(supposed).map(mark).collect() }
 }
 
-/// Makes what was painted exactly so, and drops soft pixels that this cut off.
+/// Sets painted pixels exactly, and removes soft pixels cut off by this.
 fn force(alpha: &mut Mask, seeds: &Seeds) {
     seeds.force(alpha);
     if seeds.values().pixels.contains(&-1.0) {

@@ -1,4 +1,4 @@
-//! Strokes on mattes of which the truth is known.
+//! Strokes on mattes with known ground truth.
 
 use super::*;
 use crate::key;
@@ -6,7 +6,7 @@ use crate::seeds::Side;
 use crate::tests::{round, scores};
 use test_support::shown;
 
-/// The round subject before a green screen, with a patch on it that is nearly the screen's colour.
+/// The round subject before a green screen, with a patch of nearly the screen's colour.
 fn patched() -> (Encoded, Mask) {
     let (mut picture, truth) = round((220, 160), [0.05, 0.4, 0.1], [0.4, 0.25, 0.2]);
     for y in 70..100 {
@@ -28,16 +28,16 @@ fn one_stroke_gives_back_a_patch_that_the_key_took_for_screen() {
     let found = corrected(&picture, &keyed, &seeds).unwrap();
     let after = scores(&found.matte.mask, &truth);
     assert!(after.0 >= 0.985 && after.1 <= 0.01, "{after:?}");
-    // Far from the stroke nothing changes.
+    // Nothing changes far from the stroke.
     for (i, (a, b)) in found.matte.mask.pixels.iter().zip(&keyed.mask.pixels).enumerate() {
         let (x, y) = (i % 220, i / 220);
         if !(80..140).contains(&x) || !(55..115).contains(&y) {
             assert_eq!(a, b, "at {x}, {y}");
         }
     }
-    assert!(found.seeds.values().at(110, 72) > 0.5, "what changed is told to other frames");
-    shown!(Pictures, "A patch of the subject is nearly as green as the screen behind it",
-        danger: "a hole in the matte that no key can close",
+    assert!(found.seeds.values().at(110, 72) > 0.5, "changes become seeds for other frames");
+    shown!(Pictures, "A patch of the subject nearly as green as the screen",
+        danger: "a hole in the matte that keying cannot close",
         done: "one stroke with Keep closes it; nothing far from the stroke changes",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.3} without the stroke, {:.3} with it", before.0, after.0));

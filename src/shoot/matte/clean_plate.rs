@@ -1,4 +1,4 @@
-//! The matte of a picture of whose background there is another picture, without the subject.
+//! Matte from a clean plate: a picture of the background without the subject.
 
 use super::cut::{ROUNDS, Reduced};
 use super::grab_cut::{Known, Mark, grab_cut_knowing};
@@ -11,25 +11,26 @@ use imaging::resample::resize_area;
 use imaging::{Encoded, Raster};
 use rayon::prelude::*;
 
-/// Light below which a logarithm says nothing.
+/// Smallest light with a meaningful logarithm.
 const DARK: f32 = 2e-3;
-/// Codes within which a channel is neither black nor clipped.
+/// Codes between black and clipping.
 const READABLE: std::ops::Range<f32> = 0.02..0.97;
-/// Possible offset of the plate, as a share of a pixel at the size that is cut.
+/// Possible offset of the plate in pixels at the size of the cut.
 const OFF_PX: f32 = 0.25;
-/// The least noise, in codes: rounding, and compression.
+/// Smallest noise in codes: rounding and compression.
 const LEAST_NOISE: f32 = 1.0;
-/// Levels of brightness at which noise is measured, and the least pixels of each.
+/// Number of brightness levels of the noise measurement, and smallest number of pixels in each.
 const LEVELS: usize = 12;
 const ENOUGH: usize = 60;
-/// A pixel differs if its mean square difference, over channels and neighbours, is so many variances.
+/// Mean square difference, over channels and neighbours, of a pixel that differs, in variances.
 const DIFFERENT: f32 = 6.0;
-/// At least this share of a picture shows the plate's background.
+/// Smallest share of a picture that must show the plate's background.
 const LEAST_SHOWN: f32 = 0.1;
 
-/// The matte of a picture by a clean plate: a picture of the same view without the subject, which may have been exposed
-/// otherwise. The difference to it, beside the noise that both pictures have, takes the place of the background's colours in
-/// GrabCut (as in Sun et al. 2006, "Background Cut"); at edges coverage is measured against the plate's own pixels.
+/// Matte of a picture from a clean plate: a picture of the same view without the subject, possibly at another
+/// exposure. The difference to it, relative to the noise of both pictures, replaces the background's colours in
+/// GrabCut (as in Sun et al. 2006, "Background Cut"). At edges, coverage is measured against the plate's own
+/// pixels.
 ///
 /// # Errors
 /// If the sizes differ, or the picture does not show the plate's background.
@@ -39,7 +40,7 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
         return Err(Error::other_size(
             ("the clean plate", plate.0.size()),
             ("the picture", size),
-            "Give a clean plate that was filmed by the same camera, at the same size",
+            "Use a clean plate from the same camera at the same size",
         ));
     }
     let reduced = Reduced::of(picture);
@@ -77,13 +78,13 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
 
 fn unlike(shown: f32) -> Error {
     Error::missing(
-        format!("only {:.0} % of the picture look like the clean plate", 100.0 * shown),
-        "Give a clean plate of the same view: the camera must not have moved or zoomed since",
+        format!("only {:.0} % of the picture matches the clean plate", 100.0 * shown),
+        "Use a clean plate of the same view: the camera must not have moved or zoomed since",
     )
 }
 
-/// Change from the plate's light to the picture's: per channel, the logarithm is a linear function, which another exposure, white
-/// balance and gamma make of it.
+/// Mapping from the plate's light to the picture's: a linear function of the logarithm per channel, which covers
+/// changes of exposure, white balance and gamma.
 struct Exposure([[f32; 2]; 3]);
 
 impl Exposure {
@@ -124,7 +125,7 @@ impl Exposure {
                 let (a, b) = (mean(0), mean(1));
                 let both: f32 = alike.iter().map(|p| (p[0][c] - a) * (p[1][c] - b)).sum();
                 let own: f32 = alike.iter().map(|p| (p[1][c] - b).powi(2)).sum();
-                // An even background does not tell the slope: it is 1 then.
+                // A uniform background does not determine the slope; it is 1 then.
                 let slope = (both + 0.02 * count) / (own + 0.02 * count);
                 let slope = slope.clamp(0.6, 1.6);
                 *line = [a - slope * b, slope];
@@ -140,7 +141,7 @@ impl Exposure {
         let exposed = |p: &[f32; 3]| {
             std::array::from_fn(|c| {
                 let [step, slope] = self.0[c];
-                // What is darker goes on in proportion.
+                // Darker values continue in proportion.
                 let log = p[c].max(DARK).ln();
                 let light = (step + slope * log).exp() * (p[c] / DARK).min(1.0);
                 light.clamp(0.0, 1.0)
@@ -154,7 +155,7 @@ impl Exposure {
 struct Difference {
     /// Mean square over channels and the 3 × 3 pixels around, in variances.
     squares: Vec<f32>,
-    /// Cost of each colour if it is the plate's: minus the logarithm of its density in codes.
+    /// Cost of each colour as the plate's: minus the logarithm of its density in codes.
     costs: Vec<f32>,
 }
 
@@ -200,7 +201,7 @@ impl Difference {
     }
 }
 
-/// The standard deviation of differences, by brightness: light has noise of its own.
+/// Standard deviation of differences, by brightness, because noise depends on light.
 struct Noise([f32; LEVELS]);
 
 impl Noise {
@@ -217,8 +218,8 @@ impl Noise {
                 all.push(error[c]);
             }
         }
-        // The subject's differences are large: the quarter that differs least tells the noise. Of a normal distribution a
-        // quarter is within 0.3186 standard deviations.
+        // The subject's differences are large, so the quarter with the smallest differences gives the noise. A
+        // quarter of a normal distribution is within 0.3186 standard deviations.
         let deviation = |values: Vec<f32>| {
             let sizes = values.into_iter().map(f32::abs).collect();
             quantile(sizes, 0.25).unwrap_or(0.0) / 0.3186
@@ -227,7 +228,7 @@ impl Noise {
         let mut noise = [overall; LEVELS];
         for (noise, values) in noise.iter_mut().zip(levels) {
             if values.len() >= ENOUGH {
-                // A level that the subject hides for the most part says more than the noise.
+                // A level mostly hidden by the subject reflects more than the noise.
                 *noise = deviation(values).clamp(LEAST_NOISE, 2.0 * overall);
             }
         }
@@ -280,7 +281,7 @@ mod tests {
                 let picture = Encoded(Raster::from_fn(size.0, size.1, |x, y| {
                     let a = truth.at(x, y);
                     let wall = wall(x, y, size);
-                    // Skin on one side, cloth as the wall's on the other.
+                    // Skin on one side, cloth in the wall's colour on the other.
                     let subject = if x > size.0 / 2 { [0.5, 0.3, 0.2] } else { [0.12, 0.1, 0.2] };
                     let mix = |c: usize| a * subject[c] + (1.0 - a) * wall[c];
                     std::array::from_fn(|c| seen(mix(c), x, y, 2 + c as u32))
@@ -292,8 +293,8 @@ mod tests {
             }
         }
         assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
-        shown!(Pictures, "A clean plate of a wall with pictures on it, exposed otherwise and noisy",
-            danger: "the other exposure counts as subject, or what has the wall's colours is lost",
+        shown!(Pictures, "A noisy clean plate of a wall with pictures on it, at another exposure",
+            danger: "the exposure change becomes subject, or wall-coloured parts are lost",
             done: "exposure, gamma and noise are measured between the two pictures first",
             bound: "IoU 0.985, mean error 0.01",
             measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));

@@ -1,4 +1,4 @@
-//! A cut of a large picture: made at a reduced size, with soft edges at the picture's own.
+//! Cut of a large picture: made at a reduced size, with soft edges at full size.
 
 use super::parts::drop_loose;
 use super::refine::guided;
@@ -8,16 +8,16 @@ use imaging::resample::{resize, resize_area};
 use imaging::{Encoded, Mask, Raster};
 use rayon::prelude::*;
 
-/// The longer side that is cut; finer edges are found afterwards.
+/// Longer side of the reduced picture. Finer edges are found afterwards.
 const CUT_SIDE: usize = 480;
 /// Rounds of fitting colours and cutting.
 pub const ROUNDS: usize = 8;
 
-/// A picture that is cut at a reduced size.
+/// A picture reduced for the cut.
 pub struct Reduced {
-    /// The picture's light at its own size.
+    /// Light of the picture at full size.
     pub light: Raster<[f32; 3]>,
-    /// The picture that is cut.
+    /// The reduced picture.
     pub small: Encoded,
 }
 
@@ -44,25 +44,26 @@ impl Reduced {
         (resize(&cut, width, height).pixels.iter()).map(|&share| share >= 0.5).collect()
     }
 
-    /// The matte of a cut at the reduced size. `behind` is the background's light, where that is known.
+    /// Matte of a cut at the reduced size. `behind` is the background's light, if known.
     pub fn matte(&self, cut: &[bool], behind: Option<&[[f32; 3]]>) -> Matte {
         let size = self.light.size();
         let inside = self.enlarged(cut);
-        // As far as the reduced cut may be off, and an edge may be soft.
+        // Possible error of the reduced cut plus the width of a soft edge.
         let reach = 2 + size.0.max(size.1) / CUT_SIDE;
         soft(&self.light.pixels, &inside, size, reach, behind)
     }
 }
 
-/// The size at which a picture is cut.
+/// Size of the reduced picture.
 pub fn reduced_size(size: (usize, usize)) -> (usize, usize) {
     let longer = size.0.max(size.1).max(1);
     let side = |full: usize| (full * longer.min(CUT_SIDE)).div_ceil(longer);
     (side(size.0), side(size.1))
 }
 
-/// Soft edges of a hard cut: within `reach` pixels of its border, coverage is how far a pixel's colour is on the way from the
-/// background's to the subject's nearby. `behind_light` is the background's light, where it is known at every pixel.
+/// Soft edges of a hard cut. Within `reach` pixels of its border, coverage is the position of a pixel's colour
+/// between the nearby background and subject colours. `behind_light` is the background's light, if known at every
+/// pixel.
 fn soft(
     light: &[[f32; 3]],
     inside: &[bool],
@@ -77,7 +78,7 @@ fn soft(
     let core: Vec<bool> = (places.clone().map(|i| near[i][0] > count(i) - 0.5)).collect();
     let behind: Vec<bool> = near.iter().map(|[n]| *n < 0.5).collect();
     let around = |certain: &[bool], side: bool| {
-        // A subject thinner than the reach has no core: what is on its side stands for it.
+        // A subject thinner than the reach has no core, so all of its side is used.
         let some = certain.contains(&true);
         let known: Vec<bool> = match some {
             true => certain.to_vec(),
@@ -102,7 +103,7 @@ fn soft(
             let (to, from, at) = (subject[i], background[i], light[i]);
             let along: f32 = (0..3).map(|c| (at[c] - from[c]) * (to[c] - from[c])).sum();
             let length: f32 = (0..3).map(|c| (to[c] - from[c]).powi(2)).sum();
-            // Where both sides have one colour, the cut decides.
+            // Where both sides have the same colour, the cut decides.
             match length > 1e-4 {
                 true => (along / length).clamp(0.0, 1.0),
                 false => f32::from(u8::from(inside[i])),

@@ -1,4 +1,4 @@
-//! Motion of the picture from one frame to another, and mattes that are carried along.
+//! Motion of the picture from one frame to another, and mattes carried along it.
 
 use super::refine::FLAT;
 use super::{linear, quantile, window};
@@ -7,18 +7,18 @@ use imaging::resample::{resize, resize_area};
 use imaging::{Encoded, Mask, Raster};
 use rayon::prelude::*;
 
-/// The longer side at which motion is looked for.
+/// Longer side of the pictures used for motion.
 const SIDE: usize = 480;
-/// Variance of encoded values beyond which a difference is no noise: a standard deviation of one in twenty.
+/// Largest variance of encoded values that counts as noise: a standard deviation of one in twenty.
 pub const MOST_NOISE: f32 = 2.5e-3;
-/// Half the side of the window that moves as one.
+/// Half the side of a window with uniform motion.
 const RADIUS: usize = 3;
-/// Steps at each size of the pyramid.
+/// Steps at each pyramid size.
 const STEPS: usize = 4;
-/// The shortest side of the pyramid's smallest picture.
+/// Shortest side of the smallest pyramid picture.
 const LEAST: usize = 12;
 
-/// The picture in which motion is looked for: encoded values at a small size.
+/// The picture used for motion: encoded values at a small size.
 pub fn flow_picture(picture: &Encoded) -> Encoded {
     let (width, height) = picture.0.size();
     let longer = width.max(height).max(1);
@@ -34,16 +34,16 @@ pub fn flow_picture(picture: &Encoded) -> Encoded {
 /// Place of each pixel of one frame in another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flow {
-    /// Shifts to the right and down, in pixels of the pictures in which motion was looked for.
+    /// Shifts to the right and down, in pixels of the motion pictures.
     shifts: Raster<[f32; 2]>,
-    /// Trust in each shift, in `[0, 1]`: 1 if the pixel is found there to within the pictures' noise.
+    /// Confidence in each shift, in `[0, 1]`: 1 if the match is within the pictures' noise.
     trust: Mask,
 }
 
 impl Flow {
-    /// The motion from one frame to another, both made by [`flow_picture`] from pictures of one size: least squares of the
-    /// difference in windows of 7 × 7 pixels (Lucas and Kanade 1981), from coarse to fine (Bouguet 2001), over all three
-    /// channels. Windows without detail move as the coarser ones around them.
+    /// Motion from one frame to another, both made by [`flow_picture`] from pictures of one size: least squares of
+    /// the difference in windows of 7 × 7 pixels (Lucas and Kanade 1981), from coarse to fine (Bouguet 2001), over
+    /// all three channels. Windows without detail follow the coarser ones around them.
     pub fn between(from: &Encoded, to: &Encoded) -> Self {
         let pyramid = |picture: &Encoded| {
             let mut levels = vec![picture.0.clone()];
@@ -71,13 +71,13 @@ impl Flow {
         Self { shifts, trust }
     }
 
-    /// Trust in each shift, in `[0, 1]`, at the size at which motion was looked for.
+    /// Confidence in each shift, in `[0, 1]`, at the size used for motion.
     pub fn trust(&self) -> &Mask {
         &self.trust
     }
 
-    /// The other frame's values here: each pixel is read where it went (bilinear; beyond the border the border's). The
-    /// values may have any size.
+    /// The other frame's values warped to this frame: each pixel is read at its shifted place (bilinear; the border
+    /// is repeated). The values may have any size.
     pub fn warped<const N: usize>(&self, of_other: &Raster<[f32; N]>) -> Raster<[f32; N]> {
         let (width, height) = of_other.size();
         let shifts = scaled(&self.shifts, (width, height));
@@ -93,7 +93,7 @@ impl Flow {
         self.warped(&of_other.map(|v| [v])).map(|[v]| v)
     }
 
-    /// From this flow's start to the end of `next`, which starts where this one ends.
+    /// The flow followed by `next`, which starts where this one ends.
     pub fn then(&self, next: &Self) -> Self {
         let further = self.warped(&next.shifts);
         let trust = self.warped_mask(&next.trust);
@@ -126,7 +126,7 @@ fn scaled(shifts: &Raster<[f32; 2]>, (width, height): (usize, usize)) -> Raster<
     }
 }
 
-/// A value between pixels; a place that is no number reads the first pixel.
+/// A value between pixels; a NaN place reads the first pixel.
 fn sample<const N: usize>(of: &Raster<[f32; N]>, x: f32, y: f32) -> [f32; N] {
     let inside = |at: f32, length: usize| at.clamp(0.0, (length - 1) as f32);
     let (x, y) = (inside(x, of.width), inside(y, of.height));
@@ -178,7 +178,7 @@ fn refined(
             .collect();
         let errors = window::sums(&errors, size, RADIUS);
         (shifts.pixels.par_iter_mut().enumerate()).for_each(|(i, shift)| {
-            // The slopes that noise alone has keep windows without detail where they are.
+            // The slopes of pure noise keep windows without detail in place.
             let still = 3.0 * FLAT * count(i);
             let [xx, xy, yy] = squares[i];
             let (xx, yy) = (xx + still, yy + still);
@@ -198,7 +198,7 @@ fn refined(
     shifts
 }
 
-/// Quality of each pixel's match where it went, beside that of most pixels.
+/// Quality of each pixel's match relative to most pixels.
 fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2]>) -> Mask {
     let size = from.size();
     let errors: Vec<[f32; 1]> = (0..from.pixels.len())
@@ -209,7 +209,7 @@ fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2
             let there = sample(to, x, y);
             let square: f32 = (0..3).map(|c| (there[c] - from.pixels[i][c]).powi(2)).sum();
             let inside = |at: f32, length: usize| (-0.5..=length as f32 - 0.5).contains(&at);
-            // What left the picture is not found in it.
+            // Pixels that left the picture have no match.
             let seen = inside(x, size.0) && inside(y, size.1);
             [if seen { square / 3.0 } else { 1.0 }]
         })
@@ -221,7 +221,7 @@ fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2
     Mask {
         width: size.0,
         height: size.1,
-        // Three standard deviations are believed to 0.6.
+        // A difference of three standard deviations gives 0.6.
         pixels: mean.iter().map(|m| (-m / (18.0 * noise)).exp()).collect(),
     }
 }
@@ -230,7 +230,7 @@ fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2
 mod tests {
     use super::*;
 
-    /// A picture of waves that is shifted.
+    /// A shifted picture of waves.
     fn waves((width, height): (usize, usize), [dx, dy]: [f32; 2]) -> Encoded {
         Encoded(Raster::from_fn(width, height, |x, y| {
             let (x, y) = (x as f32 - dx, y as f32 - dy);

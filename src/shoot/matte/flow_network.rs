@@ -1,4 +1,4 @@
-//! The least cut between subject and background on a grid of pixels (Boykov and Kolmogorov 2004, "An experimental
+//! Minimum cut between subject and background on a grid of pixels (Boykov and Kolmogorov 2004, "An experimental
 //! comparison of min-cut/max-flow algorithms for energy minimization in vision").
 
 use std::collections::VecDeque;
@@ -25,8 +25,8 @@ impl Tree {
     }
 }
 
-/// Pixels with links to their neighbours and to two terminals. A frame of free pixels around them spares every look
-/// at a neighbour the question whether it is there.
+/// Pixels with links to their neighbours and to two terminals. A border of free pixels around them saves every
+/// bounds check.
 pub struct FlowNetwork {
     stride: usize,
     width: usize,
@@ -37,7 +37,7 @@ pub struct FlowNetwork {
     links: Vec<[i32; 8]>,
     tree: Vec<Tree>,
     parent: Vec<u8>,
-    /// When a pixel's distance to its terminal was last known.
+    /// Time stamp of each pixel's known distance to its terminal.
     stamp: Vec<u32>,
     distance: Vec<u32>,
     queued: Vec<bool>,
@@ -76,13 +76,14 @@ impl FlowNetwork {
         pixel.wrapping_add_signed(y * self.stride as isize + x)
     }
 
-    /// Sets the cost of giving a pixel to the sink or to the source.
+    /// Sets the costs of assigning a pixel to the sink and to the source.
     pub fn set_terminal(&mut self, x: usize, y: usize, to_sink: i32, to_source: i32) {
         let pixel = self.index(x, y);
         self.terminal[pixel] = i64::from(to_sink) - i64::from(to_source);
     }
 
-    /// Sets the cost, at least 0, of parting a pixel from its neighbour in direction `d`, which must be within the grid.
+    /// Sets the cost, at least 0, of separating a pixel from its neighbour in direction `d`, which must be within
+    /// the grid.
     pub fn link(&mut self, x: usize, y: usize, d: usize, cost: i32) {
         let pixel = self.index(x, y);
         let other = self.neighbour(pixel, d as u8);
@@ -90,8 +91,8 @@ impl FlowNetwork {
         self.links[other][7 - d] = cost;
     }
 
-    /// For each pixel, row by row, whether it is on the source's side of a least cut. Of several, it is the one with
-    /// the fewest such pixels.
+    /// True for each pixel, row by row, on the source's side of a minimum cut. Among several cuts, the one with the
+    /// fewest such pixels.
     pub fn source_side(mut self) -> Vec<bool> {
         for pixel in 0..self.terminal.len() {
             self.tree[pixel] = match self.terminal[pixel] {
@@ -120,7 +121,7 @@ impl FlowNetwork {
         }
     }
 
-    /// Flow that the link between a pixel of a tree and its neighbour still takes, away from the tree's source or
+    /// Remaining capacity of the link between a pixel of a tree and its neighbour, away from the tree's source or
     /// towards its sink.
     fn residue(&self, tree: Tree, pixel: usize, direction: u8) -> i32 {
         match tree {
@@ -168,7 +169,7 @@ impl FlowNetwork {
         self.distance[child] = self.distance[parent] + 1;
     }
 
-    /// Pushes as much flow as there is room for from source to sink, across the link where the trees touch.
+    /// Pushes the maximum flow from source to sink across the link where the trees touch.
     fn augment(&mut self, source: usize, direction: u8) {
         let sink = self.neighbour(source, direction);
         let mut flow = i64::from(self.links[source][direction as usize]);
@@ -214,7 +215,7 @@ impl FlowNetwork {
         self.orphans.push(pixel);
     }
 
-    /// Finds new parents for pixels that lost theirs; those without become free.
+    /// Finds new parents for orphaned pixels; those without one become free.
     fn adopt(&mut self) {
         self.time += 1;
         while let Some(pixel) = self.orphans.pop() {
@@ -255,7 +256,8 @@ impl FlowNetwork {
         }
     }
 
-    /// Steps from a pixel to its terminal; None if the way ends at an orphan. What is found is written to the way.
+    /// Number of steps from a pixel to its terminal; None if the path ends at an orphan. Writes the result along
+    /// the path.
     fn distance_to_terminal(&mut self, start: usize) -> Option<u32> {
         let (mut pixel, mut steps) = (start, 0);
         let distance = loop {
@@ -288,7 +290,7 @@ impl FlowNetwork {
 mod tests {
     use super::*;
 
-    /// A network at random, as `(to sink, to source)` of each pixel and `(x, y, direction, cost)` of each link.
+    /// A random network, as `(to sink, to source)` of each pixel and `(x, y, direction, cost)` of each link.
     type Costs = (Vec<(i32, i32)>, Vec<(usize, usize, usize, i32)>);
 
     fn random(width: usize, height: usize, seed: u32) -> Costs {

@@ -7,27 +7,27 @@ use imaging::color::unit;
 use imaging::{Encoded, Raster};
 use rayon::prelude::*;
 
-/// Cost of a border where colours do not change (section 2 of the paper).
+/// Cost of a border without a colour change (section 2 of the paper).
 const GAMMA: f64 = 50.0;
-/// Costs are whole numbers for the cut, so that it is exact.
+/// Scale of the integer costs, which make the cut exact.
 const SCALE: f64 = 1024.0;
-/// Nothing parts a pixel from what a person said of it.
+/// Cost of a sure mark, which no cut overrides.
 const SURE: i32 = 1 << 28;
-/// The highest cost of a colour, far above the links of a pixel together.
+/// Largest cost of a colour, far above all links of a pixel together.
 const MOST: f64 = 1e4;
-/// Pictures with more pixels are refused: the cut takes about 100 bytes for each.
+/// Largest number of pixels; the cut takes about 100 bytes for each.
 const MAX_PIXELS: usize = 1 << 22;
 
-/// Knowledge about a pixel.
+/// Prior knowledge of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// It is behind the subject, and stays so.
+    /// Certainly background.
     Background,
-    /// It belongs to the subject, and stays so.
+    /// Certainly subject.
     Subject,
-    /// Behind the subject at first; the cut may say otherwise.
+    /// Background at first; the cut may change it.
     MaybeBackground,
-    /// The subject at first; the cut may say otherwise.
+    /// Subject at first; the cut may change it.
     MaybeSubject,
 }
 
@@ -37,20 +37,20 @@ impl Mark {
     }
 }
 
-/// A subject that was cut out.
+/// Result of a cut.
 #[derive(Clone, Debug)]
 pub struct GrabCut {
-    /// For each pixel, whether it belongs to the subject.
+    /// True for pixels of the subject.
     pub subject: Raster<bool>,
-    /// Per pixel, how much more the colour fits where it was put than to the other side, as a difference of log densities.
-    /// Below 0, neighbours and edges decided against the colour. Sure marks have infinity.
+    /// Difference of the log densities of a pixel's colour between its side and the other. Below 0, neighbours and
+    /// edges overrode the colour. Infinity for sure marks.
     pub margin: Raster<f32>,
-    /// Rounds until nothing changed, or as many as were allowed.
+    /// Rounds until convergence, or the allowed number.
     pub rounds: usize,
 }
 
-/// Marks a rectangle that holds the whole subject: outside is background, inside perhaps the subject. It is given as
-/// left, top, width and height in pixels; what lies outside of the picture is cut off.
+/// Marks a rectangle around the full subject: background outside, possible subject inside. Given as left, top,
+/// width and height in pixels, and clipped to the picture.
 pub fn rectangle(
     (width, height): (usize, usize),
     [left, top, columns, rows]: [usize; 4],
@@ -68,22 +68,23 @@ pub fn rectangle(
 /// Cuts the subject out in at most `rounds` rounds of fitting colours and cutting. NaN counts as black.
 ///
 /// # Errors
-/// If picture and marks differ in size or are too large, or if no pixel is marked as background, or none as subject.
+/// If picture and marks differ in size or are too large, or if no pixel is marked as background, or none as
+/// subject.
 pub fn grab_cut(picture: &Encoded, marks: &Raster<Mark>, rounds: usize) -> Result<GrabCut> {
     grab_cut_knowing(picture, marks, &Known::default(), rounds)
 }
 
-/// Knowledge about each pixel besides its mark and its colour.
+/// Additional knowledge of each pixel besides its mark and colour.
 #[derive(Clone, Copy, Default)]
 pub struct Known<'a> {
-    /// Weight for the subject, as a logarithm of odds; against it below 0.
+    /// Log odds of the subject; negative for the background.
     pub odds: Option<&'a [f32]>,
-    /// Cost of its colour if the background shows there, in place of the cost by the mixture of the background's colours:
-    /// minus the logarithm of its density in codes, but for the constant that [`Mixture::cost`] leaves out.
+    /// Cost of its colour as background, in place of the cost from the background's colour mixture: minus the
+    /// logarithm of its density in codes, without the constant that [`Mixture::cost`] omits.
     pub behind: Option<&'a [f32]>,
 }
 
-/// The same with what is `known` of each pixel.
+/// GrabCut with additional knowledge of each pixel.
 ///
 /// # Errors
 /// As [`grab_cut`].
@@ -97,7 +98,7 @@ pub fn grab_cut_knowing(
     if marks.size() != (width, height) {
         return Err(Error::invalid(
             format!(
-                "the marks have {} × {} pixels, but the picture has {width} × {height}",
+                "the marks have {} × {} pixels, the picture {width} × {height}",
                 marks.width, marks.height
             ),
             "Draw the marks on this picture",
@@ -105,7 +106,7 @@ pub fn grab_cut_knowing(
     }
     if width * height > MAX_PIXELS {
         return Err(Error::invalid(
-            format!("a picture of {width} × {height} pixels is too large to be cut at once"),
+            format!("a picture of {width} × {height} pixels is too large to cut at once"),
             format!("Reduce it to at most {MAX_PIXELS} pixels"),
         ));
     }
@@ -121,15 +122,14 @@ pub fn grab_cut_knowing(
     };
     let mut front = Mixture::split(&side(&subject, true))
         .ok_or_else(|| nothing("subject", "Mark a part of the subject to keep"))?;
-    let mut back = Mixture::split(&side(&subject, false)).ok_or_else(|| {
-        nothing("background", "Mark a part of what is behind the subject to remove")
-    })?;
+    let mut back = Mixture::split(&side(&subject, false))
+        .ok_or_else(|| nothing("background", "Mark a part of the background to remove"))?;
     let links = links(&colors, width, height);
     let mut costs = Vec::new();
     let mut done = 0;
     while done < rounds.max(1) {
         done += 1;
-        // A side that lost its last pixel keeps the colours that it had.
+        // A side without pixels keeps its previous colours.
         let now = |wanted| {
             let sides = colors.iter().zip(&subject);
             sides.filter(move |s| *s.1 == wanted).map(|s| *s.0)
@@ -167,8 +167,8 @@ pub fn grab_cut_knowing(
     })
 }
 
-/// Costs of parting each pixel from its neighbours to the right and below (directions 4 to 7), equation 11: less where
-/// colours differ more than they do in the mean.
+/// Costs of separating each pixel from its neighbours to the right and below (directions 4 to 7), equation 11:
+/// lower where colours differ more than average.
 fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
     let difference = |pixel: usize, d: usize| {
         let (across, down) = NEIGHBOURS[d];
@@ -183,7 +183,7 @@ fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
         .flat_map(|pixel| (4..8).map(move |d| (pixel, d)))
         .filter_map(|(pixel, d)| difference(pixel, d))
         .fold((0.0, 0usize), |(sum, count), d| (sum + d, count + 1));
-    // Even pictures have no edges to follow.
+    // Uniform pictures have no edges to follow.
     let beta = if sum > 0.0 { count as f64 / (2.0 * sum) } else { 0.0 };
     (0..colors.len())
         .into_par_iter()

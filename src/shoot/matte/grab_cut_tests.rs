@@ -3,7 +3,7 @@ use super::*;
 use imaging::file::{read_encoded, read_mask, write_mask_png, write_png};
 use std::process::Command;
 
-/// A disc of warm stripes before a cold, noisy ramp, drawn by a seed, and where the disc is.
+/// A disc of warm stripes before a cold, noisy ramp, drawn from a seed, and the true disc.
 fn drawn(width: usize, height: usize, seed: u32) -> (Encoded, Raster<bool>) {
     let noise = |x: usize, y: usize, c: usize| {
         let key = [x, y, c, seed as usize];
@@ -29,7 +29,7 @@ fn drawn(width: usize, height: usize, seed: u32) -> (Encoded, Raster<bool>) {
     (Encoded(picture), inside)
 }
 
-/// Shared pixels of two regions over pixels of either.
+/// Intersection over union of two regions.
 fn overlap(a: &Raster<bool>, b: &Raster<bool>) -> f64 {
     let count = |f: fn(bool, bool) -> bool| {
         let pairs = a.pixels.iter().zip(&b.pixels);
@@ -44,7 +44,7 @@ fn within_border(size: (usize, usize), border: usize) -> Raster<Mark> {
     rectangle(size, [border, border, width - 2 * border, height - 2 * border])
 }
 
-/// Interview frames of the shared shoot, with their mattes. Empty without it.
+/// Interview frames of the shared shoot with their mattes; empty if it is missing.
 fn interview(frames: &[usize]) -> Vec<(Encoded, Raster<bool>)> {
     let Some(stage) = test_support::shared("data/stage") else {
         return Vec::new();
@@ -58,7 +58,7 @@ fn interview(frames: &[usize]) -> Vec<(Encoded, Raster<bool>)> {
     frames.iter().map(frame).collect()
 }
 
-/// A box that holds a person who is cut off by the lower border.
+/// A box around a person cut off by the lower border.
 fn person_box((width, height): (usize, usize)) -> Raster<Mark> {
     let top = height / 14;
     let mut marks = rectangle((width, height), [0, top, width, height]);
@@ -98,8 +98,8 @@ fn it_cuts_as_opencv_does() {
         });
         write_png(&file("picture.png"), &picture).unwrap();
         write_mask_png(&file("marks.png"), &labels).unwrap();
-        // Both read the same codes, and start with the same colours: OpenCV's own start is random, and where it
-        // ends differs by a tenth from start to start.
+        // Both read the same codes and start with the same colours: OpenCV's own start is random, and its result
+        // differs by a tenth between starts.
         let picture = read_encoded(&file("picture.png")).unwrap();
         let codes = picture.0.map(|p| p.map(|v| f64::from(v) * 255.0));
         let start = [false, true].map(|subject| {
@@ -152,7 +152,7 @@ fn a_box_around_a_drawn_disc_is_enough_on_any_number_of_threads() {
 fn what_a_person_marked_stays() {
     let (picture, inside) = drawn(80, 80, 3);
     let mut marks = within_border(picture.0.size(), 5);
-    // A part of the disc is to go, a part of the ramp to stay.
+    // Part of the disc is to be removed, part of the ramp kept.
     for y in 40..46 {
         for x in 36..42 {
             assert!(inside.at(x, y));
@@ -189,7 +189,7 @@ fn pictures_and_marks_that_say_nothing_end_in_a_sentence() {
     assert!(grab_cut(&none, &Raster::filled(0, 0, Mark::Subject), 5).is_err());
     test_support::shown!(Pictures, "A cut-out without marks, or with marks of another picture",
         danger: "an empty matte that looks like a result, or a crash",
-        done: "a sentence says which marks are missing and what to do");
+        done: "a message names the missing marks and the remedy");
 }
 
 #[test]
@@ -206,7 +206,7 @@ fn even_pictures_nan_and_single_rows_are_cut_by_their_marks_alone() {
             assert!(found.margin.pixels.iter().all(|margin| !margin.is_nan()));
         }
     }
-    test_support::shown!(Pictures, "A cut-out of an even picture, of NaN, or of one row",
+    test_support::shown!(Pictures, "A cut-out of a uniform picture, of NaN, or of one row",
         danger: "a division by zero, or a loop without end",
         done: "the marks alone decide");
 }

@@ -1,4 +1,4 @@
-//! The matte of a person whom somebody else guessed, such as a network, before any background.
+//! Matte of a person found by an external detector, such as a network, before any background.
 
 use super::Matte;
 use super::cut::{ROUNDS, Reduced};
@@ -9,17 +9,17 @@ use base::error::{Error, Result};
 use imaging::resample::resize;
 use imaging::{Encoded, Mask, Raster};
 
-/// Certainty above which a guess stays; elsewhere colours and edges decide.
+/// Smallest certainty of a fixed guess; elsewhere colours and edges decide.
 const SURE: f32 = 0.95;
-/// A person fills at least this share of the picture, by what is sure.
+/// Smallest share of the picture that the certain part of a person fills.
 const LEAST: f32 = 0.01;
 
-/// The matte of a person where `find` says that one is, as a probability of any size for the picture that it is given: this one
-/// without the black bars that fill it up. Where the guess is not sure, GrabCut tells the person from the background by
-/// their colours; edges are softened as those of a box are.
+/// Matte of the person detected by `find`, which gets the picture without its black bars and returns a probability
+/// at any size. Where the guess is uncertain, GrabCut separates the person from the background by colour. Edges are
+/// softened as for a box.
 ///
 /// # Errors
-/// When nobody is found, and those of `find`.
+/// When no person is found, and the errors of `find`.
 pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Result<Matte> {
     let shown = Shown::of(picture);
     let (left, top) = (shown.columns.start, shown.rows.start);
@@ -38,7 +38,7 @@ pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Re
         return Err(Error::missing(
             "neither a green or blue screen nor a person was found",
             (
-                "Say where the person is, paint what to keep and to remove (Footage, Paint matte), or put mattes of your own \
+                "Draw a box around the person, paint what to keep and to remove (Footage, Paint matte), or add your own mattes \
                  beside the pictures",
                 "afterlight matte PROJECT --box",
             ),
@@ -51,7 +51,7 @@ pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Re
         _ => Mark::Background,
     });
     let mut cut: Vec<bool> = guess.pixels.iter().map(|p| *p >= 0.5).collect();
-    // Where all is the person there is nothing to cut.
+    // With no background there is nothing to cut.
     if cut.contains(&false) {
         cut = grab_cut(&reduced.small, &marks, ROUNDS)?.subject.pixels;
     }

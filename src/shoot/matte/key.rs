@@ -1,4 +1,4 @@
-//! The matte of a picture before a green or blue screen.
+//! Matte of a picture before a green or blue screen.
 
 use super::parts::{clean, drop_loose};
 use super::refine::guided;
@@ -9,27 +9,27 @@ use imaging::{Encoded, Mask};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A screen's pixels are within so many standard deviations of its colour.
+/// Range of the screen's pixels around its colour, in standard deviations.
 const SIGMAS: f32 = 4.0;
-/// Noise below what 8 bits can tell, as a share of the screen's colour difference.
+/// Smallest measurable noise in 8 bits, relative to the screen's colour difference.
 const LEAST_NOISE: f32 = 0.008;
 /// The same for chroma.
 const LEAST_SPREAD: f32 = 0.008;
 
-/// An encoded pixel that is darker than this in all channels may belong to a bar that fills the picture up.
+/// Largest encoded value, in all channels, of a pixel in a letterbox bar.
 const BAR: f32 = 12.0 / 255.0;
 
 impl Key {
-    /// The matte of a picture before this screen, whose light may be uneven and may have changed since the key was found.
-    /// Black bars that fill the picture up are background.
+    /// Matte of a picture before this screen. Its light may be uneven and may differ from the light when the key
+    /// was found. Black letterbox bars are background.
     ///
     /// # Errors
-    /// When the picture shows the screen nowhere.
+    /// When the picture does not show the screen.
     pub fn matte(&self, picture: &Encoded) -> Result<Matte> {
         let size = picture.0.size();
         let shown = Shown::of(picture);
         let light = linear(picture);
-        // A bar continues what it borders on: no edge of the subject is looked for there.
+        // A bar continues its neighbouring pixels: no edge of the subject is searched there.
         let light: Vec<[f32; 3]> = (0..light.len()).map(|i| light[shown.nearest(i)]).collect();
         let screen = self.local_screen(&light, size)?;
         let share: Vec<f32> = (light.par_iter().zip(&screen))
@@ -46,7 +46,7 @@ impl Key {
             if !places.core[i] && !places.screen[i] {
                 *alpha = smooth[i];
             }
-            // What the screen's noise alone would give.
+            // Coverage from the screen's noise alone.
             let noise = cut.noise.min(0.1);
             *alpha = ((*alpha - noise) / (1.0 - 2.0 * noise)).clamp(0.0, 1.0);
             if shown.nearest(i) != i {
@@ -59,8 +59,8 @@ impl Key {
         Ok(Matte { mask: Mask { width: size.0, height: size.1, pixels: alpha }, uncertain })
     }
 
-    /// The screen's light at every pixel, behind the subject too: a polynomial of second order in the logarithm, fitted to
-    /// pixels of the screen's chroma, and near those their own mean.
+    /// Light of the screen at every pixel, also behind the subject: a second-order polynomial of the logarithm,
+    /// fitted to pixels of the screen's chroma; near those, their own mean.
     fn local_screen(&self, light: &[[f32; 3]], size: (usize, usize)) -> Result<Vec<[f32; 3]>> {
         let center = chroma(self.light).unwrap_or([1.0 / 3.0; 2]);
         let limit = SIGMAS * self.spread.max(LEAST_SPREAD);
@@ -89,16 +89,13 @@ impl Key {
 
     fn gone(&self) -> Error {
         Error::missing(
-            format!(
-                "the picture does not show the {} screen that another frame shows",
-                self.hue.name()
-            ),
-            "Leave such frames out, or put mattes of your own there",
+            format!("the picture does not show the {} screen of the other frames", self.hue.name()),
+            "Leave such frames out, or add your own mattes for them",
         )
     }
 
-    /// Coverage of each pixel. Where it is in doubt: how far the pixel is on the way from the local screen's colour
-    /// difference to that of the subject nearby.
+    /// Coverage of each pixel. Uncertain pixels get their position between the local screen's colour difference and
+    /// that of the nearby subject.
     fn unmixed(
         &self,
         light: &[[f32; 3]],
@@ -127,19 +124,19 @@ impl Key {
                 }
                 let [from, to, at] =
                     [screen[i], subject[i], light[i]].map(|p| self.hue.difference(p));
-                // A subject nearly as green as the screen cannot be told from it by this.
+                // A subject nearly as green as the screen cannot be separated by this.
                 ((from - at) / (from - to).max(0.1 * from).max(1e-4)).clamp(0.0, 1.0)
             })
             .collect()
     }
 }
 
-/// Split of a picture's pixels into subject and screen, by the share that they have of the screen's colour difference:
-/// about 1 on the screen, 0 and below on most subjects.
+/// Split of a picture's pixels into subject and screen, by colour difference relative to the screen's: about 1 on
+/// the screen, 0 and below on most subjects.
 struct Cut {
-    /// More than half the subject below it, more than half the screen above.
+    /// Threshold: mostly subject below, mostly screen above.
     middle: f32,
-    /// Above it a pixel is the screen's.
+    /// Smallest value of a screen pixel.
     screen: f32,
     /// Standard deviation of the screen's pixels.
     noise: f32,
@@ -154,15 +151,15 @@ impl Cut {
     }
 }
 
-/// Pixels that are surely the subject's, and pixels that are surely the screen's.
+/// Certain subject pixels and certain screen pixels.
 struct Places {
     core: Vec<bool>,
     screen: Vec<bool>,
 }
 
 impl Places {
-    /// The subject's core is `reach` away from its edge and, for soft edges that are wider, no more green than the inside
-    /// of the subject is.
+    /// The subject's core is `reach` away from its edge and, for wider soft edges, no greener than the inside of
+    /// the subject.
     fn of(share: &[f32], inside: &[bool], cut: &Cut, size: (usize, usize), reach: usize) -> Self {
         let of_subject: Vec<[f32; 1]> = inside.iter().map(|&i| [f32::from(u8::from(i))]).collect();
         let near = window::sums(&of_subject, size, reach);
@@ -184,7 +181,7 @@ impl Places {
     }
 }
 
-/// Light as a function of the place: the logarithm of each channel is a polynomial of second order.
+/// Light as a function of the place: the logarithm of each channel is a second-order polynomial.
 struct Surface([[f64; 6]; 3]);
 
 impl Surface {
@@ -194,8 +191,8 @@ impl Surface {
         [1.0, x, y, x * x, x * y, y * y]
     }
 
-    /// The least squares fit over the `certain` pixels; None if there are none. A weak pull towards an even screen decides
-    /// what these leave open.
+    /// Least-squares fit over the `certain` pixels; None without any. A weak pull towards a uniform screen decides
+    /// undetermined terms.
     fn of(light: &[[f32; 3]], certain: &[bool], size: (usize, usize)) -> Option<Self> {
         let mut matrix = [[0.0; 6]; 6];
         let mut right = [[0.0; 6]; 3];
@@ -230,7 +227,7 @@ impl Surface {
     }
 }
 
-/// Solves a symmetric positive definite system by Gauss's elimination.
+/// Solves a symmetric positive definite system by Gaussian elimination.
 fn solve(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> [f64; 6] {
     for k in 0..6 {
         for row in k + 1..6 {
@@ -249,7 +246,7 @@ fn solve(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> [f64; 6] {
     right
 }
 
-/// The picture without its bars: rows or columns from the border inwards that are black throughout and fill the picture up.
+/// The picture without its letterbox bars: fully black rows or columns from the border inwards.
 pub(super) struct Shown {
     pub columns: Range<usize>,
     pub rows: Range<usize>,
@@ -262,13 +259,13 @@ impl Shown {
         let black = |x: usize, y: usize| picture.0.at(x, y).iter().all(|&v| v <= BAR);
         let row = |y: &usize| (0..width).all(|x| black(x, *y));
         let column = |x: &usize| (0..height).all(|y| black(*x, y));
-        // The line next to a bar is a mixture, by scaling or by chroma of half the size.
+        // The line next to a bar is a mixture, from scaling or from half-size chroma.
         let bar = |lines: usize| if lines > 0 { lines + 1 } else { 0 };
         let top = bar((0..height).take_while(row).count());
         let bottom = bar((0..height).rev().take_while(row).count());
         let left = bar((0..width).take_while(column).count());
         let right = bar((0..width).rev().take_while(column).count());
-        // A picture that is black throughout has no bars.
+        // A fully black picture has no bars.
         let within = |from: usize, to: usize, length: usize| match from + to < length {
             true => from..length - to,
             false => 0..length,
@@ -276,7 +273,7 @@ impl Shown {
         Self { columns: within(left, right, width), rows: within(top, bottom, height), width }
     }
 
-    /// The nearest place that is on no bar.
+    /// The nearest place outside the bars.
     fn nearest(&self, place: usize) -> usize {
         let x = (place % self.width).clamp(self.columns.start, self.columns.end - 1);
         let y = (place / self.width).clamp(self.rows.start, self.rows.end - 1);

@@ -1,5 +1,5 @@
-//! Mattes: how much of each pixel the subject covers, from a picture before a green or blue screen, or from one whose
-//! background is dark. [`grab_cut`] tells a subject from what is behind it by colours and edges, from marks.
+//! Mattes: coverage of each pixel by the subject, from a picture before a green or blue screen or a dark
+//! background. [`grab_cut`] separates a subject from its background by colours and edges, starting from marks.
 
 mod boxed;
 mod brushed;
@@ -36,37 +36,38 @@ use imaging::color::linear_from_srgb;
 use imaging::{Encoded, Mask};
 use rayon::prelude::*;
 
-/// A matte and how much of it was hard to tell.
+/// A matte with its uncertain share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matte {
-    /// The subject's coverage in `[0, 1]`, of the picture's size.
+    /// Coverage of the subject in `[0, 1]`, at the picture's size.
     pub mask: Mask,
-    /// The share of all pixels, in `[0, 1]`, whose coverage had to be worked out from what is around them: edges and hair.
+    /// Share of all pixels, in `[0, 1]`, with coverage inferred from their surroundings: edges and hair.
     pub uncertain: f32,
 }
 
-/// Light of encoded values. The camera's own curve is not known yet when mattes are made, so that of sRGB stands for it:
-/// a pixel half covered comes out half covered to within what the two curves differ.
+/// Light of encoded values. The camera's own curve is unknown when mattes are made, so sRGB is used. A half-covered
+/// pixel is off by the difference of the two curves.
 fn linear(picture: &Encoded) -> Vec<[f32; 3]> {
     let pixels = picture.0.pixels.par_iter();
     pixels.map(|p| p.map(linear_from_srgb)).collect()
 }
 
-/// The `share`-quantile of some values, from 0 to 1; None of none.
+/// The `share` quantile of some values, 0 to 1; None without values.
 fn quantile(mut values: Vec<f32>, share: f32) -> Option<f32> {
     let last = values.len().checked_sub(1)?;
     let at = (share * last as f32).round() as usize;
     Some(*values.select_nth_unstable_by(at.min(last), f32::total_cmp).1)
 }
 
-/// A robust standard deviation: 1.4826 times the median distance to `center` (Rousseeuw and Croux 1993); 0 of no values.
+/// Robust standard deviation: 1.4826 times the median distance to `center` (Rousseeuw and Croux 1993); 0 without
+/// values.
 fn spread(values: impl Iterator<Item = f32>, center: f32) -> f32 {
     let distances = values.map(|v| (v - center).abs()).collect();
     1.4826 * quantile(distances, 0.5).unwrap_or(0.0)
 }
 
-/// The threshold between the two classes of some values that sets their means apart the most (Otsu 1979), and the share of
-/// the variance that it explains, in `[0, 1]`. None if all values are the same.
+/// Threshold between two classes of values with the largest separation of their means (Otsu 1979), and the
+/// explained share of the variance, in `[0, 1]`. None if all values are equal.
 fn otsu(values: &[f32], (low, high): (f32, f32)) -> Option<(f32, f32)> {
     const BINS: usize = 256;
     let width = (high - low) / BINS as f32;
@@ -83,7 +84,7 @@ fn otsu(values: &[f32], (low, high): (f32, f32)) -> Option<(f32, f32)> {
         below += count;
         moment += count * i as f64;
         let between = (mean * below - moment).powi(2) / (below * (all - below) / all);
-        // Over an empty valley all thresholds are as good: the middle one counts.
+        // Over an empty valley all thresholds are equally good; the middle one is used.
         if between > best.0 * (1.0 + 1e-9) {
             best = (between, i as f64, i as f64);
         } else if between >= best.0 * (1.0 - 1e-9) {

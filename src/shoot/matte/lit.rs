@@ -1,4 +1,4 @@
-//! The matte of a picture whose background is dark, such as the brightest of a pose under every lamp.
+//! Matte of a picture with a dark background, such as the maximum of a pose over all lamps.
 
 use super::parts::{clean, drop_loose};
 use super::refine::guided;
@@ -9,14 +9,14 @@ use rayon::prelude::*;
 
 /// Light below which a pixel counts as black.
 const BLACK: f32 = 1e-4;
-/// Two classes that explain less of the variance of log light are no subject and background.
+/// Smallest explained share of the variance of log light for two classes to be subject and background.
 const LEAST_EXPLAINED: f32 = 0.6;
 
-/// The matte of a subject that is brighter than what is behind it: its threshold is where the logarithm of light splits into
-/// two classes best.
+/// Matte of a subject brighter than its background. The threshold is the best split of the logarithm of light into
+/// two classes.
 ///
 /// # Errors
-/// When it does not split.
+/// When there is no clear split.
 pub fn lit(picture: &Encoded) -> Result<Matte> {
     let size = picture.0.size();
     let light = linear(picture);
@@ -25,8 +25,8 @@ pub fn lit(picture: &Encoded) -> Result<Matte> {
     let (threshold, explained) = otsu(&log, (BLACK.log2(), 0.01)).unwrap_or((0.0, 0.0));
     if explained < LEAST_EXPLAINED {
         return Err(Error::missing(
-            "the subject cannot be told from the background by brightness, and no green or blue screen is behind it",
-            "Put mattes of your own beside the pictures, as grey PNGs of their size",
+            "the subject does not differ from the background in brightness, and there is no green or blue screen",
+            "Add your own mattes beside the pictures, as grey PNGs of their size",
         ));
     }
     let mut inside: Vec<bool> = log.iter().map(|&v| v > threshold).collect();

@@ -1,9 +1,9 @@
-//! Colours of a region as a sum of five normal distributions.
+//! Colours of a region as a mixture of five normal distributions.
 
-/// Distributions of a mixture (Rother et al. 2004).
+/// Number of distributions in a mixture (Rother et al. 2004).
 const COMPONENTS: usize = 5;
-/// Variance that is added to every channel, in code values squared: what rounding to codes adds (1/12) and a little
-/// noise. It keeps an even colour's covariance invertible.
+/// Variance added to every channel, in code values squared: that of rounding to codes (1/12) and a little noise. It
+/// keeps a uniform colour's covariance invertible.
 const LEAST_VARIANCE: f64 = 0.25;
 type Matrix = [[f64; 3]; 3];
 
@@ -64,7 +64,7 @@ impl Normal {
         let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
         let determinant: f64 =
             (0..3).map(|j| sign(0, j) * c[0][j] * minor([1, 2], others[j])).sum();
-        // A covariance with this much on its diagonal is no smaller; sums of large numbers may say otherwise.
+        // A covariance with this much on its diagonal is no smaller; rounding of large sums may violate that.
         let determinant = determinant.max(LEAST_VARIANCE.powi(3));
         let mut precision = Matrix::default();
         for (i, row) in precision.iter_mut().enumerate() {
@@ -79,7 +79,7 @@ impl Normal {
         }
     }
 
-    /// Logarithm of the weighted density, but for a constant.
+    /// Logarithm of the weighted density, up to a constant.
     fn log(&self, color: [f64; 3]) -> f64 {
         let d = [0, 1, 2].map(|i| color[i] - self.mean[i]);
         let distance: f64 =
@@ -93,12 +93,12 @@ impl Normal {
 pub struct Mixture(Vec<Normal>);
 
 impl Mixture {
-    /// The mixture of [`split`] colours. None if there are no colours.
+    /// Mixture of the groups of [`split`]. None without colours.
     pub fn split(colors: &[[f64; 3]]) -> Option<Self> {
         Self::of(&split(colors))
     }
 
-    /// The mixture of colours that each belong to the component that is likeliest now. None if there are no colours.
+    /// Mixture refitted after assigning each colour to its currently most likely component. None without colours.
     pub fn refitted(&self, colors: impl Iterator<Item = [f64; 3]>) -> Option<Self> {
         let mut groups = vec![Moments::default(); self.0.len()];
         for color in colors {
@@ -119,7 +119,7 @@ impl Mixture {
         (!normals.is_empty()).then_some(Self(normals))
     }
 
-    /// Minus the logarithm of the colour's density, but for a constant.
+    /// Minus the logarithm of the colour's density, up to a constant.
     pub fn cost(&self, color: [f64; 3]) -> f64 {
         let logs = || self.0.iter().map(|normal| normal.log(color));
         let most = logs().fold(f64::NEG_INFINITY, f64::max);
@@ -127,7 +127,8 @@ impl Mixture {
     }
 }
 
-/// Colours in at most five groups, each time the widest split across its widest direction (Orchard and Bouman 1991).
+/// Colours in at most five groups, splitting the widest group across its widest direction each time (Orchard and
+/// Bouman 1991).
 fn split(colors: &[[f64; 3]]) -> Vec<Moments> {
     if colors.is_empty() {
         return Vec::new();
@@ -151,8 +152,8 @@ fn split(colors: &[[f64; 3]]) -> Vec<Moments> {
     groups.iter().map(|group| moments(group)).collect()
 }
 
-/// OpenCV's 65 numbers of the mixture that `split` starts with, for pictures in its order of channels: five weights,
-/// means and covariances.
+/// OpenCV's 65 numbers of the mixture from `split`, for pictures in its order of channels: five weights, means and
+/// covariances.
 #[cfg(test)]
 pub fn start_for_opencv(colors: &[[f64; 3]]) -> Vec<f64> {
     let turned: Vec<_> = colors.iter().map(|&[r, g, b]| [b, g, r]).collect();
@@ -183,7 +184,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The direction in which colours differ most, and their variance along it, by power iteration.
+/// Direction of the largest variance of the colours, and that variance, by power iteration.
 fn principal(moments: &Moments) -> ([f64; 3], f64) {
     let c = moments.covariance();
     let mut axis = [0.5, 0.7, 0.51];

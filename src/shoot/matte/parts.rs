@@ -1,6 +1,6 @@
 //! Connected parts of a picture.
 
-/// The places of the square around a place of a picture with these columns and rows, that place included.
+/// Pixels of the 3 × 3 square around a pixel of a picture with these columns and rows, that pixel included.
 fn around(place: usize, (width, height): (usize, usize)) -> impl Iterator<Item = usize> {
     let (x, y) = (place % width, place / width);
     let columns = x.saturating_sub(1)..(x + 2).min(width);
@@ -8,7 +8,7 @@ fn around(place: usize, (width, height): (usize, usize)) -> impl Iterator<Item =
         .flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
-/// The connected parts of the places for which `inside` holds; diagonal neighbours are connected.
+/// Connected parts of the pixels for which `inside` holds; diagonal neighbours are connected.
 pub fn parts(size: (usize, usize), inside: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut todo: Vec<bool> = (0..size.0 * size.1).map(inside).collect();
     let mut parts = Vec::new();
@@ -31,10 +31,10 @@ pub fn parts(size: (usize, usize), inside: impl Fn(usize) -> bool) -> Vec<Vec<us
     parts
 }
 
-/// Parts of the subject smaller than this share of its largest part are specks, and so are gaps in it.
+/// Largest size of a speck or small gap, relative to the subject's largest part.
 const SPECK: f32 = 0.005;
 
-/// Removes specks from what is `inside`, and closes gaps in it that are small or, by `is_background`, no background.
+/// Removes specks from `inside`, and closes gaps that are small or not background by `is_background`.
 pub fn clean(inside: &mut [bool], size: (usize, usize), is_background: impl Fn(usize) -> bool) {
     let found = parts(size, |i| inside[i]);
     let largest = found.iter().map(Vec::len).max().unwrap_or(0);

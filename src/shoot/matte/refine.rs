@@ -1,10 +1,10 @@
-//! The guided filter: edges of a matte that follow those of the picture.
+//! Guided filter that aligns a matte's edges with the picture's.
 
 use super::window;
 use rayon::prelude::*;
 
-/// Variance of the guide, in squared light, below which a window counts as flat. Light is in `[0, 1]`: this is a standard
-/// deviation of one in a hundred, about the noise of a camera.
+/// Largest variance of the guide, in squared light, of a flat window. Light is in `[0, 1]`: a standard deviation of
+/// one in a hundred, about the noise of a camera.
 pub const FLAT: f32 = 1e-4;
 
 /// `alpha` as a local linear function of the colour `guide` in windows of `radius` (He, Sun and Tang 2013, equations 11 to
@@ -35,7 +35,7 @@ pub fn guided(guide: &[[f32; 3]], alpha: &[f32], size: (usize, usize), radius: u
         .collect()
 }
 
-/// Slopes and offset of a window's linear function, of the means of its terms.
+/// Slopes and offset of a window's linear function, from the means of its terms.
 fn fit(mean: [f64; 13]) -> [f32; 4] {
     let [r, g, b, rr, rg, rb, gg, gb, bb, a, ra, ga, ba] = mean;
     let flat = f64::from(FLAT);

@@ -1,11 +1,11 @@
-//! The colour of a green or blue screen, found at the picture's border.
+//! Colour of a green or blue screen, measured at the picture's border.
 
 use super::{linear, quantile, spread};
 use base::error::{Error, Result};
 use imaging::Encoded;
 use imaging::color::srgb_from_linear;
 
-/// Primary of a screen.
+/// Primary colour of a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hue {
     Green,
@@ -15,23 +15,23 @@ pub enum Hue {
 /// A screen's colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// Its primary.
+    /// Primary colour.
     pub hue: Hue,
-    /// Its median colour, encoded as in the picture, in `[0, 1]`.
+    /// Median colour, encoded as in the picture, in `[0, 1]`.
     pub color: [f32; 3],
-    /// The share of the upper border that shows it, in `[0, 1]`.
+    /// Share of the upper border that shows the screen, in `[0, 1]`.
     pub border: f32,
-    /// Its light.
+    /// Median light.
     pub(super) light: [f32; 3],
-    /// Distance of its pixels from its chroma: a robust standard deviation.
+    /// Robust standard deviation of its pixels' chroma.
     pub(super) spread: f32,
 }
 
-/// At least this share of the upper border shows a screen.
+/// Smallest share of the upper border that shows a screen.
 const LEAST_BORDER: f32 = 0.25;
-/// At least this share of a screen's light is what its primary has more than the others.
+/// Smallest excess of a screen's primary over the other channels, relative to its light.
 const LEAST_DIFFERENCE: f32 = 0.15;
-/// Bins of each axis of the histogram of chroma.
+/// Bins of each axis of the chroma histogram.
 const BINS: usize = 48;
 
 impl Hue {
@@ -43,7 +43,7 @@ impl Hue {
         }
     }
 
-    /// Its name in sentences.
+    /// Name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Green => "green",
@@ -63,8 +63,8 @@ pub(super) fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Finds the colour of the screen behind the subject: the most frequent chroma at the upper and side borders, where it is
-/// green or blue.
+/// Finds the colour of the screen behind the subject: the most frequent chroma at the upper and side borders, if it
+/// is green or blue.
 ///
 /// # Errors
 /// When there is no such screen.
@@ -74,7 +74,7 @@ pub fn key(picture: &Encoded) -> Result<Key> {
     let colors: Vec<[f32; 3]> = border.iter().map(|&i| light[i]).collect();
     let chromas: Vec<[f32; 2]> = colors.iter().filter_map(|&c| chroma(c)).collect();
     let mode = mode(&chromas).ok_or_else(|| none("the picture's border is black"))?;
-    // Pixels of one colour are as far from it as their noise; how far is measured among those near the mode.
+    // Pixels of the screen scatter around its colour by their noise, measured among those near the mode.
     let near = |limit: f32| {
         let close = move |c: &&[f32; 3]| chroma(**c).is_some_and(|c| apart(c, mode) < limit);
         colors.iter().filter(close).copied().collect::<Vec<_>>()
@@ -116,15 +116,15 @@ fn none(why: &str) -> Error {
     Error::missing(
         format!("the picture shows no green or blue screen: {why}"),
         (
-            "Give a box around the person or a clean plate, paint what to keep and to remove (Footage, Paint matte), put \
-             mattes of your own beside the pictures, as grey PNGs of their size, or film before a green or blue screen \
+            "Give a box around the person or a clean plate, paint what to keep and to remove (Footage, Paint matte), add \
+             your own mattes beside the pictures, as grey PNGs of their size, or film before a green or blue screen \
              that reaches the upper corners",
             "afterlight matte PROJECT --box or --clean-plate",
         ),
     )
 }
 
-/// The places along the top and the upper two thirds of both sides, a fiftieth of the picture deep.
+/// Pixels along the top and the upper two thirds of both sides, a fiftieth of the picture deep.
 pub fn upper_border((width, height): (usize, usize)) -> Vec<usize> {
     let deep = (width.min(height) / 50).max(1);
     let places = (0..height * 2 / 3 + 1).flat_map(|y| (0..width).map(move |x| (x, y)));
@@ -134,7 +134,7 @@ pub fn upper_border((width, height): (usize, usize)) -> Vec<usize> {
         .collect()
 }
 
-/// The centre of the fullest place of the histogram, smoothed over 3 × 3 bins.
+/// Centre of the histogram's maximum, smoothed over 3 × 3 bins.
 fn mode(chromas: &[[f32; 2]]) -> Option<[f32; 2]> {
     let bin = |v: f32| ((v * BINS as f32) as usize).min(BINS - 1);
     let mut counts = vec![0_usize; BINS * BINS];

@@ -1,55 +1,55 @@
-//! Statements about pixels that a person makes with a brush.
+//! Brush marks on pixels.
 
 use base::error::{Error, Result};
 use imaging::{Mask, Raster};
 
-/// For each pixel what is known: 1 it belongs to the subject, −1 it does not, 0 nothing; between them, how far that may be
-/// believed. A brush makes 1 and −1; what was carried here from another frame is less.
+/// Knowledge of each pixel: 1 is subject, −1 is background, 0 is unknown, and values between are uncertain. A brush
+/// gives 1 and −1; seeds carried from another frame are weaker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seeds(Mask);
 
-/// Side of the matte that a stroke's pixels are on.
+/// Side of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// They belong to the subject.
+    /// Subject.
     Keep,
-    /// They are behind it.
+    /// Background.
     Remove,
 }
 
 impl Seeds {
-    /// Nothing is known of a picture of these columns and rows.
+    /// Seeds of an unpainted picture with these columns and rows.
     pub fn none((width, height): (usize, usize)) -> Self {
         Self(Mask::filled(width, height, 0.0))
     }
 
-    /// Seeds of these values. What is outside of `[-1, 1]` is cut, NaN says nothing.
+    /// Seeds from values, clamped to `[-1, 1]`; NaN becomes unknown.
     pub fn of(values: Mask) -> Self {
         Self(values.map(|v| if v.is_nan() { 0.0 } else { v.clamp(-1.0, 1.0) }))
     }
 
-    /// Columns and rows.
+    /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         self.0.size()
     }
 
-    /// The values, from −1 to 1.
+    /// Values from −1 to 1.
     pub fn values(&self) -> &Mask {
         &self.0
     }
 
-    /// True if nothing is known.
+    /// True if nothing is painted.
     pub fn is_empty(&self) -> bool {
         self.0.pixels.iter().all(|v| *v == 0.0)
     }
 
-    /// True if some pixels are sure to be the subject's, and some are sure not to be.
+    /// True if some pixels are certainly subject and some certainly background.
     pub fn hold_both(&self) -> bool {
         [1.0, -1.0].iter().all(|side| self.0.pixels.contains(side))
     }
 
-    /// Paints a stroke: what is within `radius` pixels of a line through `points`, in pixels from the upper left corner of the
-    /// upper left pixel. It covers what was painted before. Points that are no numbers are left out.
+    /// Paints a stroke: pixels within `radius` of a line through `points`, in pixels from the upper left corner of
+    /// the upper left pixel. It overwrites earlier strokes. NaN points are skipped.
     pub fn paint(&mut self, side: Side, radius: f32, points: &[[f32; 2]]) {
         let value = match side {
             Side::Keep => 1.0,
@@ -66,7 +66,7 @@ impl Seeds {
     }
 
     fn segment(&mut self, value: f32, radius: f32, from: [f32; 2], to: [f32; 2]) {
-        // A brush finer than a pixel paints the pixel that it is in.
+        // A brush finer than a pixel paints the pixel under it.
         let radius = if radius.is_nan() { 0.0 } else { radius }.max(0.71);
         let (width, height) = self.0.size();
         let range = |axis: usize, length: usize| {
@@ -92,7 +92,7 @@ impl Seeds {
         }
     }
 
-    /// Takes over what is more certain in `others`, which have the same size.
+    /// Takes over the more certain values of `others`, which have the same size.
     pub fn join(&mut self, others: &Self) {
         for (own, other) in self.0.pixels.iter_mut().zip(&others.0.pixels) {
             if other.abs() > own.abs() {
@@ -101,8 +101,8 @@ impl Seeds {
         }
     }
 
-    /// The seeds at another size. A smaller pixel has the most certain value in it; 0 if it holds both sides alike. A larger
-    /// size repeats pixels.
+    /// Seeds at another size. A reduced pixel gets its most certain value, or 0 if both sides are equally certain.
+    /// A larger size repeats pixels.
     pub fn resized(&self, (width, height): (usize, usize)) -> Self {
         let (w, h) = self.0.size();
         if (w, h) == (width, height) {
@@ -128,7 +128,7 @@ impl Seeds {
         }))
     }
 
-    /// Makes what was painted exactly so in a matte of the same size.
+    /// Sets painted pixels exactly in a matte of the same size.
     pub fn force(&self, alpha: &mut Mask) {
         for (alpha, told) in alpha.pixels.iter_mut().zip(&self.0.pixels) {
             if told.abs() >= 1.0 {
@@ -137,7 +137,7 @@ impl Seeds {
         }
     }
 
-    /// Refuses seeds of another size than the picture's.
+    /// Refuses seeds that differ in size from the picture.
     pub(super) fn check(&self, size: (usize, usize)) -> Result<()> {
         if self.size() == size {
             return Ok(());

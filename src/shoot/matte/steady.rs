@@ -1,4 +1,4 @@
-//! Mattes that are steady over time.
+//! Averaging of mattes over time.
 
 use super::flow::{Flow, MOST_NOISE};
 use super::{quantile, window};
@@ -6,17 +6,17 @@ use imaging::resample::resize;
 use imaging::{Encoded, Mask, Raster};
 use rayon::prelude::*;
 
-/// Coverage between these is an edge.
+/// Coverage of an edge pixel.
 const EDGE: std::ops::Range<f32> = 0.02..0.98;
-/// Motion that is trusted less is not measured by.
+/// Smallest confidence of a motion used for measuring.
 const TRUSTED: f32 = 0.5;
-/// Variance of encoded values, as of a camera with little noise: one in a hundred.
+/// Variance of encoded values of a camera with little noise: one in a hundred.
 const LEAST_NOISE: f32 = 1e-4;
 
-/// Difference of a matte from the one before, carried along with the picture: the mean of |α(t) − α(t−1)|, in `[0, 1]`, over
-/// edge pixels whose motion is known. It is the temporal error of Erofeev et al. 2015 ("Perceptually motivated benchmark for
-/// video matting", MESSDdt) without a truth and not squared. `flow` leads from this frame to the one before. None if nothing
-/// can be compared.
+/// Difference of a matte from the previous one, carried along the motion: the mean of |α(t) − α(t−1)|, in `[0, 1]`,
+/// over edge pixels with known motion. The temporal error of Erofeev et al. 2015 ("Perceptually motivated benchmark
+/// for video matting", MESSDdt), without ground truth and not squared. `flow` leads from this frame to the previous
+/// one. None if nothing can be compared.
 pub fn flicker(now: &Mask, before: &Mask, flow: &Flow) -> Option<f32> {
     if now.size() != before.size() {
         return None;
@@ -33,10 +33,10 @@ pub fn flicker(now: &Mask, before: &Mask, flow: &Flow) -> Option<f32> {
     (count > 0).then(|| (sum / count as f64) as f32)
 }
 
-/// A matte averaged with those of the frames around it, each carried along with the picture: weighted by how far its motion is
-/// trusted and by how well the picture there fits this one (a bilateral filter along the motion, as Bennett and McMillan 2005
-/// average pictures). Where motion or light differs, nothing is averaged, so that nothing smears. `others` are picture, matte
-/// and the flow from this frame to that one; those of another size are left out.
+/// Average of a matte with those of nearby frames, each carried along the motion and weighted by the confidence of
+/// its motion and by the match of its picture with this one (a bilateral filter along the motion, as Bennett and
+/// McMillan 2005 average pictures). Where motion or light differs, nothing is averaged, so nothing smears. `others`
+/// are picture, matte and the flow from this frame to that one; those that differ in size are skipped.
 pub fn steadied(picture: &Encoded, matte: &Mask, others: &[(&Encoded, &Mask, &Flow)]) -> Mask {
     let size = picture.0.size();
     let mut sums: Vec<[f32; 2]> = matte.pixels.iter().map(|&a| [a, 1.0]).collect();
@@ -57,7 +57,7 @@ pub fn steadied(picture: &Encoded, matte: &Mask, others: &[(&Encoded, &Mask, &Fl
             .map(|(there, here)| {
                 let squares = (0..3).map(|c| (there[c] - here[c]).powi(2));
                 let mean = squares.sum::<f32>() / 3.0;
-                // A pixel that is no number fits nowhere.
+                // A NaN pixel matches nowhere.
                 [if mean.is_finite() { mean } else { 1.0 }]
             })
             .collect();
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::flow_picture;
 
-    /// A disc that moves over a wall, and mattes of it whose edges waver.
+    /// A disc moving over a wall, and its mattes with wavering edges.
     fn moving(frame: usize, wavering: f32) -> (Encoded, Mask, Mask) {
         let at = 60.0 + 2.5 * frame as f32;
         let alpha = |grown: f32| {
@@ -128,7 +128,7 @@ mod tests {
         let now = flicker(&after, &before, &back).unwrap();
         assert!(now < 0.6 * raw, "{raw} to {now}");
         assert!(off(&after, &frames[3].2) < off(&frames[3].1, &frames[3].2));
-        // True mattes stay what they are, to within what is lost by reading between pixels.
+        // True mattes stay unchanged, up to interpolation losses.
         let true_flow = [flow(3, 2), flow(3, 4)];
         let others = [(2, &true_flow[0]), (4, &true_flow[1])];
         let others = others.map(|(k, flow)| (&frames[k].0, &frames[k].2, flow));

@@ -1,4 +1,4 @@
-//! Mattes beside the truth, and pictures that have none.
+//! Mattes compared with the truth, and pictures without a subject or screen.
 
 use super::*;
 use base::progress::Progress;
@@ -7,10 +7,10 @@ use std::path::Path;
 use test_support::shown;
 use virtual_stage::{StageSettings, write_shoot};
 
-/// Requirement for poses, which have no screen.
+/// Required scores of poses, which have no screen.
 const POSES: (f32, f32) = (0.985, 0.01);
 
-/// Intersection over union, of pixels that are at least half covered, and the mean error of coverage.
+/// Intersection over union of pixels that are at least half covered, and mean error of coverage.
 pub fn scores(found: &Mask, truth: &Mask) -> (f32, f32) {
     assert_eq!(found.size(), truth.size());
     let pairs = || found.pixels.iter().zip(&truth.pixels);
@@ -28,7 +28,7 @@ fn files(folder: &Path) -> Vec<std::path::PathBuf> {
     files
 }
 
-/// The worst scores of a shoot's frames, every `step`th of them.
+/// Worst scores of a shoot's frames, every `step`th of them.
 fn frames(shoot: &Path, step: usize) -> (f32, f32) {
     let mut worst = (1.0_f32, 0.0_f32);
     for path in files(&shoot.join("interview")).iter().step_by(step) {
@@ -46,7 +46,7 @@ fn frames(shoot: &Path, step: usize) -> (f32, f32) {
     worst
 }
 
-/// The worst scores of a shoot's poses, by the brightest of their OLATs.
+/// Worst scores of a shoot's poses, from the maximum of their OLATs.
 fn poses(shoot: &Path) -> (f32, f32) {
     let mut worst = (1.0_f32, 0.0_f32);
     for folder in files(&shoot.join("exemplars")).iter().filter(|f| f.is_dir()) {
@@ -93,7 +93,7 @@ fn mattes_of_virtual_stages_are_those_of_their_truth() {
     }
 }
 
-/// A round subject of colour `of`, soft over some pixels, before a screen whose light falls off by half to the right.
+/// A round subject of colour `of` with soft edges, before a screen whose light falls off by half to the right.
 pub fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, Mask) {
     let (w, h) = (size.0 as f32, size.1 as f32);
     let truth = Raster::from_fn(size.0, size.1, |x, y| {
@@ -122,7 +122,7 @@ fn uneven_green_and_blue_screens_are_keyed() {
             worst = (worst.0.min(iou), worst.1.max(off));
         }
     }
-    shown!(Pictures, "A green or blue screen lit half as bright on one side, and a subject that is dark, bright or greenish",
+    shown!(Pictures, "A green or blue screen half as bright on one side, and a dark, bright or greenish subject",
         danger: "the dark side of the screen becomes subject, or its edge is cut",
         done: "the screen's light is fitted all over the picture; coverage is measured against it",
         bound: "IoU 0.985, mean error 0.01",
@@ -208,7 +208,7 @@ fn a_box_is_enough_before_any_background() {
             worst = (worst.0.min(iou), worst.1.max(off));
         }
     }
-    // No screen: grey, and one as warm as the subject; at twice the size that is cut, too.
+    // No screen: grey, and one as warm as the subject; also at twice the size of the cut.
     for (screen, size) in [
         ([0.3, 0.3, 0.3], (150, 110)),
         ([0.25, 0.1, 0.1], (200, 180)),
@@ -223,8 +223,8 @@ fn a_box_is_enough_before_any_background() {
     }
     assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
     shown!(Pictures, "A subject in a box, without any screen",
-        danger: "no matte at all, or one with the background's colours in it",
-        done: "the colours outside of the box tell what is background",
+        danger: "no matte, or one that includes background",
+        done: "the colours outside the box identify the background",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));
 }
@@ -244,7 +244,7 @@ fn a_box_that_says_nothing_ends_in_a_sentence() {
             }
         }
     }
-    shown!(Pictures, "A box that is empty, outside of the picture, or as large as it",
+    shown!(Pictures, "A box that is empty, outside the picture, or as large as the picture",
         danger: "an empty matte that looks like a result, or a crash",
-        done: "a sentence says what the box must leave free");
+        done: "a message says what the box must leave free");
 }

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-/// The sum of `values`, `width × height` of them in rows, over the square window of `radius` around each place, cut at the
-/// border.
+/// Sums of `values`, `width × height` of them in rows, over the square window of `radius` around each pixel,
+/// clipped at the border.
 pub fn sums<const N: usize>(
     values: &[[f32; N]],
     (width, height): (usize, usize),
@@ -48,7 +48,7 @@ fn along<const N: usize>(
     (0..width * height).into_par_iter().map(|i| rows[i % height][i / height]).collect()
 }
 
-/// Number of places in each window.
+/// Number of pixels in each window.
 pub fn counts(size: (usize, usize), radius: usize) -> impl Fn(usize) -> f32 + Sync {
     move |place| {
         let (x, y) = (place % size.0, place / size.0);
@@ -58,8 +58,8 @@ pub fn counts(size: (usize, usize), radius: usize) -> impl Fn(usize) -> f32 + Sy
     }
 }
 
-/// Local means of the values of which `certain` holds, around every place: from wide windows to ones of `radius`, each
-/// filling in what the smaller ones do not hold; at first `prior`.
+/// Local means of the `certain` values around every pixel, from wide windows down to `radius`: each fills gaps of
+/// the smaller ones, starting from `prior`.
 pub fn means<const N: usize>(
     value: impl Fn(usize) -> [f32; N] + Sync,
     certain: &[bool],
@@ -67,7 +67,7 @@ pub fn means<const N: usize>(
     radius: usize,
     prior: Vec<[f32; N]>,
 ) -> Vec<[f32; N]> {
-    /// A window with so many certain places counts as much as the next wider one.
+    /// Number of certain pixels at which a window counts as much as the next wider one.
     const ENOUGH: f32 = 4.0;
     let weighted: Vec<([f32; N], [f32; 1])> = (0..certain.len())
         .into_par_iter()

@@ -1,5 +1,5 @@
-//! Place of a person in a picture, whatever is behind: MediaPipe's selfie segmentation (general model, 256 × 256,
-//! Apache-2.0; `assets/person/NOTICE` says where it comes from).
+//! Segmentation of a person from any background: MediaPipe's selfie segmentation (general model, 256 × 256,
+//! Apache-2.0; source in `assets/person/NOTICE`).
 
 mod network;
 #[cfg(test)]
@@ -13,10 +13,10 @@ use imaging::resample::resize;
 use imaging::{Encoded, Image, Mask};
 use network::Network;
 
-/// Columns and rows of what the network sees.
+/// Columns and rows of the network's input.
 pub const SIDE: usize = 256;
 
-/// Made by `tools/person_weights.py`.
+/// Written by `tools/person_weights.py`.
 const WEIGHTS: &[u8] = include_bytes!("../../../assets/person/weights.safetensors");
 
 /// The network with its weights, on the CPU.
@@ -27,7 +27,7 @@ pub struct Segmenter {
 
 impl Segmenter {
     /// # Errors
-    /// If the weights that the program brings do not fit the network: a bug.
+    /// If the built-in weights do not fit the network: a bug.
     pub fn new() -> Result<Self> {
         let device = Device::flex();
         let mut network = Network::new(&device);
@@ -39,8 +39,8 @@ impl Segmenter {
         Ok(Self { network, device })
     }
 
-    /// Probability that each pixel shows a person, in `[0, 1]`, for the whole picture squeezed to [`SIDE`] × [`SIDE`] pixels, as
-    /// MediaPipe does. NaN counts as black.
+    /// Probability that each pixel shows a person, in `[0, 1]`, for the whole picture squeezed to [`SIDE`] ×
+    /// [`SIDE`] pixels, as in MediaPipe. NaN counts as black.
     ///
     /// # Errors
     /// If the picture has no pixels.
@@ -48,7 +48,7 @@ impl Segmenter {
         let (width, height) = picture.0.size();
         if width * height == 0 {
             return Err(Error::invalid(
-                format!("a picture of {width} × {height} pixels shows nobody"),
+                format!("a picture of {width} × {height} pixels cannot show a person"),
                 "Give a picture with pixels",
             ));
         }
@@ -61,12 +61,12 @@ impl Segmenter {
         let planes = Tensor::from_data(planes, &self.device);
         let pixels = (self.network.forward(planes).into_data())
             .try_into_vec_as::<f32>()
-            .map_err(|e| Error::bug(format!("cannot read what the person network says: {e}")))?;
+            .map_err(|e| Error::bug(format!("cannot read the person network's output: {e}")))?;
         Ok(Mask { width: SIDE, height: SIDE, pixels })
     }
 }
 
-/// The picture at the size that the network sees, averaged as light.
+/// The picture at the network's input size, averaged as light.
 fn squeezed(picture: &Encoded) -> Image {
     let light = picture.0.map(|p| p.map(|v| linear_from_srgb(unit(v))));
     resize(&light, SIDE, SIDE).map(|p| p.map(srgb_from_linear))

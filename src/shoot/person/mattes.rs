@@ -1,4 +1,4 @@
-//! Mattes from the network's guess beside the truth.
+//! Mattes from the network's probability, compared with the truth.
 
 use afterlight_person::Segmenter;
 use base::progress::Progress;
@@ -52,7 +52,7 @@ impl Worst {
     }
 }
 
-/// A subject before another background, both as light; what of the screen shines through is taken off.
+/// A subject in front of another background, both as light; screen light that shines through is removed.
 fn before(picture: &Encoded, truth: &Mask, background: &imaging::Image) -> Encoded {
     let light = picture.0.map(|p| p.map(linear_from_srgb));
     let (mut screen, mut count) = ([0.0_f32; 3], 0.0);
@@ -66,14 +66,14 @@ fn before(picture: &Encoded, truth: &Mask, background: &imaging::Image) -> Encod
         let (a, p, b) = (truth.at(x, y), light.at(x, y), background.at(x, y));
         std::array::from_fn(|c| {
             let own = (p[c] - (1.0 - a) * screen[c]).max(0.0);
-            // Eight bits, as a camera's.
+            // Eight bits, like a camera.
             let code = srgb_from_linear(own + (1.0 - a) * b[c]);
             (unit(code) * 255.0).round() / 255.0
         })
     }))
 }
 
-/// A part of a panorama, of medium brightness.
+/// A part of a panorama, at medium brightness.
 fn part(panorama: &imaging::Image, (width, height): (usize, usize), turn: usize) -> imaging::Image {
     let rows = panorama.height / 2;
     let columns = (rows * width / height).min(panorama.width);
@@ -88,9 +88,9 @@ fn part(panorama: &imaging::Image, (width, height): (usize, usize), turn: usize)
     cut.map(|p| p.map(|v| (v * scale).min(1.0)))
 }
 
-/// Requirement before a screen, in focus or not.
+/// Required IoU and mean error in front of a screen, in focus or not.
 const SCREEN: [f32; 2] = [0.985, 0.01];
-/// Requirement before any background.
+/// Required IoU and mean error in front of any background.
 const ANY: [f32; 2] = [0.95, 0.02];
 
 fn frame(shoot: &Path, index: usize) -> (Encoded, Mask) {
@@ -100,7 +100,8 @@ fn frame(shoot: &Path, index: usize) -> (Encoded, Mask) {
     (picture, truth)
 }
 
-/// Frames of a real man before a green screen, without the bar below, and the mattes of their key. Empty without them.
+/// Frames of a real man in front of a green screen, without the bar below, and the mattes of their key. Empty
+/// without the footage.
 fn filmed() -> Vec<(Encoded, Mask)> {
     let Some(movie) = test_support::shared("data/footage/d0.mp4") else {
         return Vec::new();
@@ -180,17 +181,17 @@ fn a_person_is_found_without_screen_or_box() {
             worst.add(&segmenter, &before(picture, truth, &background), truth);
         }
     }
-    all.join(&worst, "the same before parts of three panoramas");
+    all.join(&worst, "the same in front of parts of three panoramas");
     let [_, [iou, off]] = worst.0;
     assert!(iou >= ANY[0] && off <= ANY[1], "{iou} {off}");
-    shown!(Pictures, "A person before any background, without screen, box or strokes",
+    shown!(Pictures, "A person in front of any background, without screen, box or strokes",
         danger: "no matte at all, or furniture in it",
-        done: "a small network finds the person; colours and edges decide where it is not sure",
+        done: "a small network finds the person; colours and edges decide uncertain pixels",
         bound: format!("IoU {}, mean error {}", ANY[0], ANY[1]),
         measured: format!("IoU {iou:.3}, mean error {off:.4}"));
 }
 
-/// Result of `afterlight matte` for an interview before a grey wall.
+/// Result of `afterlight matte` for an interview in front of a grey wall.
 #[test]
 fn an_interview_without_a_screen_gets_mattes() {
     let folder = tempfile::tempdir().unwrap();
@@ -283,7 +284,7 @@ fn where_nobody_is_a_sentence_says_so() {
         }
     }
     assert!(10 * empty >= 9 * rooms, "{empty} of {rooms}");
-    shown!(Pictures, "An interview frame that shows nobody, and no screen",
+    shown!(Pictures, "An interview frame without a person or a screen",
         danger: "furniture becomes the person",
         done: "a sentence says that neither a screen nor a person was found",
         bound: "9 of 10 rooms",

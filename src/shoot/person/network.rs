@@ -1,5 +1,6 @@
-//! The graph of MediaPipe's selfie segmentation: blocks of MobileNetV3 (Howard et al. 2019) down to 16 × 16, then three stages
-//! that go up again, each by a gate between what comes from below and what the way down saw at that size.
+//! The graph of MediaPipe's selfie segmentation: blocks of MobileNetV3 (Howard et al. 2019) down to 16 × 16, then
+//! three stages back up. Each stage gates the features from below with the features of the same size from the way
+//! down.
 
 use burn::module::Module;
 use burn::nn::PaddingConfig2d;
@@ -25,7 +26,7 @@ impl Activation {
     }
 }
 
-/// A convolution whose padding is TensorFlow's `SAME`: an odd row or column of it lies below or to the right.
+/// A convolution with TensorFlow's `SAME` padding: an odd row or column of it lies below or to the right.
 fn convolution(
     from: usize,
     to: usize,
@@ -38,7 +39,7 @@ fn convolution(
         .init(device)
 }
 
-/// One of each channel by itself.
+/// A depthwise convolution: each channel separately.
 fn depthwise(channels: usize, (kernel, stride): (usize, usize), device: &Device) -> Conv2d {
     Conv2dConfig::new([channels, channels], [kernel, kernel])
         .with_stride([stride, stride])
@@ -54,7 +55,7 @@ fn mean(x: Tensor<4>) -> Tensor<4> {
     x.mean_dim(3).mean_dim(2)
 }
 
-/// Share of each channel that passes, from 0 to 1, by all channels' means.
+/// Channel gate: the share of each channel that passes, 0 to 1, computed from all channels' means.
 #[derive(Module, Debug)]
 struct Gate {
     reduce: Conv2d,
@@ -153,7 +154,7 @@ impl Stage {
     }
 }
 
-/// Layers that the stages take up again from the way down: the last before each halving. 0 is the stem, 1 the first block.
+/// Layers whose outputs the stages reuse: the last before each halving. 0 is the stem, 1 the first block.
 const TAKEN_UP: [usize; 3] = [3, 1, 0];
 
 /// The whole network.
@@ -168,7 +169,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// With weights that mean nothing yet.
+    /// A network with uninitialised weights.
     pub fn new(device: &Device) -> Self {
         use Activation::{HardSwish, Relu};
         let shapes = [

@@ -1,11 +1,11 @@
-//! The network beside MediaPipe's own, and where nobody is.
+//! The network compared with MediaPipe's own, and pictures without a person.
 
 use super::*;
 use imaging::Raster;
 use imaging::file::{read_encoded, write_png};
 use std::process::Command;
 
-/// A person as a child draws one: a head with hair and eyes on shoulders, before a wall with a window.
+/// A person as a child draws one: a head with hair and eyes on shoulders, in front of a wall with a window.
 fn drawn() -> Encoded {
     let within = |x: i64, y: i64, (cx, cy): (i64, i64), (rx, ry): (i64, i64)| {
         let (dx, dy) = ((x - cx) * ry, (y - cy) * rx);
@@ -33,7 +33,8 @@ fn drawn() -> Encoded {
     }))
 }
 
-/// Result of MediaPipe's own package for [`drawn`] at every eighth pixel from (4, 4): the output of `tests/peers/person.py`.
+/// Output of MediaPipe's own package for [`drawn`] at every eighth pixel from (4, 4), written by
+/// `tests/peers/person.py`.
 const THEIRS: &[u8] = include_bytes!("mediapipe.f32");
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

@@ -1,4 +1,4 @@
-//! The parts of a shoot that are movies: the interview's frames and what each lamp lit.
+//! The parts of a shoot that are movies: the interview's frames, and takes with one frame per lamp.
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The interview's frames, in the order in which they are shown.
+/// The interview's frames, in presentation order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Frames {
@@ -27,21 +27,21 @@ pub struct Clip {
     pub first: u64,
     /// Number of frames.
     pub count: u64,
-    /// Its alpha is the matte.
+    /// True if its alpha is the matte.
     #[serde(default, skip_serializing_if = "is_false")]
     pub alpha: bool,
 }
 
-/// Stand-in for an interview frame that cannot be read.
+/// Replacement for an interview frame that cannot be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum DamagedFrames {
-    /// Nothing: work stops and names the frame.
+    /// None: work stops and names the frame.
     #[default]
     Stop,
-    /// The frame before it; at the interview's start the one after it.
+    /// The previous frame; at the interview's start the next one.
     Hold,
-    /// Black, without the subject. Calibration and training see the frame before it.
+    /// Black, without the subject. Calibration and training use the previous frame.
     Black,
 }
 
@@ -52,27 +52,27 @@ impl DamagedFrames {
     }
 }
 
-/// Frames of a movie or sequence that show one thing under each lamp alone.
+/// Frames of a movie or sequence that show one subject under each lamp alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Take {
     /// The movie's file, or the pattern of a sequence's files, relative to the shoot's folder.
     pub movie: PathBuf,
-    /// Its alpha is the matte.
+    /// True if its alpha is the matte.
     #[serde(default, skip_serializing_if = "is_false")]
     pub alpha: bool,
-    /// Frames in which all lamps lit the subject, in the order of time.
+    /// Frames in which all lamps lit the subject, in order of time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tracking: Vec<u64>,
-    /// For each lamp's name, the frame that it lit alone.
+    /// Frame of each lamp alone, by lamp name.
     pub lamps: BTreeMap<String, u64>,
 }
 
-/// Parts of a shoot that are frames of movies, beside the interview; the rest are files.
+/// Parts of a shoot that are frames of movies, besides the interview; the rest are files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Takes {
-    /// Poses by name; those of other poses are files under `exemplars/`.
+    /// Poses by name; other poses are files under `exemplars/`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub poses: BTreeMap<String, Take>,
     /// The mirror balls under each lamp; otherwise they are files under `probes/`.
@@ -98,15 +98,15 @@ fn is_false(value: &bool) -> bool {
 }
 
 impl Takes {
-    /// True if all are files.
+    /// True if all parts are files.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Refuses takes that lack one of the `lamps`.
+    /// Rejects takes that lack one of the `lamps`.
     ///
     /// # Errors
-    /// Then.
+    /// When a take lacks a lamp.
     pub fn check<'a>(&self, lamps: impl Iterator<Item = &'a String> + Clone) -> Result<()> {
         let balls = self.balls.iter().map(|take| ("the mirror balls", take));
         let poses = self.poses.iter().map(|(pose, take)| (&**pose, take));
@@ -114,7 +114,7 @@ impl Takes {
             if let Some(lamp) = lamps.clone().find(|&lamp| !take.lamps.contains_key(lamp)) {
                 return Err(Error::invalid(
                     format!(
-                        "`takes` does not say which frame of {} shows {what} under {lamp}",
+                        "`takes` has no frame of {} for {what} under {lamp}",
                         take.movie.display()
                     ),
                     "Correct it, or import the shoot again",
@@ -134,12 +134,13 @@ impl Frames {
         }
     }
 
-    /// True if there are none.
+    /// True if there are no frames.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The name of frame `frame`, from 0: a file's, or the frame's number in its movie. `None` beyond the last.
+    /// The name of frame `frame`, from 0: a file name, or the frame's number in its movie. `None` beyond the
+    /// last.
     pub fn get(&self, frame: usize) -> Option<Cow<'_, str>> {
         match self {
             Self::Named(names) => names.get(frame).map(|name| Cow::Borrowed(&**name)),
@@ -153,7 +154,7 @@ impl Frames {
     /// The name of frame `frame`, from 0.
     ///
     /// # Panics
-    /// When there is none.
+    /// When the frame does not exist.
     pub fn name(&self, frame: usize) -> Cow<'_, str> {
         let Some(name) = self.get(frame) else {
             panic!("there is no frame {frame}");
@@ -161,7 +162,7 @@ impl Frames {
         name
     }
 
-    /// All names, in order. They are made one at a time: a long movie has millions.
+    /// All names, in order. They are made one at a time, because a long movie has millions.
     pub fn names(&self) -> impl ExactSizeIterator<Item = Cow<'_, str>> {
         (0..self.len()).map(|frame| self.name(frame))
     }
@@ -180,19 +181,19 @@ impl From<Vec<String>> for Frames {
 }
 
 impl Clip {
-    /// Frames that a clip may have: ten days at 1,000 a second.
+    /// Maximum number of frames of a clip: ten days at 1,000 frames per second.
     pub const MOST: u64 = 1 << 30;
 
-    /// Refuses numbers that no movie has.
+    /// Rejects frame numbers that no movie has.
     ///
     /// # Errors
-    /// Then.
+    /// When the numbers are out of range.
     pub fn check(&self) -> Result<()> {
         if self.count <= Self::MOST && self.first <= Self::MOST {
             return Ok(());
         }
         let problem = format!(
-            "{} cannot have {} frames from {} on: at most {} are read",
+            "{} cannot have {} frames from {} on: the limit is {}",
             self.movie.display(),
             self.count,
             self.first,

@@ -1,4 +1,4 @@
-//! The environments of a project, the shoot's and those that a person added, and which way is front in each.
+//! The environments of a project: the shoot's and those added by the user, with their front directions.
 
 use super::Project;
 use base::error::{Error, Result};
@@ -12,15 +12,16 @@ use std::path::{Path, PathBuf, absolute};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedEnvironment {
     pub name: String,
-    /// Its path, absolute or relative to the shoot's folder (in its list) or the project's (in its).
+    /// Path of the file: absolute, relative to the shoot's folder (in the shoot's list) or to the project's (in
+    /// the project's list).
     pub file: PathBuf,
-    /// Yaw of its front in degrees; `None` until the person has given it.
+    /// Yaw of its front in degrees; `None` until it is set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
 }
 
 impl NamedEnvironment {
-    /// Direction of the front: Afterlight's convention unless the person has said otherwise.
+    /// Direction of the front: Afterlight's convention unless it was set.
     pub fn front(&self) -> Front {
         self.front.unwrap_or_default()
     }
@@ -44,27 +45,27 @@ pub struct EnvironmentChange {
     pub remove: Vec<PathBuf>,
 }
 
-/// An environment of a project, and whether its file exists.
+/// An environment of a project, and the state of its file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownEnvironment {
     pub name: String,
-    /// Its path, below the project's folder or absolute.
+    /// Path of the file, below the project's folder or absolute.
     pub file: PathBuf,
-    /// Direction of its front, if the person has given it.
+    /// Direction of its front, if it was set.
     pub front: Option<Front>,
-    /// A person added it; the others are the shoot's.
+    /// True if the user added it; the others are the shoot's.
     pub added: bool,
-    /// Its file is missing.
+    /// True if its file is missing.
     pub missing: bool,
 }
 
 impl KnownEnvironment {
-    /// Message shown if the file is missing, with the remedy; `None` if the file exists.
+    /// Message for a missing file, with the remedy; `None` if the file exists.
     pub fn complaint(&self) -> Option<String> {
         self.missing.then(|| {
             format!(
                 "The file of the environment {} is missing: {}. It stays in the list: restore the file, or remove \
-                 the environment and add the file from its new place",
+                 the environment and add the file at its new path",
                 self.name,
                 shown(&self.file)
             )
@@ -73,7 +74,7 @@ impl KnownEnvironment {
 }
 
 impl Project {
-    /// All environments: the shoot's, then those that were added.
+    /// All environments: the shoot's, then the added ones.
     pub fn environments(&self) -> Vec<KnownEnvironment> {
         let known = |named: &NamedEnvironment, file: PathBuf, added| KnownEnvironment {
             name: named.name.clone(),
@@ -90,15 +91,15 @@ impl Project {
             .collect()
     }
 
-    /// The environment of this name, or else of this file.
+    /// The environment with this name, or else with this file.
     pub fn environment(&self, wanted: &Path) -> Option<KnownEnvironment> {
         let known = self.environments();
         let place = self.place(&known, wanted)?;
         known.into_iter().nth(place)
     }
 
-    /// Adds a panorama's file, unless it is listed already; `front` is which way is front, if the person has said
-    /// so. The name is the file's stem, with a number if that is taken.
+    /// Adds a panorama file, unless it is listed already; `front` is the direction of its front, if known. The
+    /// name is the file's stem, with a number if that is taken.
     pub fn add_environment(&mut self, file: &Path, front: Option<Front>) {
         let known = self.environments();
         let same = |e: &KnownEnvironment| resolved(&e.file) == resolved(file);
@@ -119,10 +120,10 @@ impl Project {
         }
     }
 
-    /// Sets which way is front in the environment with this name or file.
+    /// Sets the front direction of the environment with this name or file.
     ///
     /// # Errors
-    /// When there is none.
+    /// When there is no such environment.
     pub fn set_front(&mut self, wanted: &Path, front: Option<Front>) -> Result<()> {
         let known = self.environments();
         let place = self.place(&known, wanted);
@@ -134,7 +135,7 @@ impl Project {
     /// Removes the added environment with this name or file from the list.
     ///
     /// # Errors
-    /// When there is none, or it is the shoot's or built in: those stay.
+    /// When there is no such environment, or it is the shoot's or built in: those stay.
     pub fn remove_environment(&mut self, wanted: &Path) -> Result<()> {
         let known = self.environments();
         let Some(place) = self.place(&known, wanted) else {
@@ -156,7 +157,7 @@ impl Project {
     /// Applies all changes.
     ///
     /// # Errors
-    /// When a file to add does not exist, or an environment to change is unknown, or one to remove is the shoot's.
+    /// When a file to add does not exist, an environment to change is unknown, or one to remove is the shoot's.
     pub fn apply(&mut self, change: &EnvironmentChange) -> Result<()> {
         for file in &change.add {
             if !file.is_file() {
@@ -182,7 +183,7 @@ impl Project {
         named.or_else(|| known.iter().position(same))
     }
 
-    /// The entry at a place of [`Self::environments`].
+    /// The entry at a position in [`Self::environments`].
     fn entry(&mut self, place: usize) -> &mut NamedEnvironment {
         let shoots = self.settings.shoot.environments.len();
         match place.checked_sub(shoots) {
@@ -205,7 +206,7 @@ impl Project {
     }
 }
 
-/// The file's stem, with a number if an environment, added or built in, has that name.
+/// The file's stem, with a number if an added or built-in environment has that name.
 pub fn free_name<'a>(file: &Path, taken: impl Iterator<Item = &'a str> + Clone) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let built_in = || built_in::all().into_iter().flat_map(|own| [own.name, own.title]);

@@ -1,18 +1,18 @@
-//! Square of a shoot's pictures that is used.
+//! Square crop of a shoot's pictures.
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// A square over pictures of one size, in their pixels. Beyond their edges they are padded.
+/// A square crop of pictures of one size, in their pixels. Padded beyond their edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Framing {
-    /// Columns and rows of the pictures that it is for.
+    /// Columns and rows of the pictures.
     pub source: [usize; 2],
-    /// The square's left edge, in pixels to the right of the pictures'.
+    /// Left edge of the square, in pixels from the pictures' left edge.
     pub x: i32,
-    /// The square's upper edge, in pixels below the pictures'.
+    /// Upper edge of the square, in pixels from the pictures' upper edge.
     pub y: i32,
-    /// The square's side in pixels.
+    /// Side of the square in pixels.
     pub side: usize,
     /// Fill beyond the pictures' edges. The matte is always empty there.
     #[serde(default)]
@@ -26,15 +26,15 @@ pub enum Padding {
     /// Black.
     #[default]
     Black,
-    /// The nearest pixel of the edge.
+    /// The nearest pixel on the edge.
     Edge,
 }
 
 impl Padding {
-    /// All of them.
+    /// All paddings.
     pub const ALL: [Self; 2] = [Self::Black, Self::Edge];
 
-    /// Its name in sentences.
+    /// Name in sentences.
     pub fn name(self) -> &'static str {
         match self {
             Self::Black => "black",
@@ -49,7 +49,7 @@ impl Framing {
         Self::centred((width, height), width.min(height))
     }
 
-    /// The smallest square that holds all of pictures of `width × height` pixels.
+    /// The smallest square that contains pictures of `width × height` pixels.
     pub fn whole((width, height): (usize, usize)) -> Self {
         Self::centred((width, height), width.max(height))
     }
@@ -68,7 +68,7 @@ impl Framing {
         }
     }
 
-    /// The same square of the same pictures at another resolution; None if its edges are not between pixels there.
+    /// The same square of the same pictures at another resolution; None if its edges fall inside pixels there.
     #[must_use]
     pub fn scaled(&self, (width, height): (usize, usize)) -> Option<Self> {
         let [from, _] = self.source.map(|length| length as i64);
@@ -85,7 +85,7 @@ impl Framing {
         })
     }
 
-    /// The square moved and resized so that [`Self::check`] passes; the source stays.
+    /// The square moved and resized so that [`Self::check`] passes; the source is unchanged.
     pub fn bounded(self) -> Self {
         let [width, height] = self.source.map(|length| length.clamp(1, LONGEST_SIDE));
         let side = self.side.clamp(1, MAX_SIDES * width.max(height));
@@ -93,10 +93,10 @@ impl Framing {
         Self { x: within(self.x, width), y: within(self.y, height), side, ..self }
     }
 
-    /// Refuses a square that shows nothing of the pictures, or is far larger than they are.
+    /// Rejects a square that shows no part of the pictures, or is far larger than they are.
     ///
     /// # Errors
-    /// Then.
+    /// When the square does not fit.
     pub fn check(&self) -> Result<()> {
         let is_picture = |length: &usize| (1..=LONGEST_SIDE).contains(length);
         if *self == self.bounded() && self.source.iter().all(is_picture) {
@@ -106,7 +106,7 @@ impl Framing {
         Err(Error::invalid(
             format!(
                 "the framing, {} pixels from {}, {}, does not fit a picture of {width} × {height} pixels: it must show \
-                 some of it and be at most {MAX_SIDES} times as large",
+                 a part of it and be at most {MAX_SIDES} times as large",
                 self.side, self.x, self.y
             ),
             "Correct `framing` in project.toml, whose `source` is the picture's size, up to a million on each side, or remove it to use the largest square in the middle",
@@ -114,19 +114,18 @@ impl Framing {
     }
 }
 
-/// No picture is longer.
+/// Longest side of a picture in pixels.
 const LONGEST_SIDE: usize = 1 << 20;
-/// The largest side of a square, in longer sides of the pictures.
+/// Largest side of a square, as a multiple of the pictures' longer side.
 const MAX_SIDES: usize = 4;
 
-/// The framings of a project: at most one for each size of pictures.
+/// The framings of a project: at most one per picture size.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Framings(Vec<Framing>);
 
 impl Framings {
-    /// The framing of pictures of `width × height` pixels: the largest square in the middle unless a person chose
-    /// another.
+    /// The framing of pictures of `width × height` pixels: the chosen one, or the largest square in the middle.
     pub fn of(&self, size: (usize, usize)) -> Framing {
         let chosen = self.0.iter().find(|framing| framing.source == [size.0, size.1]);
         chosen.copied().unwrap_or_else(|| Framing::largest(size))
@@ -141,15 +140,15 @@ impl Framings {
         }
     }
 
-    /// True if nothing was chosen.
+    /// True if no framing was chosen.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Refuses what [`Framing::check`] refuses.
+    /// Checks every framing, see [`Framing::check`].
     ///
     /// # Errors
-    /// Then.
+    /// When a framing does not fit its pictures.
     pub fn check(&self) -> Result<()> {
         self.0.iter().try_for_each(Framing::check)
     }

@@ -3,19 +3,19 @@
 //!
 //! ```text
 //! PROJECT/
-//!   project.toml        what the person chose and what the shoot holds
+//!   project.toml        the user's settings and the shoot's contents
 //!   calibration.toml    lamps, weights and camera response        (afterlight calibrate)
-//!   checkpoint/         the network, the optimiser and its place  (afterlight train)
-//!   training.csv        every step's losses                       (afterlight train)
-//!   held_out.csv        what the held-out pose says               (afterlight train --hold-out)
+//!   checkpoint/         the network, the optimiser and its state  (afterlight train)
+//!   training.csv        losses of every step                      (afterlight train)
+//!   held_out.csv        scores on the held-out pose               (afterlight train --hold-out)
 //!   checkpoints/        checkpoints to go back to, with their logs (afterlight checkpoints)
-//!   measured.json       every predicted OLAT beside its truth     (afterlight review)
+//!   measured.json       scores of every predicted OLAT            (afterlight review)
 //!   review.toml         a reviewer's marks and notes              (the studio)
-//!   mattes/             mattes of pictures that have none         (afterlight matte)
+//!   mattes/             mattes that the shoot lacks               (afterlight matte)
 //!     interview/FRAME.png   of each frame of the interview
 //!     exemplars/POSE.png    of each pose
-//!   aside-N/            what was made under another framing       (afterlight frame)
-//!   .lock               who writes into the project at the moment
+//!   aside-N/            results under an earlier framing          (afterlight frame)
+//!   .lock               the current writer of the project
 //! ```
 
 mod clip;
@@ -42,7 +42,7 @@ use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// The version of `project.toml` that this program writes and reads.
+/// Version of `project.toml` in this program.
 pub const FORMAT: u32 = 1;
 
 /// An open project: its folder and its settings.
@@ -65,24 +65,24 @@ pub struct Settings {
     pub name: String,
     /// Working size: pictures are averaged down to `size × size` pixels. A power of two.
     pub size: usize,
-    /// Every random draw of this project comes from this seed.
+    /// Seed of every random draw of this project.
     pub seed: u64,
     /// The OpenColorIO configuration: relative to the project's folder, absolute, or a built-in one such as `ocio://default`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color_config: Option<PathBuf>,
     /// Place of the pictures.
     pub shoot: Shoot,
-    /// Environments that a person added. Files below the project's or the shoot's folder are relative to the
+    /// Environments added by the user. Files below the project's or the shoot's folder are relative to the
     /// project's, others absolute.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub environments: Vec<NamedEnvironment>,
-    /// Square of the subject's pictures that is used; photographs of mirror balls are used whole.
+    /// Square crop of the subject's pictures. Photographs of mirror balls are not cropped.
     #[serde(default, skip_serializing_if = "Framings::is_empty")]
     pub framing: Framings,
 }
 
 impl Project {
-    /// A project in folder `root` whose shoot has no pictures yet, for tests. Nothing is written.
+    /// A project in folder `root` whose shoot has no pictures yet, for tests. Writes no file.
     pub fn without_shoot(root: &Path) -> Self {
         Self {
             root: root.to_path_buf(),
@@ -122,7 +122,7 @@ impl Project {
     /// Opens the project in folder `root`.
     ///
     /// # Errors
-    /// When `project.toml` is missing, is not understood or is of another format version.
+    /// When `project.toml` is missing, cannot be parsed or has another format version.
     pub fn open(root: &Path) -> Result<Self> {
         let path = root.join("project.toml");
         let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
@@ -156,8 +156,8 @@ impl Project {
         Ok(Self { root: root.to_path_buf(), results: None, settings })
     }
 
-    /// The same project with results of its own in `folder`, so that other settings can be tried beside it. Its pictures
-    /// are the project's; it is never saved.
+    /// The same project with its own results in `folder`, to try other settings beside it. It shares the
+    /// project's pictures and is never saved.
     #[must_use]
     pub fn variant(&self, folder: PathBuf) -> Self {
         Self { results: Some(folder), ..self.clone() }
@@ -171,10 +171,10 @@ impl Project {
     /// Writes `project.toml`.
     ///
     /// # Errors
-    /// When it cannot be written, or a path in it is not text.
+    /// When it cannot be written, or a path in it is not UTF-8.
     pub fn save(&self) -> Result<()> {
         if self.results.is_some() {
-            return Err(Error::bug("a variant of a project was to be saved in its place"));
+            return Err(Error::bug("a variant of a project must not be saved in its place"));
         }
         let shoot = &self.settings.shoot;
         let environments = self.settings.environments.iter();
@@ -197,8 +197,8 @@ impl Project {
     /// the file system can lock a folder.)
     ///
     /// # Errors
-    /// As [`Self::open`], [`Self::save`] and `change`, and when another process has been changing it for
-    /// ten seconds; nothing is written then.
+    /// As [`Self::open`], [`Self::save`] and `change`, and when another process has been changing it for ten
+    /// seconds; no file is written then.
     pub fn change<T>(root: &Path, change: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         static ONE: Mutex<()> = Mutex::new(());
         let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -224,7 +224,7 @@ impl Project {
     /// Chooses an OpenColorIO configuration, or none. For [`Self::change`].
     ///
     /// # Errors
-    /// When its file is not there.
+    /// When its file does not exist.
     pub fn set_color_config(&mut self, config: Option<&Path>) -> Result<()> {
         let remedy = "Choose the file config.ocio";
         let full = |p: &Path| p.canonicalize().map_err(|e| Error::io("open", p, e, remedy));
@@ -238,10 +238,10 @@ impl Project {
         Ok(())
     }
 
-    /// Refuses a project whose shoot is not where it was.
+    /// Checks that the shoot is in its place.
     ///
     /// # Errors
-    /// Then; the sentence says what to do.
+    /// When it is not; the sentence has the remedy.
     pub fn check_shoot(&self) -> Result<()> {
         let folder = self.shoot_path("");
         if folder.is_dir() {
@@ -249,14 +249,14 @@ impl Project {
         }
         Err(Error::missing(
             format!("the shoot's folder {} is missing", files::plain(&folder)),
-            "If it was moved, choose where it is now; if it is on another disk, connect the disk",
+            "If it was moved, choose its new folder; if it is on another disk, connect the disk",
         ))
     }
 
-    /// Refuses a shoot that lacks poses, lamps or frames.
+    /// Rejects a shoot that lacks poses, lamps or frames.
     ///
     /// # Errors
-    /// Then.
+    /// When it lacks one of these.
     pub fn check_parts(&self) -> Result<()> {
         let shoot = &self.settings.shoot;
         for (what, count) in [
@@ -266,7 +266,7 @@ impl Project {
         ] {
             if count == 0 {
                 return Err(Error::missing(
-                    format!("{} names no {what}", self.root.join("project.toml").display()),
+                    format!("{} lists no {what}", self.root.join("project.toml").display()),
                     "Import a shoot that has exemplars, probes and an interview",
                 ));
             }
@@ -274,10 +274,10 @@ impl Project {
         Ok(())
     }
 
-    /// Points the project at the shoot's new place `folder`. For [`Self::change`].
+    /// Points the project at the shoot's new folder. For [`Self::change`].
     ///
     /// # Errors
-    /// When it is another shoot: a pose, or the first or last frame, is missing.
+    /// When it is a different shoot: a pose, or the first or last frame, is missing.
     pub fn locate(&mut self, folder: &Path) -> Result<()> {
         let mut moved = self.clone();
         moved.settings.shoot.folder = relative(&self.root, folder)?;
@@ -299,11 +299,11 @@ impl Project {
         Ok(())
     }
 
-    /// Changes which square of the pictures is used. A calibration and a network that were made with the old
-    /// framing are moved into a new folder, which is returned. For [`Self::change`].
+    /// Changes the square crop of the pictures. A calibration and a network made with the old framing are moved
+    /// into a new folder, which is returned. For [`Self::change`].
     ///
     /// # Errors
-    /// When the square shows nothing, or the folder cannot be written.
+    /// When the square does not overlap the pictures, or the folder cannot be written.
     pub fn frame(&mut self, framing: Framing) -> Result<Option<PathBuf>> {
         framing.check()?;
         let mut framed = self.clone();
@@ -316,7 +316,7 @@ impl Project {
         Ok(aside)
     }
 
-    /// Takes over the working size and the lamps of `variant`. A calibration and a network that were made with others are
+    /// Takes over the working size and the lamps of `variant`. A calibration and a network made with others are
     /// moved into a new folder, which is returned. For [`Self::change`].
     ///
     /// # Errors
@@ -406,12 +406,12 @@ pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
     Ok(up.chain(to.components().skip(shared)).collect())
 }
 
-/// True if OpenColorIO itself holds the configuration.
+/// True if the configuration is built into OpenColorIO.
 fn is_built_in(config: &Path) -> bool {
     config.to_str().is_some_and(|name| name.starts_with("ocio://"))
 }
 
-/// Refuses a working size that the network cannot halve down to one pixel.
+/// Rejects a working size that the network cannot halve down to one pixel.
 pub fn check_size(size: usize) -> Result<()> {
     if size.is_power_of_two() && (16..=1024).contains(&size) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The lock that lets one program at a time write into a project.
+//! The lock that lets only one program at a time write into a project.
 
 use base::error::{Error, Result};
 use base::files;
@@ -7,19 +7,19 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// A change of `project.toml` takes milliseconds; on a slow network drive a second.
+/// Maximum time for a change of `project.toml`: it takes milliseconds, or a second on a slow network drive.
 const CHANGE: Duration = Duration::from_secs(10);
 
-/// The right to write into a project, until it is dropped. The system releases it when the process ends, even after
-/// a crash.
+/// The right to write into a project, until it is dropped. The system releases it when the process ends, even
+/// after a crash.
 #[derive(Debug)]
 pub struct Lock {
     file: File,
 }
 
 impl Lock {
-    /// Locks the project in folder `root` for `whom`, a phrase such as "the studio" that others are shown. On a
-    /// file system without locks nobody is kept out.
+    /// Locks the project in folder `root` for `whom`, a phrase such as "the studio" for others' messages. On a
+    /// file system without locks no program is kept out.
     ///
     /// # Errors
     /// When another program, or this one, holds the lock already, or the folder cannot be written.
@@ -38,9 +38,9 @@ impl Lock {
         }
         let host = host().map_or(String::new(), |host| format!(" on {host}"));
         let line = format!("{whom}, process {}{host}\n", std::process::id());
-        // The name only informs others; the lock holds without it.
+        // The name is only for messages; the lock holds without it.
         let _ = file.set_len(0).and_then(|()| file.write_all(line.as_bytes()));
-        // Nobody else writes here now.
+        // No other program writes here now.
         files::remove_left_over(root);
         files::remove_left_over(&root.join("checkpoint"));
         Ok(Self { file })
@@ -49,12 +49,13 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // If this fails, nothing is lost: the name is read only while the lock is held.
+        // A failure is harmless: the name is read only while the lock is held.
         let _ = self.file.set_len(0);
     }
 }
 
-/// Locks a project's `folder`, which is `root`, for a change; where folders cannot be locked nobody is kept out.
+/// Locks a project's `folder`, which is `root`, for a change. On a file system without folder locks no program is
+/// kept out.
 ///
 /// # Errors
 /// [`Error::Busy`] if another process holds it for longer than a change can take.
@@ -105,10 +106,10 @@ mod tests {
         let process = format!("the studio, process {}", std::process::id());
         assert!(refused.contains(&process), "{refused}");
         drop(lock);
-        // What a killed process leaves behind.
+        // As left behind by a killed process.
         std::fs::write(folder.path().join(".lock"), "training, process 1 on nowhere\n").unwrap();
         Lock::take(folder.path(), "the studio").unwrap();
-        // What a link leads to is not ours.
+        // The target of a link is not ours.
         #[cfg(unix)]
         {
             let linked = folder.path().join("linked");
@@ -126,13 +127,13 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`.lock` is a link",
-            danger: "what it leads to is emptied",
+            danger: "its target is emptied",
             done: "a link is refused",
         );
         test_support::shown!(
             Accidents,
             "A program was killed while it held a project's lock",
-            danger: "nobody can write into the project any more",
+            danger: "the project stays locked for ever",
             done: "the system releases the lock",
         );
     }

@@ -1,4 +1,4 @@
-//! Place of a picture: a file of its own, or one frame of a movie.
+//! Address of a picture: a file, or one frame of a movie.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -6,19 +6,19 @@ use std::path::{Path, PathBuf};
 /// The address of one picture.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Picture {
-    /// A file of its own.
+    /// A separate file.
     File(PathBuf),
     /// One frame of a movie.
     Movie {
         /// The movie's file, or the pattern of a sequence's files (`shot.%04d.exr`, `shot.####.exr`, a folder).
         file: PathBuf,
-        /// The frame: of a movie counted from 0 in the order in which frames are shown, of a sequence the number in the
-        /// file's name.
+        /// The frame: counted from 0 in presentation order in a movie, the number in the file's name in a
+        /// sequence.
         frame: u64,
     },
 }
 
-/// The address of a matte: how much of each pixel the subject covers.
+/// The address of a matte: the subject's coverage of each pixel.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Matte {
     /// The brightness of a grey picture.
@@ -28,33 +28,33 @@ pub enum Matte {
 }
 
 impl Picture {
-    /// The file: of a frame its movie's, or its sequence's pattern.
+    /// The file; for a frame, its movie or its sequence's pattern.
     pub fn file(&self) -> &Path {
         match self {
             Self::File(file) | Self::Movie { file, .. } => file,
         }
     }
 
-    /// Its name in sentences.
+    /// Name in sentences.
     pub fn display(&self) -> impl fmt::Display + '_ {
         Shown(self)
     }
 }
 
 impl Matte {
-    /// The picture that holds it.
+    /// The picture that contains the matte.
     pub fn picture(&self) -> &Picture {
         match self {
             Self::Grey(picture) | Self::Alpha(picture) => picture,
         }
     }
 
-    /// The file that holds it.
+    /// The file that contains the matte.
     pub fn file(&self) -> &Path {
         self.picture().file()
     }
 
-    /// Its name in sentences.
+    /// Name in sentences.
     pub fn display(&self) -> impl fmt::Display + '_ {
         let of = match self {
             Self::Grey(_) => "",

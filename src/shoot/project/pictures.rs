@@ -1,10 +1,10 @@
-//! Places of a project's pictures and mattes.
+//! Addresses of a project's pictures and mattes.
 
 use super::{Frames, Matte, Picture, Project, SecondBall};
 use std::path::{Path, PathBuf};
 
 impl Picture {
-    /// True if its file is there; for a sequence, if its folder is.
+    /// True if its file exists; for a sequence, if its folder exists.
     pub(super) fn is_there(&self) -> bool {
         let file = self.file();
         let is_movie = matches!(self, Self::Movie { .. });
@@ -12,7 +12,7 @@ impl Picture {
     }
 }
 
-/// Folder of a shoot with the mattes of its interview.
+/// Folder of the interview's mattes in a shoot.
 const INTERVIEW_MATTES: &str = "interview_masks";
 
 impl Project {
@@ -47,8 +47,8 @@ impl Project {
         }
     }
 
-    /// The matte of interview frame `frame`: its movie's alpha, the shoot's file, or the project's. If the shoot's mattes of
-    /// a movie or sequence have names of their own, the first is that of the first frame, and so on.
+    /// The matte of interview frame `frame`: its movie's alpha, the shoot's file, or the project's. If the
+    /// shoot's mattes for a movie or sequence have other names, the first belongs to the first frame, and so on.
     pub fn frame_matte(&self, frame: usize) -> Matte {
         let frames = &self.settings.shoot.frames;
         let is_clip = match frames {
@@ -115,8 +115,8 @@ impl Project {
             .collect()
     }
 
-    /// The tracking frames of pose `pose`, if they are frames of its movie, and when each was taken: how many lamps had
-    /// been lit before.
+    /// The tracking frames of pose `pose`, if they are frames of its movie, and the time of each: the number of
+    /// lamps lit before it.
     pub fn tracking_pictures(&self, pose: usize) -> Vec<(Picture, usize)> {
         let shoot = &self.settings.shoot;
         let take = shoot.takes.poses.get(&shoot.poses[pose]);
@@ -138,7 +138,7 @@ impl Project {
         Picture::File(self.shoot_path(inside))
     }
 
-    /// The shoot's matte, unless only the project has one. Of a movie the project's is expected.
+    /// The shoot's matte, unless only the project has one. For a movie, the project's is the default.
     fn grey(&self, shoots: PathBuf, own: PathBuf, of_movie: bool) -> Matte {
         let is_own = match of_movie {
             true => !shoots.is_file(),

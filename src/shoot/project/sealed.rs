@@ -1,5 +1,4 @@
-//! Tables that say whether they are as they were written: TOML files whose first line, a comment, holds a checksum of
-//! the rest.
+//! Sealed tables: TOML files whose first line, a comment, holds a checksum of the rest.
 
 use base::error::{Error, Remedy, Result};
 use base::files::{self, write_beside};
@@ -7,7 +6,7 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
 
-/// The first line, before the CRC-32 in hexadecimal digits.
+/// Start of the first line; the CRC-32 in hexadecimal digits follows.
 const SEAL: &str = "# Not to be changed by hand: checksum ";
 
 /// Writes `value` as TOML beside `path`, with its checksum, and renames it.
@@ -24,7 +23,7 @@ pub fn save_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
 /// The text of a file that [`save_sealed`] wrote. Files of older versions have no checksum.
 ///
 /// # Errors
-/// When it cannot be read, or is not as it was written; with `remedy`, which says what to do.
+/// When it cannot be read, or its checksum does not match; with `remedy`.
 pub fn read_sealed(path: &Path, remedy: impl Into<Remedy>) -> Result<String> {
     let remedy = remedy.into();
     let text = match files::read_text(path, files::MOST_TEXT) {

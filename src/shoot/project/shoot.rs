@@ -26,7 +26,7 @@ pub struct Shoot {
     pub other_lamps: Vec<String>,
     /// The interview's frames.
     pub frames: Frames,
-    /// Stand-in for a frame that cannot be read.
+    /// Replacement for a frame that cannot be read.
     #[serde(default, skip_serializing_if = "DamagedFrames::is_stop")]
     pub damaged_frames: DamagedFrames,
     /// Poses and mirror balls that are frames of movies.
@@ -37,12 +37,12 @@ pub struct Shoot {
     /// A second mirror ball under the same lamps; `None` if there is one ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_ball: Option<SecondBall>,
-    /// Radius of the dome that carries the lamps in metres, if it is known.
+    /// Radius in metres of the dome with the lamps; `None` if unknown.
     pub dome_radius_m: Option<f32>,
-    /// Environments that belong to the shoot; their files are relative to its folder.
+    /// Environments of the shoot; their files are relative to its folder.
     pub environments: Vec<NamedEnvironment>,
     /// The dome's plan: unit directions from the subject to the lamps in the order of [`Shoot::all_lamps`]; empty
-    /// if the shoot has none. Only used to check the measured rig.
+    /// if the shoot has none. Used only to check the measured rig.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamp_layout: Vec<Vec3>,
 }
@@ -52,7 +52,7 @@ pub struct Shoot {
 pub struct Ball {
     /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
     pub center_px: [f32; 2],
-    /// Radius of the silhouette in pixels; 0 if it is not known where the ball is.
+    /// Radius of the silhouette in pixels; 0 if the ball's position is unknown.
     pub radius_px: f32,
     /// Radius of the ball in metres.
     pub radius_m: f32,
@@ -63,28 +63,29 @@ pub struct Ball {
 /// A second mirror ball, photographed by the same camera under the same lamps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SecondBall {
-    /// The folder of its photographs within the shoot, named as those of the first: `probes` if they show both balls.
+    /// Folder of its photographs within the shoot, with the same names as the first ball's: `probes` if they show
+    /// both balls.
     pub folder: PathBuf,
     /// Photography of the ball.
     pub ball: Ball,
-    /// Positions of the first ball's centre and of this one's, in metres from the subject (right, up, towards the camera);
-    /// `None` if unknown.
+    /// Positions of the first ball's centre and of this one's, in metres from the subject (right, up, towards the
+    /// camera); `None` if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions_m: Option<[Vec3; 2]>,
 }
 
 impl Ball {
-    /// A ball of unknown size that a camera photographed from so far away that all rays are parallel.
+    /// A ball of unknown size, photographed from so far away that all rays are parallel.
     pub fn far(center_px: [f32; 2], radius_px: f32) -> Self {
         Self { center_px, radius_px, radius_m: 1.0, camera_distance_m: 1e5 }
     }
 
-    /// A ball of which nothing is known, not even where it is in its photographs.
+    /// A ball with unknown size and unknown position in its photographs.
     pub fn unknown() -> Self {
         Self::far([0.0; 2], 0.0)
     }
 
-    /// True if the ball's place in its photographs is known.
+    /// True if the ball's position in its photographs is known.
     pub fn has_circle(&self) -> bool {
         self.radius_px != 0.0
     }
@@ -95,12 +96,12 @@ impl Ball {
         (self.radius_m, self.camera_distance_m) == (far.radius_m, far.camera_distance_m)
     }
 
-    /// Refuses a ball that no camera can have photographed.
+    /// Rejects a ball that no camera can have photographed.
     ///
     /// # Errors
-    /// Then.
+    /// When its numbers are impossible.
     pub fn check(&self) -> Result<()> {
-        // A million pixels, and ten times as far as a camera that counts as far away.
+        // A million pixels, and ten times the distance of a camera that counts as far away.
         const LARGEST: f32 = 1e6;
         let is_size = |v: f32| v > 0.0 && v <= LARGEST;
         let is_place = |v: &f32| v.abs() <= LARGEST;
@@ -125,18 +126,18 @@ impl Ball {
 }
 
 impl Shoot {
-    /// Frames per second that an interview may have.
+    /// Valid frame rates of an interview, in frames per second.
     pub const FRAME_RATES: RangeInclusive<f64> = 0.001..=100_000.0;
 
-    /// Refuses numbers that no shoot has, and names that are not those of files in its folders.
+    /// Rejects numbers that no shoot has, and names that are not bare file names.
     ///
     /// # Errors
-    /// Then.
+    /// When a number or name is invalid.
     pub fn check(&self) -> Result<()> {
         const CORRECT: &str = "Correct it, or import the shoot again";
         if !Self::FRAME_RATES.contains(&self.frame_rate) {
             let problem = format!(
-                "a frame rate of {} is not from {} to {} frames a second",
+                "a frame rate of {} is not from {} to {} frames per second",
                 self.frame_rate,
                 Self::FRAME_RATES.start(),
                 Self::FRAME_RATES.end()
@@ -151,7 +152,7 @@ impl Shoot {
             }
         };
         let mut names = (self.poses.iter()).chain(self.all_lamps()).chain(frames);
-        // File systems have no longer ones.
+        // File systems have no longer names.
         if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
             let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");
             return Err(Error::invalid(problem, CORRECT));
@@ -186,8 +187,8 @@ impl Shoot {
         second.positions_m.filter(|_| sized)
     }
 
-    /// Radius in metres of the dome on which the directions that one ball shows end; `None` if it is unknown, or if
-    /// the positions of two balls are known: then each shows directions from itself, and both are joined.
+    /// Radius in metres of the dome on which the directions from one ball end; `None` if it is unknown, or if the
+    /// positions of two balls are known: then each ball has its own directions, and both are joined.
     pub fn ball_dome_radius_m(&self) -> Option<f32> {
         (self.dome_radius_m).filter(|_| self.ball_positions_m().is_none())
     }

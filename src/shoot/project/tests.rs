@@ -39,7 +39,7 @@ fn a_moved_shoot_is_named_and_found_again_but_another_is_refused() {
     assert!(
         sentence.contains("/shoot is missing")
             && !sentence.contains("..")
-            && sentence.contains("choose where"),
+            && sentence.contains("choose its new folder"),
         "{sentence}"
     );
 
@@ -59,14 +59,14 @@ fn another_framing_puts_aside_what_was_made_under_the_old_one() {
         let framing = Framing { x, ..Framing::largest((40, 30)) };
         Project::change(&project.root, |project| project.frame(framing))
     };
-    assert_eq!(frame(-3).unwrap(), None, "there is nothing yet");
+    assert_eq!(frame(-3).unwrap(), None, "there are no results yet");
     for n in 1..=2 {
         std::fs::write(project.calibration_path(), n.to_string()).unwrap();
         std::fs::create_dir_all(project.checkpoint_path()).unwrap();
         std::fs::write(project.checkpoint_path().join("w"), n.to_string()).unwrap();
         let same = if n == 1 { -3 } else { n - 1 };
         assert_eq!(frame(same).unwrap(), None);
-        assert!(project.calibration_path().exists(), "the same changes nothing");
+        assert!(project.calibration_path().exists(), "the same framing changes nothing");
         let aside = frame(n).unwrap().unwrap();
         assert!(aside.ends_with(format!("aside-{n}")));
         for file in ["calibration.toml", "checkpoint/w"] {
@@ -101,6 +101,6 @@ fn a_path_that_is_not_utf_8_is_named_and_is_no_bug() {
         Surroundings,
         "A path that is not UTF-8",
         danger: "the program calls it its own bug",
-        done: "the path is refused with a sentence; the project stays as it was"
+        done: "the path is refused with a sentence; the project is unchanged"
     );
 }

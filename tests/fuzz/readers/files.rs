@@ -1,10 +1,10 @@
-//! Small valid pictures of every kind, to start from.
+//! Small valid pictures of every kind, as seeds.
 
 use exr::prelude::*;
 use image::{DynamicImage, ImageFormat};
 use std::io::Cursor;
 
-/// Some colours, some of them brighter than white.
+/// Some colours, partly brighter than white.
 fn color(x: usize, y: usize) -> [f32; 3] {
     [x as f32 / 8.0, y as f32 / 4.0, ((x ^ y) & 3) as f32]
 }
@@ -52,7 +52,7 @@ fn openexr_of(
     bytes
 }
 
-/// OpenEXR: lines and tiles, every compression, a display window of its own, layers by name and grey.
+/// OpenEXR: lines and tiles, every compression, a separate display window, layers by name and grey.
 pub fn openexr() -> Vec<Vec<u8>> {
     let encoding = |compression, blocks, line_order| Encoding { compression, blocks, line_order };
     use Compression::*;

@@ -8,7 +8,7 @@ use light::panorama::{self, ReadSettings};
 use std::path::Path;
 use test_support::shown;
 
-/// Reads a panorama under every mapping that a person may choose.
+/// Reads a panorama under every mapping that a user may choose.
 fn panorama(path: &Path) -> Outcome {
     let mappings = [Some(Mapping::MirrorBall), Some(Mapping::CubeCross), None];
     let mut said = Ok(());
@@ -25,9 +25,9 @@ fn panoramas_of_any_content_are_read_or_refused() {
     let panoramas = [files::radiance(), files::openexr()].concat();
     let target = Target::of_bytes("panorama", folder.path().join("sky.exr"), panoramas);
     let measured = fuzz::run!(target, panorama);
-    shown!(Strangers, "Panoramas (Radiance HDR, OpenEXR) of any content",
+    shown!(Strangers, "Panoramas (Radiance HDR, OpenEXR) with arbitrary content",
         danger: "the program ends, hangs or takes all memory",
-        done: "sizes are checked before memory is taken; all else is an error that names the file",
+        done: "sizes are checked before memory is taken; everything else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
 }
 
@@ -39,19 +39,19 @@ fn encoded_panoramas_of_any_content_are_read_or_refused() {
         ..Target::of_bytes("encoded", folder.path().join("sky.png"), files::encoded())
     };
     let measured = fuzz::run!(target, panorama);
-    shown!(Strangers, "Panoramas (PNG, JPEG, TIFF) of any content",
+    shown!(Strangers, "Panoramas (PNG, JPEG, TIFF) with arbitrary content",
         danger: "the program ends, hangs or takes all memory",
-        done: "decoders have limits; all else is an error that names the file",
+        done: "decoders have limits; everything else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
 }
 
 #[test]
 fn pictures_of_any_content_are_read_or_refused() {
     let folder = tempfile::tempdir().unwrap();
-    // The decoder that panoramas do not use reads one of eight orientations and no XYZE.
+    // The second decoder reads only one of eight orientations, and no XYZE.
     let radiance =
         files::radiance().into_iter().filter(|file| !file.ends_with(b"\x01\x01\x01\x03"));
-    // Nor layers by name and grey ones.
+    // Neither layers by name nor grey ones.
     let openexr = files::openexr().into_iter().take(7);
     let pictures = [files::encoded(), radiance.collect(), openexr.collect()].concat();
     let target = Target {
@@ -67,8 +67,8 @@ fn pictures_of_any_content_are_read_or_refused() {
             .and(file::read_encoded(path).map(drop))
             .map_err(|e| e.to_string())
     });
-    shown!(Strangers, "Pictures and mattes of any content",
+    shown!(Strangers, "Pictures and mattes with arbitrary content",
         danger: "the program ends, hangs or takes all memory",
-        done: "decoders have limits; all else is an error that names the file",
+        done: "decoders have limits; everything else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
 }

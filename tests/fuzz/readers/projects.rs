@@ -1,4 +1,4 @@
-//! Contents of a project's and a shoot's folder.
+//! Contents of project and shoot folders.
 
 use base::progress::Progress;
 use calibration::Calibration;
@@ -40,12 +40,12 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The reason of an error that names another file than the one that is changed.
+/// Text of an error, also if it names another file than the changed one.
 fn elsewhere(error: impl std::fmt::Display) -> String {
     format!("project.toml: {error}")
 }
 
-/// First reads of a project's commands.
+/// Everything that commands read of a project first.
 fn use_project(root: &Path) -> Outcome {
     let project = Project::open(root).map_err(|e| e.to_string())?;
     let read = || {
@@ -79,9 +79,9 @@ fn a_project_file_of_any_content_is_used_or_refused() {
     let rich = std::fs::read(&path).unwrap();
     let target = Target::of_text("project", path, vec![plain, rich]);
     let measured = fuzz::run!(target, |path: &Path| use_project(path.parent().unwrap()));
-    shown!(Strangers, "A `project.toml` of any content",
+    shown!(Strangers, "A `project.toml` with arbitrary content",
         danger: "a crash, a hang, all memory taken, a name that leads elsewhere",
-        done: "numbers have ranges, names are those of files in the shoot's folders; all else is an error that names the file",
+        done: "numbers have ranges, names must be files in the shoot's folders; everything else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
 }
 
@@ -90,7 +90,7 @@ fn a_calibration_of_any_content_is_used_or_refused() {
     let (_folder, project) = made();
     let path = project.calibration_path();
     let sealed = std::fs::read_to_string(&path).unwrap();
-    // Without the line that holds its checksum.
+    // Without the checksum line.
     let open = sealed.split_once('\n').unwrap().1.to_owned();
     let seeds = [open, sealed].map(String::into_bytes).to_vec();
     let measured = fuzz::run!(Target::of_text("calibration", path, seeds), |path: &Path| {
@@ -104,9 +104,9 @@ fn a_calibration_of_any_content_is_used_or_refused() {
         assert!(olat.pixels.iter().flatten().all(|v| v.is_finite()));
         Ok(())
     });
-    shown!(Strangers, "A `calibration.toml` of any content",
+    shown!(Strangers, "A `calibration.toml` with arbitrary content",
         danger: "a crash, or light that is NaN, infinite or negative",
-        done: "every number that light is computed from is checked when it is read",
+        done: "every number behind the light is checked on reading",
         bound: "4 GiB at once", measured: measured);
 }
 
@@ -135,8 +135,8 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
         assert_eq!(Project::open(&root).unwrap(), imported);
         TrackingFrames::of(&imported, 0).map(drop).map_err(|e| e.to_string())
     });
-    shown!(Strangers, "A `manifest.json` of any content",
+    shown!(Strangers, "A `manifest.json` with arbitrary content",
         danger: "a crash, or a project that cannot be opened again",
-        done: "its numbers have ranges; what is imported opens as it was",
+        done: "its numbers have ranges; an imported project opens unchanged",
         bound: "4 GiB at once", measured: measured);
 }

@@ -1,4 +1,4 @@
-//! Words that people type: responses, lights, keyframes, circles, fronts, numbers.
+//! Typed values: responses, lights, keyframes, circles, fronts, numbers.
 
 use calibration::{Circle, Trial};
 use fuzz::{Outcome, Target};
@@ -62,7 +62,7 @@ fn circle(text: &str) -> Result<(), String> {
 
 type Reader = fn(&str) -> Result<(), String>;
 
-/// Each with a text that it takes.
+/// Parsers, each with a valid text.
 const READERS: [(Reader, &str); 10] = [
     (response, "2.6,2.1"),
     (response, "log,30"),
@@ -88,11 +88,11 @@ fn whatever_is_typed_is_understood_or_refused() {
         if said.iter().any(Result::is_ok) {
             return Ok(());
         }
-        // It may be as long as what was typed.
+        // The message may be as long as the typed text.
         let said = format!("typed: {}", said[0].clone().unwrap_err());
         Err(said.chars().filter(|c| !c.is_control()).take(300).collect())
     });
-    shown!(Strangers, "Responses, lights, keyframes, circles and fronts as they are typed",
+    shown!(Strangers, "Typed responses, lights, keyframes, circles and fronts",
         danger: "a crash, or values that are NaN or infinite",
-        done: "what is no such value is an error", bound: "finite light, angles and curves", measured: measured);
+        done: "an invalid value is an error", bound: "finite light, angles and curves", measured: measured);
 }

@@ -1,16 +1,16 @@
-//! Programs that are killed at random moments, and what they leave.
+//! Programs killed at random moments, and what they leave.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Environment variable with the number of kills of each program; the default is for every day.
+/// Environment variable with the number of kills per program; the default suits everyday tests.
 const COUNT: &str = "AFTERLIGHT_CRASHES";
-/// The seed of the moments.
+/// Environment variable with the seed of the moments.
 const SEED: &str = "AFTERLIGHT_CRASH_SEED";
 
-/// Random moments at which a program is killed.
+/// Random moments for killing a program.
 pub struct Moments {
     /// Number of moments.
     pub count: u32,
@@ -18,7 +18,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// As many as the environment says, a dozen by default; `name` makes those of each test its own.
+    /// As many moments as the environment sets, a dozen by default; `name` makes each test's moments its own.
     pub fn of(name: &str) -> Self {
         let number = |key| std::env::var(key).ok()?.parse().ok();
         let seed: u64 = number(SEED).unwrap_or(1);
@@ -28,7 +28,7 @@ impl Moments {
         }
     }
 
-    /// Uniform from 0 to below 1 (SplitMix64).
+    /// Uniform random number in [0, 1) (SplitMix64).
     pub fn share(&mut self) -> f64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
@@ -37,8 +37,8 @@ impl Moments {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// The next one, for a program that runs for `whole` and writes into `folders`: any moment of its run, or, every
-    /// second time, shortly after the names in a folder changed.
+    /// Next moment for a program that runs for `whole` and writes into `folders`: any time of its run, or, every second
+    /// time, shortly after a change of names in the folders.
     pub fn next(&mut self, whole: Duration, folders: &[&Path]) -> Moment {
         let after = whole.mul_f64(self.share());
         if self.share() < 0.5 {
@@ -52,7 +52,7 @@ impl Moments {
     }
 }
 
-/// When a program is killed: so long after its start, or after the names in some folders changed so often.
+/// Moment of a kill: a time after the start, or after a number of name changes in some folders.
 #[derive(Debug)]
 pub struct Moment {
     after: Duration,
@@ -64,12 +64,12 @@ pub struct Moment {
 #[derive(Debug)]
 pub enum End {
     Killed,
-    /// Before its moment came; with what it said.
+    /// Ended before its moment; with its exit status and error output.
     Finished(ExitStatus, String),
 }
 
 impl Moment {
-    /// Runs a program until then, and kills it. Programs that it started end by themselves: this waits for them.
+    /// Runs a program until the moment, and kills it. Its children end by themselves: this waits for them.
     pub fn kill(&self, command: &mut Command) -> End {
         let said = tempfile::NamedTempFile::new().unwrap();
         command.stdin(Stdio::null()).stdout(Stdio::null());
@@ -89,7 +89,7 @@ impl Moment {
         }
     }
 
-    /// Waits for the moment; whether the program ended before.
+    /// Waits for the moment; true if the program ended before it.
     fn wait(&self, child: &mut Child) -> bool {
         let names = || -> Vec<_> {
             let folders = self.folders.iter();
@@ -124,12 +124,12 @@ impl Moment {
     }
 }
 
-/// True if a process runs still: neither gone nor ended and not yet waited for.
+/// True while a process runs: neither gone nor a zombie.
 fn lives(process: u32) -> bool {
     stat(process).is_some_and(|(state, _)| !["Z", "X"].contains(&&*state))
 }
 
-/// The processes that a process started.
+/// Children of a process.
 fn children(parent: u32) -> Vec<u32> {
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let processes = entries.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
@@ -137,15 +137,15 @@ fn children(parent: u32) -> Vec<u32> {
     processes.filter(parents).collect()
 }
 
-/// A process's state and its parent.
+/// State and parent of a process.
 fn stat(process: u32) -> Option<(String, u32)> {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name before may hold anything.
+    // The name before the last bracket may contain anything.
     let mut rest = stat.rsplit_once(')')?.1.split_whitespace();
     Some((rest.next()?.to_owned(), rest.next()?.parse().ok()?))
 }
 
-/// All that a folder holds: files with their bytes, links with where they lead.
+/// Contents of a folder: files with their bytes, links with their targets.
 pub fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap().flatten() {
@@ -182,7 +182,7 @@ pub fn left_over(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Makes unfinished files look as if they were left a minute ago: younger ones may belong to a living process.
+/// Makes unfinished files look a minute old: younger ones may belong to a living process.
 pub fn age(files: &[PathBuf]) {
     let long_ago = SystemTime::now() - Duration::from_secs(60);
     for path in files.iter().filter(|path| path.is_file()) {

@@ -1,4 +1,4 @@
-//! Helpers that the tests of all crates share.
+//! Helpers for the tests of all crates.
 
 pub mod accident;
 mod need;

@@ -1,13 +1,13 @@
-//! Needs of a test that a machine may lack. A test that lacks something returns, and says so: `make test` lists
-//! all skips at its end, and where `AFTERLIGHT_REQUIRED` names the need, the test fails instead.
+//! Requirements of tests that a machine may lack. Such a test returns and reports the skip: `make test` lists all skips
+//! at its end, and if `AFTERLIGHT_REQUIRED` names the need, the test fails instead.
 
 use std::fmt::Display;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Names of needs, with commas between, that must not be missing.
+/// Comma-separated needs that must not be missing.
 const REQUIRED: &str = "AFTERLIGHT_REQUIRED";
-/// The file that skips are appended to, one line each: need, crate, test and reason, with tabs between.
+/// File that collects skips, one per line: need, crate, test and reason, separated by tabs.
 const SKIPPED: &str = "AFTERLIGHT_SKIPPED";
 
 /// Something that a machine may lack.
@@ -15,7 +15,7 @@ const SKIPPED: &str = "AFTERLIGHT_SKIPPED";
 pub enum Need {
     /// The folder `shared` beside the repository.
     SharedData,
-    /// An adapter that runs compute shaders and draws; a software one will do.
+    /// An adapter with compute shaders and drawing; a software one is enough.
     Gpu,
     /// Half floats in the GPU's shaders.
     GpuF16,
@@ -25,11 +25,11 @@ pub enum Need {
     Ffmpeg,
     /// A Python interpreter with PyTorch and the other peers.
     Python,
-    /// MediaPipe in that interpreter; it does not go together with all other peers.
+    /// MediaPipe in that interpreter; it conflicts with some of the other peers.
     Mediapipe,
     /// The processor's tile registers.
     Amx,
-    /// The right to mount a small disk.
+    /// Permission to mount a small disk.
     SmallDisk,
     /// The program `pfspanoramic`.
     Pfspanoramic,
@@ -39,12 +39,12 @@ pub enum Need {
     Blender,
     /// The program `openjd` of openjd-cli.
     OpenJobDescription,
-    /// Slurm's and MUNGE's daemons, and the right to start them.
+    /// The daemons of Slurm and MUNGE, and permission to start them.
     Slurm,
 }
 
 impl Need {
-    /// All of them.
+    /// All needs.
     const ALL: [Self; 14] = [
         Self::SharedData,
         Self::Gpu,
@@ -62,7 +62,7 @@ impl Need {
         Self::Slurm,
     ];
 
-    /// Its name in lists.
+    /// Name in lists.
     fn name(self) -> &'static str {
         match self {
             Self::SharedData => "shared data",
@@ -83,7 +83,7 @@ impl Need {
     }
 }
 
-/// True if a test's need is `here`. Where it is not, the skip is recorded with its reason, and the test returns.
+/// True if a test's need is met. Otherwise the skip is recorded with its reason, and the test returns.
 ///
 /// # Panics
 /// If it is missing and `AFTERLIGHT_REQUIRED` names it.
@@ -91,7 +91,7 @@ pub fn require(need: Need, here: bool, why: impl Display) -> bool {
     found(need, if here { Ok(()) } else { Err(why) }).is_some()
 }
 
-/// A test's need, if it was found. Where it was not, the skip is recorded with its reason, and the test returns.
+/// A test's need, if found. Otherwise the skip is recorded with its reason, and the test returns.
 ///
 /// # Panics
 /// If it is missing and `AFTERLIGHT_REQUIRED` names it.
@@ -104,7 +104,7 @@ pub fn found<T>(need: Need, result: Result<T, impl Display>) -> Option<T> {
     result.ok()
 }
 
-/// Rules for a test that lacks something.
+/// Rules for missing needs.
 struct Rules {
     required: Vec<Need>,
     record: Option<PathBuf>,
@@ -117,7 +117,7 @@ impl Rules {
             let known = Need::ALL.into_iter().find(|need| need.name() == name);
             known.unwrap_or_else(|| {
                 let names = Need::ALL.map(Need::name).join(", ");
-                panic!("{REQUIRED} names {name:?}; what can be required is: {names}")
+                panic!("{REQUIRED} names {name:?}; valid needs: {names}")
             })
         };
         Self { required: names.filter(|name| !name.is_empty()).map(need).collect(), record }
@@ -125,7 +125,7 @@ impl Rules {
 
     fn miss(&self, need: Need, why: &str) {
         let name = need.name();
-        assert!(!self.required.contains(&need), "{name} is missing, which {REQUIRED} names: {why}");
+        assert!(!self.required.contains(&need), "{name} is missing; {REQUIRED} requires it: {why}");
         eprintln!("skipped for lack of {name}: {why}");
         let Some(record) = &self.record else { return };
         let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
@@ -135,7 +135,7 @@ impl Rules {
             let words: Vec<&str> = word.split_whitespace().collect();
             words.join(" ")
         });
-        // In one piece, for other tests write at the same time.
+        // In a single write, since other tests append at the same time.
         let line = line.join("\t") + "\n";
         std::fs::OpenOptions::new()
             .append(true)
@@ -161,13 +161,13 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "names \"gpus\"; what can be required is: shared data, gpu,")]
+    #[should_panic(expected = "names \"gpus\"; valid needs: shared data, gpu,")]
     fn a_name_that_is_no_need_is_refused() {
         Rules::new("ffmpeg,gpus", None);
     }
 
     #[test]
-    #[should_panic(expected = "ffmpeg is missing, which AFTERLIGHT_REQUIRED names: not installed")]
+    #[should_panic(expected = "ffmpeg is missing; AFTERLIGHT_REQUIRED requires it: not installed")]
     fn what_is_required_must_be_here() {
         Rules::new("gpu,ffmpeg", None).miss(Need::Ffmpeg, "not installed");
     }
@@ -180,7 +180,7 @@ mod tests {
         rules.miss(Need::SmallDisk, "mount:\tonly root\nmay do that");
         let lines = std::fs::read_to_string(&record).unwrap();
         let test = "need::tests::each_skip_is_a_line_with_need_crate_test_and_reason";
-        // Alone, on the main thread, a test's thread has not its name.
+        // With a single thread, tests run on the main thread, without their own names.
         let test = [test, "main"].map(|test| {
             format!("small disk\tafterlight-test-support\t{test}\tmount: only root may do that\n")
         });

@@ -1,4 +1,4 @@
-//! Programs that tests compare with.
+//! Programs to compare with.
 
 use super::need::{Need, found, require};
 use std::path::PathBuf;
@@ -22,11 +22,11 @@ pub fn blender() -> bool {
     require(Need::Blender, here, "blender is not installed")
 }
 
-/// The program `openjd` that `AFTERLIGHT_OPENJD` names, if it starts; otherwise the test returns.
+/// The program `openjd` named by `AFTERLIGHT_OPENJD`, if it starts; otherwise the test returns.
 pub fn openjd() -> Option<PathBuf> {
     let named = std::env::var_os("AFTERLIGHT_OPENJD").filter(|program| !program.is_empty());
     let program = named.map(PathBuf::from).ok_or_else(|| {
-        "AFTERLIGHT_OPENJD names no openjd-cli; `make openjd` installs it".to_owned()
+        "AFTERLIGHT_OPENJD does not name openjd-cli; `make openjd` installs it".to_owned()
     });
     let program = program.and_then(|program| match starts(&program.to_string_lossy(), "--help") {
         true => Ok(program),
@@ -35,7 +35,7 @@ pub fn openjd() -> Option<PathBuf> {
     found(Need::OpenJobDescription, program)
 }
 
-/// The interpreter that `AFTERLIGHT_PYTHON` names, if it has these modules; otherwise the test returns.
+/// The interpreter named by `AFTERLIGHT_PYTHON`, if it has these modules; otherwise the test returns.
 pub fn python(modules: &[&str]) -> Option<PathBuf> {
     found(Need::Python, interpreter(modules))
 }
@@ -47,7 +47,7 @@ pub fn mediapipe() -> Option<PathBuf> {
 
 fn interpreter(modules: &[&str]) -> Result<PathBuf, String> {
     let python = std::env::var_os("AFTERLIGHT_PYTHON").filter(|python| !python.is_empty());
-    let python = python.ok_or("AFTERLIGHT_PYTHON names no interpreter; `make peers` makes one")?;
+    let python = python.ok_or("AFTERLIGHT_PYTHON is not set; `make peers` makes an interpreter")?;
     let import = format!("import {}", modules.join(", "));
     let output = Command::new(&python).args(["-c", &import]).output();
     let python = PathBuf::from(python);

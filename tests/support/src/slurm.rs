@@ -1,4 +1,5 @@
-//! A farm of one machine: Slurm's daemons on the loopback, with a configuration of their own in a temporary folder.
+//! A farm of one machine: Slurm's daemons on the loopback interface, with their own configuration in a temporary
+//! folder.
 
 use super::need::{Need, found};
 use super::waiting::PATIENCE;
@@ -8,14 +9,14 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Slurm with one node. Dropped, its daemons end.
+/// Slurm with one node. Dropping it ends its daemons.
 pub struct Slurm {
     folder: TempDir,
     config: PathBuf,
 }
 
 impl Slurm {
-    /// Starts it; None if this machine cannot, and the test returns.
+    /// Starts Slurm; None if this machine cannot, and the test returns.
     pub fn start() -> Option<Self> {
         found(Need::Slurm, Self::started())
     }
@@ -82,7 +83,7 @@ impl Slurm {
             "SelectTypeParameters=CR_Core\nJobAcctGatherType=jobacct_gather/none".to_owned(),
             "AccountingStorageType=accounting_storage/none\nReturnToService=2\nMpiDefault=none"
                 .to_owned(),
-            // Tasks are tried again at once.
+            // Failed tasks are retried at once.
             "SchedulerParameters=batch_sched_delay=0,sched_interval=1".to_owned(),
             format!("NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=1024 State=UNKNOWN"),
             format!("PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE State=UP"),
@@ -91,17 +92,17 @@ impl Slurm {
             + "\n"
     }
 
-    /// A command that speaks to this Slurm.
+    /// A command that talks to this Slurm.
     pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command.env("SLURM_CONF", &self.config);
         command
     }
 
-    /// Waits until no job is in the queue. Returns what the queue says if some stay.
+    /// Waits until the queue is empty.
     ///
     /// # Errors
-    /// Then.
+    /// When jobs stay in the queue: its listing.
     pub fn wait_until_empty(&self) -> Result<(), String> {
         let end = Instant::now() + PATIENCE;
         loop {
@@ -151,7 +152,7 @@ fn free_port() -> Result<u16, String> {
     listener.local_addr().map(|at| at.port()).map_err(|e| e.to_string())
 }
 
-/// MUNGE takes no key that others may read.
+/// MUNGE refuses a key that others can read.
 fn private(path: &Path) -> Result<(), String> {
     #[cfg(unix)]
     {

@@ -1,14 +1,14 @@
-//! A disk that is full soon, for tests.
+//! A small disk that fills up quickly, for tests.
 
 use super::need::{Need, found};
 use std::path::Path;
 use std::process::Command;
 
-/// A disk of so little room that it is full soon.
+/// A small disk, mounted on a temporary folder.
 pub struct SmallDisk(pub tempfile::TempDir);
 
 impl SmallDisk {
-    /// A disk of so many KiB; None if this process may not mount one, and the test returns.
+    /// A disk of `kib` KiB; None if this process may not mount one, and the test returns.
     pub fn mount(kib: usize) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let size = format!("size={kib}k");
@@ -39,7 +39,7 @@ impl Drop for SmallDisk {
     }
 }
 
-/// Names of a folder's entries, in order.
+/// Names of a folder's entries, sorted.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut names: Vec<String> =

@@ -1,21 +1,21 @@
-//! Results of tests of hard cases, line by line, for `docs/stability.md`.
+//! Results of hard-case tests, line by line, for `docs/stability.md`.
 //!
-//! `make test` names a file in `AFTERLIGHT_STABILITY`; each case that a test shows is appended to it, and `make stability`
-//! makes the page of it.
+//! `make test` names a file in `AFTERLIGHT_STABILITY`; each case shown by a test is appended to it, and `make
+//! stability` turns it into the page.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-/// The file that cases are appended to.
+/// Environment variable with the file that collects cases.
 const RECORD: &str = "AFTERLIGHT_STABILITY";
 
 /// A section of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
-    /// Contents of a project's folder, and claims of files.
+    /// Contents of project folders, and claims in files.
     Strangers,
-    /// Killed programs, full disks, several programs at once.
+    /// Killed programs, full disks, several processes at once.
     Accidents,
     /// Options, closed pipes, programs that hang.
     Surroundings,
@@ -59,14 +59,14 @@ pub struct Case<'a> {
     pub danger: &'a str,
     /// The program's answer to it.
     pub done: &'a str,
-    /// Requirement of the test, with its unit; "" if it is a statement that holds or does not.
+    /// Bound of the test, with its unit; empty for a plain statement.
     pub bound: &'a str,
-    /// Measurement of the test, with its unit; "" as above.
+    /// Measured value, with its unit; empty for a plain statement.
     pub measured: &'a str,
 }
 
-/// Records a [`Case`](crate::stability::Case) for `docs/stability.md`, under the name of the test that it stands in. To be
-/// written after the test's last assertion.
+/// Records a [`Case`](crate::stability::Case) for `docs/stability.md`, under the name of the calling test. Belongs
+/// after the test's last assertion.
 ///
 /// ```ignore
 /// shown!(Light, "A sun of one texel", danger: "it falls between two cells", done: "texels are split by area",
@@ -92,16 +92,15 @@ macro_rules! shown {
     }};
 }
 
-/// Appends a case to the file that `AFTERLIGHT_STABILITY` names, if it names one. `place` is the path of a function in the
-/// test.
+/// Appends a case to the file named by `AFTERLIGHT_STABILITY`, if set. `place` is the path of a function in the test.
 ///
 /// # Panics
-/// If that file cannot be written.
+/// If the file cannot be written.
 pub fn record(package: &str, place: &str, case: &Case) {
     let Some(path) = std::env::var_os(RECORD) else {
         return;
     };
-    // In one piece, for other tests write at the same time.
+    // In a single write, since other tests append at the same time.
     std::fs::OpenOptions::new()
         .append(true)
         .create(true)
@@ -110,7 +109,7 @@ pub fn record(package: &str, place: &str, case: &Case) {
         .unwrap_or_else(|e| panic!("cannot record a case in {}: {e}", Path::new(&path).display()));
 }
 
-/// The line of a case: what it holds with tabs between.
+/// Line of a case: its fields, separated by tabs.
 fn line(package: &str, place: &str, case: &Case) -> String {
     let test = place.trim_end_matches("::here").replace("::{{closure}}", "");
     let test = test.split_once("::").map_or(&*test, |(_, test)| test);
@@ -121,15 +120,15 @@ fn line(package: &str, place: &str, case: &Case) -> String {
     words.join("\t") + "\n"
 }
 
-/// The page of recorded cases: for each section a table, in the order of crates and tests. Of a case that was recorded
-/// twice the last stays.
+/// Page of recorded cases: a table for each section, in the order of crates and tests. Of a case recorded twice, the
+/// last one counts.
 ///
 /// # Panics
-/// If a line is none of [`record`]'s.
+/// If a line was not written by [`record`].
 pub fn page(record: &str) -> String {
     let rows = record.lines().map(|line| {
         let row: [&str; 8] = (line.split('\t').collect::<Vec<_>>().try_into())
-            .unwrap_or_else(|_| panic!("this is no recorded case: {line:?}"));
+            .unwrap_or_else(|_| panic!("not a recorded case: {line:?}"));
         row
     });
     let mut cases: Vec<[&str; 8]> = Vec::new();

@@ -2,14 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-/// A test that waits this long has failed. Far longer than anything takes, on a busy machine too: it ends what would
-/// wait for ever, and measures nothing.
+/// A test that waits this long has failed. Far longer than any real wait, even on a busy machine: it only ends endless
+/// waits.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
-/// First value that `get` gives, as soon as it gives one.
+/// The first value that `get` returns.
 ///
 /// # Panics
-/// If it gives nothing within [`PATIENCE`].
+/// If there is none within [`PATIENCE`].
 #[track_caller]
 pub fn wait_for<T>(mut get: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
@@ -17,7 +17,7 @@ pub fn wait_for<T>(mut get: impl FnMut() -> Option<T>) -> T {
         if let Some(value) = get() {
             return value;
         }
-        assert!(started.elapsed() < PATIENCE, "it never came");
+        assert!(started.elapsed() < PATIENCE, "nothing arrived in time");
         std::thread::sleep(Duration::from_millis(1));
     }
 }

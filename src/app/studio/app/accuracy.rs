@@ -1,4 +1,4 @@
-//! Cost of accuracy: its measurement, and the rung that is taken over.
+//! Cost of accuracy: its measurement, and the chosen rung.
 
 use super::StudioApp;
 use crate::command::{AccuracyCommand, LookCommand};
@@ -23,7 +23,7 @@ impl StudioApp {
         }
     }
 
-    /// Uses a rung's network in the project, and its weights and effects for the picture.
+    /// Uses a rung's network in the project, and the rung's weights and effects for the picture.
     fn use_rung(&mut self, rung: String) {
         let Some(project) = self.session.project.clone() else {
             return;
@@ -53,7 +53,7 @@ impl StudioApp {
         );
     }
 
-    /// Lights the picture as a rung does. It can be undone.
+    /// Lights the picture with a rung's settings. Undoable.
     fn look_as(&mut self, show: &Show) {
         let mut lighting = self.state.look.lighting.clone();
         lighting.weighting = show.weighting;

@@ -1,4 +1,4 @@
-//! Light by the face: a press on the picture places a light, and it follows the pointer.
+//! Light by the face: a press on the picture places a light, which then follows the pointer.
 
 use super::StudioApp;
 use crate::command::{AimCommand, AimedLight, Command, LookCommand};
@@ -36,7 +36,7 @@ impl StudioApp {
         self.shown.contains(&Pane::Picture) && self.preview.relit.is_some()
     }
 
-    /// Places or moves the light as directions are found.
+    /// Places or moves the light as new directions arrive.
     pub(super) fn receive_aim(&mut self) {
         let (found, failure) = self.readers.aim.receive();
         for (question, direction) in found {

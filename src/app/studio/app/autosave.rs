@@ -15,18 +15,18 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Writing that takes longer than this is shown.
+/// Writes that take longer than this are shown.
 const SLOW: Duration = Duration::from_millis(500);
 
-/// The state that was saved last, and the thread that writes.
+/// The last saved state, and the thread that writes.
 pub struct Autosave {
     preferences: Preferences,
-    /// The layout was changed by a drag that is not over yet, or by a command.
+    /// The layout was changed, by a command or by a drag still in progress.
     pub layout_edited: bool,
     look: SavedLook,
-    /// Numbers of steps of undo and redo when the look was saved last.
+    /// Numbers of undo and redo steps at the last save of the look.
     steps: [usize; 2],
-    /// Reason the newest text of a file is not written.
+    /// Reason the newest text of a file is not on disk.
     failed: Option<String>,
     saver: Saver,
 }
@@ -43,18 +43,18 @@ impl Autosave {
         }
     }
 
-    /// The arrangements of panes.
+    /// The layouts of panes.
     pub fn layout(&mut self) -> &mut Layout {
         self.preferences.layout()
     }
 
-    /// Changes the arrangements of panes.
+    /// Changes the layouts of panes.
     pub fn edit_layout(&mut self, edit: impl FnOnce(&mut Layout)) {
         edit(self.preferences.layout());
         self.layout_edited = true;
     }
 
-    /// Saves the arrangements if they changed.
+    /// Saves the layouts if they changed.
     pub fn save_layout(&mut self) {
         if std::mem::take(&mut self.layout_edited) {
             self.save_preferences();
@@ -65,12 +65,12 @@ impl Autosave {
         self.preferences.save(&self.saver);
     }
 
-    /// The recent projects' folders, the newest first.
+    /// Folders of the recent projects, newest first.
     pub fn recent(&self) -> &[PathBuf] {
         self.preferences.recent()
     }
 
-    /// When a recent project was opened last, in seconds since 1970.
+    /// Last opening of a recent project, in seconds since 1970.
     pub fn opened_at(&self, project: &Path) -> Option<u64> {
         self.preferences.opened_at(project)
     }
@@ -87,34 +87,34 @@ impl Autosave {
         self.save_preferences();
     }
 
-    /// The headings that are folded.
+    /// The folded headings.
     pub fn folded(&self) -> &BTreeSet<String> {
         self.preferences.folded()
     }
 
-    /// Folds a heading or unfolds it.
+    /// Folds or unfolds a heading.
     pub fn fold(&mut self, heading: String, folded: bool) {
         self.preferences.fold(heading, folded);
         self.save_preferences();
     }
 
-    /// The environments that a person likes.
+    /// The favourite environments.
     pub fn favourites(&self) -> &Favourites {
         self.preferences.favourites()
     }
 
-    /// Changes them.
+    /// Changes the favourites.
     pub fn edit_favourites(&mut self, edit: impl FnOnce(&mut Favourites)) {
         edit(self.preferences.favourites_mut());
         self.save_preferences();
     }
 
-    /// Gives a window that was just opened, and has the project's environments, what was saved of the project's look and of
-    /// the steps to it. `mine` says whether this window may write there.
+    /// Restores a project's saved look and undo steps in a window that was just opened and already has the project's
+    /// environments. `mine`: this window may write to the project.
     ///
     /// # Errors
-    /// When the look cannot be understood: if it is `mine`, it is renamed, and the look stays. When the steps do not lead to
-    /// that look: there are none then.
+    /// If the look cannot be parsed: the current look stays, and the file is renamed if `mine`. If the undo steps lead
+    /// to a different look: undo starts empty.
     pub fn load_look(&mut self, project: &Project, mine: bool, state: &mut State) -> Result<()> {
         let look = &mut state.look;
         let loaded = match self.saver.unwritten(&SavedLook::path(project)) {
@@ -130,7 +130,7 @@ impl Autosave {
         loaded.and(history)
     }
 
-    /// Saves a project's look and the steps to it if they changed. The steps come first: see [`saved_history`].
+    /// Saves a project's look and its undo steps if they changed. The steps are written first: see [`saved_history`].
     pub fn save_look(&mut self, project: &Project, state: &State) {
         let present = at_first_frame(&state.look);
         let (look, history) = (SavedLook::of(&present), state.history());
@@ -147,12 +147,12 @@ impl Autosave {
         (self.look, self.steps) = (look, steps);
     }
 
-    /// Reason a change is not on the disk: the last attempt to write it failed.
+    /// Reason the last write failed; None if all changes are on disk or pending.
     pub fn unsaved(&self) -> Option<&str> {
         self.failed.as_deref()
     }
 
-    /// True if writing takes long; None if nothing waits to be written.
+    /// True if writing takes long; None if nothing is waiting.
     pub fn saving(&self) -> Option<bool> {
         self.saver.waiting().map(|waiting| waiting >= SLOW)
     }
@@ -164,7 +164,7 @@ impl Autosave {
     }
 }
 
-/// A look as it is saved: what has keys follows the frame, and another frame is no change.
+/// The look as saved: animated settings have their values at frame 0, so that going to another frame is not a change.
 fn at_first_frame(look: &LookSettings) -> LookSettings {
     let mut look = look.clone();
     look.follow(0);

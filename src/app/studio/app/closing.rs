@@ -1,4 +1,4 @@
-//! Work that would be lost by a close, or by another project, and the question before a close.
+//! Work that closing the window or opening another project would end, and the question before it does.
 
 use super::StudioApp;
 use crate::panels::job::capitalized;
@@ -7,7 +7,7 @@ use export::Destination;
 use worker::ExportStatus;
 
 impl StudioApp {
-    /// Asks once where a close would end work.
+    /// Asks once before a close that would end work.
     pub(super) fn ask_before_closing(&mut self) {
         if !self.ctx.input(|input| input.viewport().close_requested()) {
             return;
@@ -20,9 +20,9 @@ impl StudioApp {
         }
     }
 
-    /// Work that a close or another project would end, a sentence each.
+    /// Work that closing or opening another project would end, one sentence each.
     pub(super) fn would_end(&self) -> Vec<String> {
-        // A job may have ended whose last words are still on their way.
+        // A job may have ended while its last report is still on the way.
         let job = self.status.job.as_ref();
         let job = job.filter(|_| self.session.idle().is_err());
         let share = job.map_or(0.0, |job| 100.0 * job.share);
@@ -58,7 +58,7 @@ impl StudioApp {
     }
 }
 
-/// True if an export of this name is a single file.
+/// True if the export is a single file.
 pub(super) fn is_movie(name: &str) -> bool {
     matches!(Destination::parse(name), Ok(Destination::Clip(_)))
 }

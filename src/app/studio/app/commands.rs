@@ -16,7 +16,7 @@ impl StudioApp {
             Command::Look(LookCommand::Redo) if self.judges() => self.travel_marks(false),
             Command::Look(command) => {
                 if matches!(command, LookCommand::AddEnvironments(_)) {
-                    // It answers why files that were dropped before are none.
+                    // The command answers an earlier refusal of dropped files.
                     self.status.refusal = None;
                 }
                 let chooses = matches!(
@@ -66,7 +66,7 @@ impl StudioApp {
         }
     }
 
-    /// Says why something could not be done, if it could not.
+    /// Shows the reason if something could not be done.
     pub(super) fn refuse_unless(&mut self, done: Result<(), String>) {
         if let Err(sentence) = done {
             self.status.refuse(sentence);

@@ -1,4 +1,4 @@
-//! The system's file dialogs, and the field for a typed path beside each: some systems have no dialogs.
+//! System file dialogs, each with a text field for a typed path: some systems have no dialogs.
 
 use super::StudioApp;
 use super::drops::{PANORAMAS, folder_of};
@@ -18,17 +18,17 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 use worker::background::catch_panic;
 
-/// Nobody closes a dialog so soon: it was never there.
+/// Shortest time in which a person can close a dialog. One that ends sooner never appeared.
 const SOON: Duration = Duration::from_millis(400);
 
-/// The extension of files with looks.
+/// File extension of looks.
 const LOOKS: [&str; 1] = ["json"];
 
-/// Title of a dialog, and the files or folders that can be chosen in it.
+/// Title of a dialog, and the files or folders to choose in it.
 struct Ask {
     title: &'static str,
     wanted: Wanted,
-    /// Name and extensions of the files that are meant.
+    /// Name and extensions of the file type.
     filter: Option<(&'static str, &'static [&'static str])>,
     folder: Option<PathBuf>,
     name: Option<String>,
@@ -39,7 +39,7 @@ impl Ask {
         Self { title, wanted, filter: None, folder: None, name: None }
     }
 
-    /// A file to write, of this name unless another one is chosen.
+    /// A new file, with a suggested name.
     fn new_file(
         title: &'static str,
         filter: (&'static str, &'static [&'static str]),
@@ -52,7 +52,7 @@ impl Ask {
         }
     }
 
-    /// Shows the system's dialog; None if it was closed, or if there is none.
+    /// Shows the system's dialog. None if it was closed or cannot be shown.
     fn show(self) -> Option<Vec<PathBuf>> {
         let mut dialog = FileDialog::new().set_title(self.title);
         if let Some((name, extensions)) = self.filter {
@@ -72,22 +72,22 @@ impl Ask {
     }
 }
 
-/// End of a dialog.
+/// Outcome of a dialog.
 #[derive(Debug, PartialEq)]
 enum Ended {
     Chosen(Vec<PathBuf>),
     Closed,
-    /// There was none, and why if that is known.
+    /// No dialog appeared; with the reason if known.
     Missing(Option<String>),
 }
 
-/// The dialogs. Each runs on a thread of its own, so that the window does not wait.
+/// File dialogs. Each runs on its own thread, so that the window does not wait.
 pub struct Dialogs {
-    /// Number of dialogs that were shown.
+    /// Number of dialogs shown so far.
     count: u64,
     wake: Arc<dyn Fn() + Send + Sync>,
     end: Sender<(u64, Ended)>,
-    /// End of each dialog, by its number.
+    /// Outcomes, each with the number of its dialog.
     ended: Receiver<(u64, Ended)>,
 }
 
@@ -109,7 +109,7 @@ impl Dialogs {
                 Ok(None) => Ended::Closed,
                 Err(e) => Ended::Missing(Some(e.to_string())),
             };
-            // Nobody listens once the window is closed.
+            // Fails once the window is closed, when the answer does not matter.
             let _ = end.send((number, how));
             wake();
         });
@@ -118,19 +118,19 @@ impl Dialogs {
 }
 
 impl StudioApp {
-    /// The command for what was chosen in a dialog since the last call.
+    /// The command for a dialog's choice since the last call.
     pub(super) fn chosen(&mut self) -> Option<Command> {
         while let Ok((number, ended)) = self.dialogs.ended.try_recv() {
-            // A path may have been chosen meanwhile, and another dialog shown.
+            // The path may have been typed meanwhile, and another dialog opened.
             let is_shown = |entry: &&mut PathEntry| entry.number == number;
             let Some(entry) = self.state.path.as_mut().filter(is_shown) else {
                 continue;
             };
             match ended {
                 Ended::Chosen(paths) => return Some(Command::Chosen(entry.dialog, paths)),
-                // Some systems close a dialog that nobody answers.
+                // Some systems close a dialog after a time without an answer.
                 Ended::Closed if self.view.path_is_typed(entry) => {
-                    entry.missing = Some("The system's dialog is closed.".to_owned());
+                    entry.missing = Some("The system dialog was closed.".to_owned());
                 }
                 Ended::Closed => self.state.path = None,
                 Ended::Missing(why) => {
@@ -143,17 +143,17 @@ impl StudioApp {
         None
     }
 
-    /// Takes a file to write that was typed; asks first whether to replace one that is there.
+    /// Uses a typed path as the new file. Asks first if a file exists there.
     pub(super) fn take_new_file(&mut self, dialog: Dialog, path: PathBuf) {
         let asks = dialog != Dialog::Destination;
         self.errand(
             move || Ok((asks && path.symlink_metadata().is_ok(), path)),
             move |app, found| {
-                // Looking for a file cannot fail.
+                // The lookup of a file cannot fail.
                 let (is_there, path) = found.unwrap_or_default();
                 let entry = app.state.path.as_mut();
                 let Some(entry) = entry.filter(|entry| entry.dialog == dialog) else {
-                    // It was closed meanwhile.
+                    // The field was closed meanwhile.
                     return;
                 };
                 match is_there {
@@ -164,7 +164,7 @@ impl StudioApp {
         );
     }
 
-    /// Shows the system's dialog, and the field beside it.
+    /// Shows the system's dialog with the path field beside it.
     pub(super) fn open_dialog(&mut self, dialog: Dialog) {
         let Some(ask) = self.ask_for(dialog) else {
             return;
@@ -280,7 +280,7 @@ mod tests {
             how
         };
         let Ended::Missing(Some(why)) = ended(|| panic!("on purpose")) else {
-            panic!("it is not there");
+            panic!("the dialog is not missing");
         };
         assert!(why.contains("on purpose"), "{why}");
         assert_eq!(ended(|| None), Ended::Missing(None));

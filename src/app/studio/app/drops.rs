@@ -1,4 +1,4 @@
-//! Files and folders that are dropped onto the window.
+//! Files and folders dropped onto the window.
 
 use super::StudioApp;
 use super::looks::ENDING;
@@ -14,20 +14,20 @@ use worker::Need;
 /// Extensions of panoramas.
 pub(super) const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
 
-/// Files that stand for the folder of a project or a shoot.
+/// Files that identify the folder of a project or a shoot.
 const FILES: [&str; 2] = ["project.toml", "manifest.json"];
 
 impl StudioApp {
-    /// The commands for what was dropped: panoramas, projects and shoots.
+    /// Emits the commands for dropped panoramas, projects and shoots.
     pub(super) fn dropped(&mut self, out: &mut Vec<Command>) {
         let dropped = self.ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
         let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
-        // Beside a dialog, what is dropped is what was to be chosen.
+        // While a dialog is open, a drop is its answer.
         if let Some(entry) = self.state.path.as_mut().filter(|_| !paths.is_empty()) {
             if entry.wanted != Wanted::NewFile {
                 return out.push(Command::Chosen(entry.dialog, paths));
             }
-            // A file that is there is not replaced by a drop.
+            // A drop never replaces an existing file.
             entry.begun = plain(&paths[0]);
             entry.fills += 1;
             entry.existing = None;
@@ -43,7 +43,8 @@ impl StudioApp {
         out.extend(others.into_iter().filter_map(|path| self.dropped_folder(path)));
     }
 
-    /// Dropped paths, unless they were brought to the plan for a new project: while that is shown, or if one is a movie.
+    /// Returns the dropped paths, or None if they were added to the plan of a new project: while the plan is visible,
+    /// or if one is a movie.
     fn dropped_parts(&mut self, paths: Vec<PathBuf>) -> Option<Vec<PathBuf>> {
         let is_whole = |path: &PathBuf| {
             let is_file = FILES.iter().any(|name| path.ends_with(name));
@@ -64,7 +65,7 @@ impl StudioApp {
         None
     }
 
-    /// The command for a dropped folder, or a file that is no panorama.
+    /// The command for a dropped folder, or for a file that is not a panorama.
     fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
         let path = folder_of(path);
         if path.join("project.toml").exists() {
@@ -74,7 +75,7 @@ impl StudioApp {
             if self.session.project.is_some() {
                 return Some(Command::Looks(LooksCommand::Load(path)));
             }
-            let said = "Open a project first: a look is shown in a project";
+            let said = "Open a project first: looks need one";
             self.status.refuse(said.to_owned());
             return None;
         }
@@ -96,7 +97,7 @@ impl StudioApp {
     }
 }
 
-/// The folder of a project or a shoot if the path is its file; the path itself if not.
+/// Folder of a project or a shoot, given one of its files; any other path unchanged.
 pub(super) fn folder_of(path: PathBuf) -> PathBuf {
     match path.parent() {
         Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
@@ -104,7 +105,7 @@ pub(super) fn folder_of(path: PathBuf) -> PathBuf {
     }
 }
 
-/// True if it may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
+/// True if the path may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
 fn is_part(path: &Path) -> bool {
     const OTHERS: [&str; 2] = ["lp", "dpx"];
     let extension = path.extension().unwrap_or_default();

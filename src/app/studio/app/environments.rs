@@ -1,4 +1,4 @@
-//! The list of environments: its favourites, what is searched for, and the next one of what is shown.
+//! The environment list: favourites, search, and steps through the visible entries.
 
 use super::StudioApp;
 use crate::command::{Command, EnvironmentsCommand, LookCommand};
@@ -20,7 +20,7 @@ impl StudioApp {
         }
     }
 
-    /// Lights the subject by the entry so many places further in the list as it is shown.
+    /// Lights the subject with the entry `step` places further in the visible list.
     fn step_environment(&mut self, step: isize) {
         let groups = environment_groups::shown(self.library.entries(), &self.state.search);
         if let Some(next) = environment_groups::step(&groups, self.state.look.environment, step) {
@@ -28,7 +28,7 @@ impl StudioApp {
         }
     }
 
-    /// Loads what the list and the pictures need, and marks the favourites.
+    /// Loads the panoramas that the list and the pictures need, and marks the favourites.
     pub(super) fn follow_environments(&mut self) {
         let state = &self.state;
         self.library.follow(&state.look.environments);

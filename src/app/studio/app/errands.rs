@@ -1,4 +1,4 @@
-//! Reading and changing projects on the disk, beside the window: a disk may be slow, and another process may be writing.
+//! Background reads and changes of projects on disk, which may be slow or locked by another process.
 
 use super::StudioApp;
 use base::error::Result;
@@ -6,15 +6,15 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use worker::background::catch_panic;
 
-/// Action in the window after an errand is done.
+/// Follow-up in the window once an errand is done.
 type Then = Box<dyn FnOnce(&mut StudioApp) + Send>;
 
-/// Errands that run, in the order in which they were asked for.
+/// Running errands, in order of their start.
 #[derive(Default)]
 pub struct Errands(VecDeque<Receiver<Then>>);
 
 impl Errands {
-    /// Action after the first errand, once it is done.
+    /// Follow-up of the first errand, once it is done.
     fn done(&mut self) -> Option<Then> {
         loop {
             match self.0.front()?.try_recv() {
@@ -23,7 +23,7 @@ impl Errands {
                     return Some(then);
                 }
                 Err(TryRecvError::Empty) => return None,
-                // Its thread could not be started: nothing follows.
+                // The thread could not start: nothing follows.
                 Err(TryRecvError::Disconnected) => drop(self.0.pop_front()),
             }
         }
@@ -31,8 +31,8 @@ impl Errands {
 }
 
 impl StudioApp {
-    /// Calls `act` on a thread of its own, after the open project's list of environments has been written, and later
-    /// `then` with what it made, here.
+    /// Runs `act` on its own thread once the open project's environment list is on disk, then calls `then` with the
+    /// result on this thread.
     pub(super) fn errand<T: Send + 'static>(
         &mut self,
         act: impl FnOnce() -> Result<T> + Send + 'static,
@@ -42,16 +42,16 @@ impl StudioApp {
         let (send, done) = channel::<Then>();
         self.errands.0.push_back(done);
         std::thread::spawn(move || {
-            // It fails if the writer is gone: then there is nothing to wait for.
+            // An error means that the writer is gone, so there is nothing to wait for.
             let _ = settled.map(|settled| settled.recv());
             let made = catch_panic(act);
-            // Nobody listens once the window is closed.
+            // Fails once the window is closed, when the result does not matter.
             let _ = send.send(Box::new(move |app| then(app, made)));
             wake();
         });
     }
 
-    /// The same for the open project: nothing follows once another is open.
+    /// The same for the open project: `then` is dropped if another project is open by then.
     pub(super) fn errand_here<T: Send + 'static>(
         &mut self,
         act: impl FnOnce() -> Result<T> + Send + 'static,
@@ -65,7 +65,7 @@ impl StudioApp {
         });
     }
 
-    /// Does what follows of errands that are done.
+    /// Runs the follow-ups of finished errands.
     pub(super) fn finish_errands(&mut self) {
         while let Some(then) = self.errands.done() {
             then(self);

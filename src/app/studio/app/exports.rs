@@ -1,4 +1,4 @@
-//! The queue of exports, and where the next one goes.
+//! The export queue, and the destination of the next export.
 
 use super::StudioApp;
 use super::closing::is_movie;
@@ -14,16 +14,16 @@ use handover::relight;
 use std::path::Path;
 use worker::{Export, ExportStatus, Job, WrittenExport};
 
-/// The exports, and whether files of the next one exist already.
+/// The exports, and the check for existing files of the next one.
 pub struct Exports {
-    /// Those that wait, run or are finished.
+    /// Waiting, running and finished exports.
     pub queue: Vec<Export>,
     pub destination: DestinationCheck,
-    /// Destinations of the exports whose files were not looked for yet.
+    /// Destinations of exports not covered by a check of the disk yet.
     ahead: Vec<Ahead>,
 }
 
-/// Destination of an export whose files may not be there yet.
+/// Destination of an export whose files may not exist yet.
 struct Ahead {
     id: u64,
     to: String,
@@ -36,7 +36,7 @@ impl Exports {
         Self { queue: Vec::new(), destination: DestinationCheck::new(wake), ahead: Vec::new() }
     }
 
-    /// Takes in the queue as it is now.
+    /// Takes in the current queue.
     pub fn receive(&mut self, queue: Vec<Export>) {
         self.queue = queue;
         self.destination.receive();
@@ -50,7 +50,7 @@ impl Exports {
         (self.ahead).retain(|ahead| unfinished(ahead.id) || !is_looked_for);
     }
 
-    /// Another project is opened: its queue is another.
+    /// Empties the queue, for another project.
     pub fn clear(&mut self) {
         self.queue.clear();
         self.ahead.clear();
@@ -62,7 +62,7 @@ impl Exports {
         finished.count()
     }
 
-    /// Destination of an export of frames `range` to `to`: a number is appended where files are there already, or will be once
+    /// Destination of an export of frames `range` to `to`. Appends a number if files exist there, or will exist once
     /// the queue is written.
     pub fn goes_to(&self, to: &str, range: (usize, usize)) -> String {
         let found = self.destination.found();
@@ -77,7 +77,7 @@ impl Exports {
         names.next().unwrap_or_else(|| to.to_owned())
     }
 
-    /// Looks for files of the next export of the project in `root`.
+    /// Checks for existing files of the next export of the project in `root`.
     pub fn ask(&mut self, state: &State, root: &Path) {
         let finished = self.finished();
         self.destination.ask(DestinationQuery {
@@ -120,7 +120,7 @@ impl StudioApp {
         }
     }
 
-    /// Settings of the present export; None if nothing can be exported: the reason is said.
+    /// Settings of the next export. None if nothing can be exported; then the reason is shown.
     fn export_settings(&mut self) -> Option<RelightSettings> {
         let entry = self.library.entries().get(self.state.look.environment);
         let panorama = entry.map(|entry| &entry.panorama);
@@ -138,7 +138,7 @@ impl StudioApp {
         Some(options.settings(project, look, &self.state.solo, light, self.device))
     }
 
-    /// Writes a job of the current settings for a farm, as the command line does, into a folder of its own in `folder`.
+    /// Writes the current settings as a farm job, as the command line does, into a new folder in `folder`.
     fn send_to_farm(&mut self, engine: Engine, folder: &Path) {
         let Some(settings) = self.export_settings() else {
             return;
@@ -169,7 +169,7 @@ impl StudioApp {
         }
     }
 
-    /// Adds an export of the current settings to the queue.
+    /// Adds an export with the current settings to the queue.
     fn add_export(&mut self) {
         let Some(settings) = self.export_settings() else {
             return;
@@ -202,7 +202,7 @@ impl StudioApp {
     }
 }
 
-/// Title of an export: its file, or its first and last still, such as `clay.0000–0007.png`.
+/// Title of an export: its file name, or its first and last still, such as `clay.0000–0007.png`.
 fn title(to: &str, (first, last): (usize, usize)) -> String {
     let name = Path::new(to).file_name().unwrap_or_default();
     let name = name.display().to_string();

@@ -1,4 +1,4 @@
-//! The window when the GPU that draws it is lost.
+//! Recovery when the GPU that draws the window is lost.
 
 use super::StudioApp;
 use compositor::passes::is_lost;
@@ -8,12 +8,12 @@ use project::Project;
 use std::sync::Arc;
 use worker::Latest;
 
-/// The project that a window leaves open, for the next one.
+/// The project that a closing window leaves for the next window.
 pub type ProjectHandover = Arc<Latest<Option<Project>>>;
 
 impl StudioApp {
-    /// A window that closes when the GPU that draws it is lost, and then hands its project over to `next`.
-    /// `message` is shown in its line of messages.
+    /// Makes the window close if the GPU that draws it is lost, and then pass its project to `next`. `message` appears
+    /// in the message line.
     pub fn replaced_by(mut self, next: ProjectHandover, message: Option<&str>) -> Self {
         self.handover = Some(next);
         if let Some(message) = message {
@@ -22,8 +22,8 @@ impl StudioApp {
         self
     }
 
-    /// True if the window cannot be drawn any more. Then it closes, with everything saved; drawing would end the
-    /// program, for egui finds no memory on the GPU.
+    /// True if the window can no longer be drawn. It then saves everything and closes: drawing would abort the program,
+    /// since egui gets no memory from a lost GPU.
     pub(super) fn closes_without_gpu(&mut self, frame: &Frame) -> bool {
         let device = frame.wgpu_render_state().map(|state| &state.device);
         if !device.is_some_and(is_lost) {

@@ -1,4 +1,4 @@
-//! Calibration and training: their jobs, and what is set by hand before.
+//! Calibration and training jobs, and their manual settings.
 
 use super::StudioApp;
 use crate::command::{CalibrationCommand, Dialog, JobCommand, LookCommand, TrainingCommand};
@@ -47,7 +47,7 @@ impl StudioApp {
 
     pub(super) fn apply_to_training(&mut self, command: TrainingCommand) {
         let done = match command {
-            // Until it is known what there is, nothing can be continued.
+            // Training can only be resumed once the checkpoints are known.
             TrainingCommand::Start { .. } if self.readers.training.records.is_none() => {
                 Err("The checkpoints are still being read".to_owned())
             }
@@ -61,7 +61,7 @@ impl StudioApp {
         self.refuse_unless(done);
     }
 
-    /// Trains with the chosen settings.
+    /// Trains with the current settings.
     fn train(&self, fresh: bool) -> Result<(), String> {
         let project = self.session.project.as_ref().ok_or("Open a project first")?;
         let training = &self.readers.training;
@@ -92,7 +92,7 @@ impl StudioApp {
         self.refuse_unless(done);
     }
 
-    /// Pauses the running job, or continues it.
+    /// Pauses or resumes the running job.
     fn pause_job(&mut self) -> Result<(), String> {
         let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) else {
             return Err("No job is running".to_owned());

@@ -1,4 +1,4 @@
-//! Lights placed by hand: added, copied, pasted and removed, and their groups.
+//! Lights placed by hand: add, copy, paste, remove, and groups.
 
 use super::StudioApp;
 use crate::command::{Command, LightsCommand, LookCommand, ViewCommand};
@@ -32,7 +32,9 @@ impl StudioApp {
             }
             LightsCommand::RenameGroup(index, name) => {
                 if lighting.groups.iter().any(|group| group.name == name) {
-                    return Err(format!("A group is called {name} already. Choose another name"));
+                    return Err(format!(
+                        "A group named {name} already exists. Choose another name"
+                    ));
                 }
                 if let Some(group) = lighting.groups.get_mut(index) {
                     let before = std::mem::replace(&mut group.name, name.clone());
@@ -51,20 +53,20 @@ impl StudioApp {
         Ok(())
     }
 
-    /// The index of the chosen light.
+    /// Index of the selected light.
     fn chosen_light(&self) -> Result<usize, String> {
         let none = "Choose a light first: click its line in Light, or its handle";
         self.state.chosen_light().ok_or(none.to_owned())
     }
 
-    /// Adds a light, and chooses it.
+    /// Adds a light and selects it.
     fn add_light(&mut self, light: CopiedLight) {
         self.relight(LookCommand::AddLight(Box::new(light)));
         let last = self.state.look.lighting.placed.len().checked_sub(1);
         self.state.show(ViewCommand::ChooseLight(last));
     }
 
-    /// Changes the look in a step of undo of its own.
+    /// Changes the look as one separate undo step.
     fn relight(&mut self, command: LookCommand) {
         self.state.release();
         self.apply(Command::Look(command));
@@ -72,7 +74,7 @@ impl StudioApp {
     }
 }
 
-/// Brings the lights of one group into another, or into none.
+/// Moves the lights of a group to another group, or out of any group.
 fn regroup(lighting: &mut Lighting, from: &str, to: &str) {
     let inside = lighting.placed.iter_mut().filter(|light| light.group == from);
     inside.for_each(|light| to.clone_into(&mut light.group));

@@ -1,4 +1,4 @@
-//! Looks: stored, shown, shared between projects, and shown side by side.
+//! Stored looks: saved, applied, shared between projects, and compared side by side.
 
 use super::StudioApp;
 use crate::command::{Command, Dialog, LookCommand, LooksCommand};
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use worker::SrgbPicture;
 
-/// Ending of the names of files with looks.
+/// Ending of look files.
 pub(super) const ENDING: &str = ".look.json";
 
 impl StudioApp {
@@ -32,7 +32,7 @@ impl StudioApp {
             LooksCommand::Update(id) => self.store_look(id.shelf, id.name)?,
             LooksCommand::Apply(id, number) => {
                 let version = self.looks.version(&id, number);
-                let version = version.ok_or("This look is not stored any more")?;
+                let version = version.ok_or("This look is no longer stored")?;
                 let (look, number) = (version.look.clone(), version.number);
                 self.looks.current = Some((id, number));
                 self.show_look(look);
@@ -43,7 +43,9 @@ impl StudioApp {
                 let names = self.names(id.shelf);
                 let taken = |one: &&LookName| one.is_like(&name) && **one != id.name;
                 if let Some(taken) = names.iter().find(taken) {
-                    return Err(format!("A look is called {taken} already. Choose another name"));
+                    return Err(format!(
+                        "A look named {taken} already exists. Choose another name"
+                    ));
                 }
                 let to = LookId { shelf: id.shelf, name: name.clone() };
                 self.state.four.rename(&id, &to);
@@ -94,12 +96,12 @@ impl StudioApp {
         Ok(())
     }
 
-    /// Check that a shelf can be changed.
+    /// Checks that a shelf can be changed.
     fn writable(&self, shelf: Shelf) -> Result<(), String> {
         match (shelf, &self.session.read_only) {
-            (Shelf::Project, Some(why)) => Err(format!("No look can be stored here: {why}")),
+            (Shelf::Project, Some(why)) => Err(format!("Looks cannot be stored here: {why}")),
             (Shelf::Person, _) if self.looks.shelf(shelf).is_none() => {
-                Err("There is no folder for settings, so no look can be kept for all projects"
+                Err("No settings folder on this system: looks for all projects cannot be stored"
                     .to_owned())
             }
             _ => Ok(()),
@@ -118,7 +120,7 @@ impl StudioApp {
         Ok(())
     }
 
-    /// Takes a look to the other shelf.
+    /// Moves a look to the other shelf.
     fn copy_look(&mut self, id: LookId) -> Result<(), String> {
         let to = match id.shelf {
             Shelf::Project => Shelf::Person,
@@ -126,7 +128,7 @@ impl StudioApp {
         };
         self.writable(to)?;
         let from = self.looks.shelf(id.shelf).cloned();
-        let from = from.ok_or("This look is not stored any more")?;
+        let from = from.ok_or("This look is no longer stored")?;
         let said = match to {
             Shelf::Person => format!("{} is kept for all projects", id.name),
             Shelf::Project => format!("{} is stored in this project", id.name),
@@ -140,7 +142,7 @@ impl StudioApp {
     fn write_look(&mut self, path: PathBuf) -> Result<(), String> {
         let id = self.saved_as.take();
         let version = id.and_then(|id| Some(self.looks.version(&id, None)?.look.clone()));
-        let look = version.ok_or("This look is not stored any more")?;
+        let look = version.ok_or("This look is no longer stored")?;
         self.errand(
             move || write_to(&path, &look).map(|()| path),
             |app, written| match written {
@@ -151,7 +153,7 @@ impl StudioApp {
         Ok(())
     }
 
-    /// Shows the look in a file, and stores it in the project under the file's name.
+    /// Applies the look in a file, and stores it in the project under the file's name.
     fn load_look_file(&mut self, path: PathBuf) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.strip_suffix(ENDING).or(name.strip_suffix(".json"));
@@ -162,7 +164,7 @@ impl StudioApp {
                 Ok(look) => {
                     let look = Arc::new(look);
                     app.show_look(look.clone());
-                    // Without a name that a folder can have it is shown alone.
+                    // Without a name that is valid for a folder, the look is only applied.
                     if let (Some(name), Ok(())) = (name, app.writable(Shelf::Project)) {
                         (app.looks)
                             .act(Shelf::Project, move |shelf| shelf.store(&name, &look).map(Some));
@@ -173,7 +175,7 @@ impl StudioApp {
         );
     }
 
-    /// Makes a stored look the present one, after its environment's file was looked for if the list lacks it.
+    /// Applies a stored look. If the list lacks its environment, looks for the file first.
     fn show_look(&mut self, look: Arc<StoredLook>) {
         let listed = look.environment.place_in(&self.state.look.environments);
         let file = look.environment.file.clone().filter(|_| listed.is_none());
@@ -186,7 +188,7 @@ impl StudioApp {
         self.errand_here(
             move || Ok((file.is_file(), file)),
             move |app, found| {
-                // Looking for a file cannot fail.
+                // The lookup of a file cannot fail.
                 let (is_there, file) = found.unwrap_or_default();
                 if !is_there {
                     app.miss_environment(&look, Some(&file));
@@ -199,11 +201,11 @@ impl StudioApp {
     fn show_listed(&mut self, look: Arc<StoredLook>, adds: bool) {
         let applied = Box::new(AppliedLook { look, adds });
         self.apply(Command::Look(LookCommand::Apply(applied)));
-        // A step of its own, whatever follows.
+        // One separate undo step, whatever follows.
         self.state.release();
     }
 
-    /// Says that a look's environment is not here.
+    /// Shows a message that a look's environment is missing.
     fn miss_environment(&mut self, look: &StoredLook, file: Option<&Path>) {
         let name = &look.environment.name;
         let list = &self.state.look.environments;
@@ -211,7 +213,7 @@ impl StudioApp {
         if look.environment.namesake_in(list).is_some() {
             let with = file.unwrap_or_else(|| "another environment".to_owned());
             return self.status.say(format!(
-                "\u{201c}{name}\u{201d} is another file here; the look was made with {with}"
+                "\u{201c}{name}\u{201d} is a different file here; the look was made with {with}"
             ));
         }
         if !name.is_empty() {
@@ -234,7 +236,7 @@ impl StudioApp {
         Ok(())
     }
 
-    /// Takes in what the shelves hold.
+    /// Takes in the contents of the shelves.
     pub(super) fn receive_looks(&mut self) {
         for news in self.looks.receive() {
             match news {
@@ -247,7 +249,7 @@ impl StudioApp {
         self.draw_look();
     }
 
-    /// Gives the version that is shown a thumbnail, if it has none and the picture on the screen is its own.
+    /// Writes a thumbnail of the picture on screen for the version that it shows, if that has none.
     fn draw_look(&mut self) {
         let (Some((id, number)), Some(relit)) = (&self.looks.current, &self.preview.relit) else {
             return;
@@ -278,7 +280,7 @@ impl StudioApp {
             rgb: relit.rgb.clone(),
         };
         let (name, number, shelf) = (id.name.clone(), *number, id.shelf);
-        // It is tried once: what cannot be written now would fail at every frame.
+        // One attempt only: if writing fails now, it would fail in every frame.
         self.looks.drawn = self.looks.current.clone();
         self.looks.act(shelf, move |shelf| shelf.draw(&name, number, &picture).map(|()| None));
     }

@@ -1,4 +1,4 @@
-//! Abilities of this machine: measured by a job, shown while they are measured, saved as a file.
+//! Performance of this machine: measured by a job, shown during the measurement, saved as a file.
 
 use super::StudioApp;
 use crate::command::MachineCommand;
@@ -10,9 +10,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use worker::{Job, Latest};
 
-/// The window's knowledge of this machine.
+/// State of the machine's measurement.
 pub struct Machine {
-    /// Place in which the job puts it.
+    /// Slot that the job fills.
     known: Arc<Latest<MachineReport>>,
     pub report: Option<MachineReport>,
 }
@@ -22,7 +22,7 @@ impl Machine {
         Self { known: Arc::new(Latest::new(wake)), report: None }
     }
 
-    /// Takes in what was measured since the last call.
+    /// Takes in new measurements since the last call.
     pub fn receive(&mut self) {
         if let Some(report) = self.known.take() {
             self.report = Some(report);
@@ -31,7 +31,7 @@ impl Machine {
 }
 
 impl StudioApp {
-    /// Shows this report of the machine, as if it had just been measured.
+    /// Shows this report as if it had just been measured.
     pub fn show_machine(&self, report: MachineReport) {
         self.machine.known.put(report);
     }
@@ -48,8 +48,7 @@ impl StudioApp {
 
     fn measure_machine(&self, minutes: f64) -> Result<(), String> {
         let program = std::env::current_exe();
-        let program =
-            program.map_err(|e| format!("This program is not found: {}", io_words(&e)))?;
+        let program = program.map_err(|e| format!("Program not found: {}", io_words(&e)))?;
         self.session.run(|_| Job::Device {
             program,
             settings: DeviceSettings { minutes, ..DeviceSettings::default() },

@@ -8,7 +8,7 @@ use footage::{BrushSide, MatteSettings};
 use worker::Job;
 
 impl StudioApp {
-    /// True if undo and redo are about strokes: the brush is taken, its pane active, and there is something to undo.
+    /// True if undo and redo apply to strokes: the brush is active, its pane too, and there are steps.
     pub(super) fn paints(&self, back: bool) -> bool {
         self.state.active == Pane::Footage && self.readers.matte.can_travel(back)
     }
@@ -62,7 +62,7 @@ impl StudioApp {
         self.refuse_unless(done);
     }
 
-    /// Makes all mattes once the strokes are on the disk, if that was asked for.
+    /// Makes all mattes once the strokes are on disk, if requested.
     pub(super) fn make_mattes(&mut self) {
         if let Some(failure) = self.readers.matte.failure() {
             self.status.refuse(failure);

@@ -1,4 +1,4 @@
-//! The way to a project: the recent ones, the one that is planned, and the one that a job makes.
+//! Project selection: recent projects, the planned project, and a project made by a job.
 
 use super::autosave::Autosave;
 use crate::recents::Recents;
@@ -10,7 +10,7 @@ use worker::Latest;
 pub struct ProjectPicker {
     pub recents: Recents,
     pub wizard: Wizard,
-    /// The folder of a project that a job has made.
+    /// Folder of a project that a job has made.
     pub made: Arc<Latest<PathBuf>>,
 }
 
@@ -23,13 +23,13 @@ impl ProjectPicker {
         }
     }
 
-    /// A project was opened: none is planned, and the recent ones are others.
+    /// Ends the plan and rereads the recent projects, after a project was opened.
     pub fn opened(&mut self) {
         self.recents.invalidate();
         self.wizard.set(None);
     }
 
-    /// Looks at the folders on the disk.
+    /// Looks at the folders on disk.
     pub fn ask(&mut self, saved: &Autosave, wake: impl Fn() + Clone + Send + 'static) {
         let opened = |project: &Path| saved.opened_at(project);
         self.recents.look(saved.recent(), opened, wake.clone());

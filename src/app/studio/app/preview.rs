@@ -1,4 +1,4 @@
-//! The picture in the viewport: the request, and the time of the next frame.
+//! The picture in the viewport: its request, and the time of the next frame.
 
 use crate::environment_library::EnvironmentLibrary;
 use crate::four_looks::FourPicture;
@@ -13,18 +13,18 @@ use std::sync::Arc;
 use std::time::Duration;
 use worker::{Comparison, LookView, Origin, PreviewPicture, PreviewRequest, Worker};
 
-/// The newest picture, and what was asked for last.
+/// The newest picture, and the last request.
 #[derive(Default)]
 pub struct Preview {
     pub relit: Option<Arc<PreviewPicture>>,
     asked: Option<(PictureRequest, Shortcuts)>,
-    /// The window draws textures of the GPU that the network computes on.
+    /// True if the window draws textures of the network's GPU.
     shares_gpu: bool,
-    /// When the next frame is due while playing, in the window's seconds.
+    /// Time of the next frame during playback, in seconds of the window's clock.
     due: f64,
 }
 
-/// A picture that the state asks for.
+/// Request for the picture of a state.
 #[derive(PartialEq)]
 struct PictureRequest {
     scene: Scene,
@@ -35,22 +35,22 @@ struct PictureRequest {
     table: Option<PathBuf>,
 }
 
-/// Parts that may be left out while the picture changes.
+/// Work to skip while the picture changes.
 #[derive(Clone, Copy, PartialEq)]
 struct Shortcuts {
-    /// The full size and fine light, because a setting is dragged or the clip plays.
+    /// Skip full size and fine light: a setting is being dragged or the clip plays.
     moving: bool,
-    /// The copy to memory, because nothing that is visible reads it.
+    /// Skip the copy to memory: no visible panel reads it.
     texture: bool,
 }
 
 impl Preview {
-    /// One whose pictures are drawn by a window that shares its GPU with the network, or not.
+    /// A preview for a window that does or does not share its GPU with the network.
     pub fn drawn_by(shares_gpu: bool) -> Self {
         Self { shares_gpu, ..Self::default() }
     }
 
-    /// Forgets the picture and what was asked for.
+    /// Drops the picture and its request.
     pub fn clear(&mut self) {
         (self.relit, self.asked) = (None, None);
     }
@@ -60,13 +60,13 @@ impl Preview {
         self.relit = newer.or(self.relit.take());
     }
 
-    /// Lamps of the rig; 0 before the first picture.
+    /// Number of lamps in the rig; 0 before the first picture.
     pub fn lamps(&self) -> usize {
         self.relit.as_ref().map_or(0, |relit| relit.rig.lamps.len())
     }
 
-    /// Asks for the picture that the state calls for, if it changed and its environment is loaded. `shown` are the
-    /// visible panes, `root` is the project's folder.
+    /// Requests the picture of the state if the request changed and its environment is loaded. `shown`: the visible
+    /// panes; `root`: the project's folder.
     pub fn ask(
         &mut self,
         (worker, root): (&Worker, Option<&Path>),
@@ -126,7 +126,7 @@ impl Preview {
         }
     }
 
-    /// Goes on to the next frame when it is due and the current one has been seen.
+    /// Advances to the next frame when it is due and the current one has been shown.
     pub fn play(&mut self, ctx: &Context, state: &mut State) {
         let period = 1.0 / state.frame_rate;
         let now = ctx.input(|i| i.time);
@@ -137,7 +137,7 @@ impl Preview {
         } else if seen {
             if now >= self.due {
                 state.advance();
-                // Late frames are not made up for: that would show them faster than they were filmed.
+                // Late frames are not caught up: they would play faster than filmed.
                 self.due = (self.due + period).max(now);
             }
             ctx.request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));

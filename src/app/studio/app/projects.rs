@@ -79,7 +79,7 @@ impl StudioApp {
         }
     }
 
-    /// Opens the project in a folder; asks first where work would end, unless that was `agreed`.
+    /// Opens the project in a folder. Asks first if work would end, unless `agreed`.
     fn open_folder(&mut self, folder: &Path, agreed: bool) {
         let folder = folder.to_path_buf();
         self.errand(
@@ -91,11 +91,11 @@ impl StudioApp {
         );
     }
 
-    /// Shows a project that was read; asks first where work would end, unless that was `agreed`.
+    /// Opens a project already read from disk. Asks first if work would end, unless `agreed`.
     fn leave_for(&mut self, project: Project, agreed: bool) {
         let again = self.session.is_of(&project.root);
         if again && let Err(sentence) = self.session.can_leave() {
-            // It would read what the job is writing.
+            // Reading now would race with the job that is writing.
             return self.status.refuse(sentence);
         }
         let ends = self.would_end();
@@ -110,7 +110,7 @@ impl StudioApp {
         self.open(project, worker);
     }
 
-    /// Shows another project, with `worker` behind it.
+    /// Switches the window to another project, driven by `worker`.
     pub(super) fn open(&mut self, project: Project, worker: Worker) {
         self.save_look();
         let gain = self.state.gain;
@@ -131,7 +131,7 @@ impl StudioApp {
         }
     }
 
-    /// Begins to show what `worker` makes of `project`.
+    /// Starts `worker` on `project`, with a fresh preview and fresh readers.
     pub(super) fn start(&mut self, project: Project, worker: Worker) {
         self.session.open(project, worker);
         self.status.begin(Phase::Opening);
@@ -139,8 +139,8 @@ impl StudioApp {
         self.readers = Readers::default();
     }
 
-    /// Runs the job that makes the project in folder `project`, which is opened when it is done. The map of gathered `parts`,
-    /// if there are any, is written first.
+    /// Runs the job that makes the project in folder `project`, and opens the project when the job ends. First writes
+    /// the map of gathered `parts`, if there are any.
     fn make(&mut self, job: Job, project: PathBuf, parts: Vec<(Slot, Candidate)>) {
         let wake = self.wake();
         let worker = self.session.worker.get_or_insert_with(|| {
@@ -162,7 +162,7 @@ impl StudioApp {
         }
     }
 
-    /// Opens what a job has made, once the job is over.
+    /// Opens a project that a job has made, once the job has ended.
     pub(super) fn open_made(&mut self) {
         if self.session.can_leave().is_ok()
             && let Some(project) = self.picker.made.take()
@@ -171,8 +171,8 @@ impl StudioApp {
         }
     }
 
-    /// Changes the open project on the disk, and then calls `then` with what `change` made; or says why it cannot be
-    /// changed.
+    /// Changes the open project on disk, then calls `then` with the result of `change`. Shows the reason if the project
+    /// cannot be changed.
     fn change_project<T: Send + 'static>(
         &mut self,
         change: impl FnOnce(&mut Project) -> Result<T> + Send + 'static,
@@ -197,8 +197,8 @@ impl StudioApp {
         );
     }
 
-    /// Another program may have chosen another OpenColorIO configuration for the project while a person was there: when they
-    /// come back to the window, the project is read again.
+    /// Rereads the project when the window regains focus: another program may have set a different OpenColorIO
+    /// configuration.
     pub(super) fn follow_color_config(&mut self) {
         let is_back = (self.ctx).input(|i| i.events.contains(&Event::WindowFocused(true)));
         let Some(project) = self.session.project.as_ref().filter(|_| is_back) else {
@@ -208,7 +208,7 @@ impl StudioApp {
         self.errand(
             move || Project::open(&root),
             |app, read| {
-                // Why it cannot be read is said by what needs it.
+                // A project that cannot be read is reported where it is needed.
                 if let Ok(read) = read {
                     app.take_color_config(read);
                 }
@@ -216,7 +216,7 @@ impl StudioApp {
         );
     }
 
-    /// Uses the OpenColorIO configuration of the open project as it was read from the disk.
+    /// Uses the OpenColorIO configuration that was read from disk.
     fn take_color_config(&mut self, read: Project) {
         let config = read.settings.color_config;
         let Some(project) = &mut self.session.project else {
@@ -228,16 +228,16 @@ impl StudioApp {
         project.settings.color_config = config;
         let choice = ColorChoice::default().or_config(project.color_config());
         self.status.say(match choice.named() {
-            Some(named) => format!("The OpenColorIO configuration is {} now", shown(&named)),
+            Some(named) => format!("OpenColorIO configuration is now {}", shown(&named)),
             None => {
                 self.state.show(ViewCommand::LookThrough(None));
                 self.state.export_options.ocio = ColorChoice::default();
-                "The project has no OpenColorIO configuration any more".to_owned()
+                "The project no longer has an OpenColorIO configuration".to_owned()
             }
         });
     }
 
-    /// Works with another square of the pictures; what is set in the window stays.
+    /// Changes the project's crop. The window's settings stay.
     fn reframe(&mut self, framing: Framing) {
         let change = move |project: &mut Project| {
             let aside = project.frame(framing)?;
@@ -259,10 +259,10 @@ impl StudioApp {
     }
 }
 
-/// Writes the map of gathered parts into the folder of a project that is not there yet.
+/// Writes the map of gathered parts into the folder of a project that does not exist yet.
 fn write_map(parts: &[(Slot, Candidate)], project: &Path) -> Result<()> {
     if project.join("project.toml").exists() {
-        // The import says so.
+        // The import reports it.
         return Ok(());
     }
     let remedy = "Choose another folder for the project";

@@ -1,4 +1,4 @@
-//! Background reads of the open project.
+//! Background readers of the open project.
 
 use crate::accuracy::Accuracy;
 use crate::calibration_analysis::CalibrationAnalysis;
@@ -18,7 +18,7 @@ use project::Project;
 use std::sync::Arc;
 use worker::{Event, PreviewPicture};
 
-/// The window's knowledge of the open project.
+/// State of the readers.
 #[derive(Default)]
 pub struct Readers {
     pub analysis: CalibrationAnalysis,
@@ -46,7 +46,7 @@ impl Readers {
         self.training.on_event(event);
     }
 
-    /// Takes in what was read.
+    /// Takes in the readers' results.
     pub fn receive(&mut self, ctx: &Context) {
         self.analysis.receive();
         self.review.receive();
@@ -58,7 +58,7 @@ impl Readers {
         self.inspector.receive();
     }
 
-    /// Has read what the panes `shown` show and is not known yet.
+    /// Requests whatever the visible panes `shown` need and is not known yet.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -71,7 +71,7 @@ impl Readers {
         self.training.ask(project, shown, wake.clone());
         self.colors.ask(project, state, wake.clone());
         self.analysis.ask(project, state, shown, wake.clone());
-        // The timeline marks frames that are unlike every pose, whatever else is shown.
+        // The timeline marks frames unlike every pose, whichever other panes are visible.
         let draws = shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review);
         let still = relit.filter(|_| draws && !state.playing);
         let cell = state.cell.map(|(case, lamp)| (case, lamp, device));
@@ -103,7 +103,7 @@ impl Readers {
             self.aim.point(question, wake.clone());
         }
         match relit.filter(|_| state.shows_handles() && shown.contains(&Pane::Picture)) {
-            // A frame that is merely played is not worth the work.
+            // A frame that is only being played is not worth the work.
             Some(relit) if !state.playing => self.aim.seek(&relit.predicted, &relit.rig, wake),
             Some(_) => {}
             None if state.aims => {}
@@ -111,8 +111,8 @@ impl Readers {
         }
     }
 
-    /// Has the interview's frame read that is shown behind panes with nothing else to show: while nothing is trained, and
-    /// where `waits` says that the project waits for a calibration or a training.
+    /// Requests the interview frame shown as a backdrop of empty panes: while nothing is trained, and where `waits`
+    /// says that the project needs a calibration or a training.
     pub fn ask_backdrop(
         &mut self,
         project: &Project,

@@ -1,4 +1,4 @@
-//! The review: its jobs, the chosen cell, and verdicts.
+//! The review: its jobs, the selected cell, and verdicts.
 
 use super::StudioApp;
 use crate::command::{ReviewCommand, ViewCommand};
@@ -28,7 +28,7 @@ impl StudioApp {
         self.refuse_unless(done);
     }
 
-    /// Compares the network with the truth, or writes what is known of that as a page.
+    /// Measures the network against the truth, or writes the results as a page.
     fn review_network(
         &self,
         truth: Option<PathBuf>,
@@ -48,12 +48,12 @@ impl StudioApp {
         (self.session.writable()).and_then(|()| self.readers.review.mark(marked))
     }
 
-    /// True if undo and redo are about verdicts and notes: some were given, and a pane is active where that is done.
+    /// True if undo and redo apply to verdicts and notes: there are some, and a review pane is active.
     pub(super) fn judges(&self) -> bool {
         matches!(self.state.active, Pane::Review | Pane::Lamps) && self.readers.review.has_history()
     }
 
-    /// Undoes the last verdict or note, or gives it again.
+    /// Undoes or redoes the last verdict or note.
     pub(super) fn travel_marks(&mut self, back: bool) {
         let done = self.session.writable();
         if done.is_ok() {
@@ -62,18 +62,19 @@ impl StudioApp {
                 false => ("Redone", "redo"),
             };
             self.status.mention(match self.readers.review.travel(back) {
-                // It may be another cell than the chosen one.
-                Some([case, lamp]) => format!("{done}: the mark of {case}, {lamp}"),
-                // The light, which is not seen here, stays.
+                // May be a different cell than the selected one.
+                Some([case, lamp]) => format!("{done}: mark of {case}, {lamp}"),
+                // Undo must not touch the light, which this pane does not show.
                 None => {
-                    format!("No mark is left to {undo} here. To {undo} the light, go to Relight")
+                    format!("No mark left to {undo}. To {undo} light changes, go to Relight")
                 }
             });
         }
         self.refuse_unless(done);
     }
 
-    /// Gives the chosen cell a verdict, or takes it back if it has that one, and leaves its note. Outside the map's pane, the cell has to be shown.
+    /// Gives the selected cell a verdict, or removes it if the cell has that one. The note stays. Outside the map's
+    /// pane, the cell must be visible.
     fn judge(&mut self, verdict: Mark) -> Result<(), String> {
         let cell = match self.state.active {
             Pane::Review => self.state.chosen,
@@ -84,7 +85,7 @@ impl StudioApp {
             Some((&review.cases.get(case)?.name, review.lamps.get(lamp)?))
         });
         let Some((case, lamp)) = names else {
-            return Err("Choose a cell first: click one in the map of errors".to_owned());
+            return Err("Choose a cell first: click one in the error map".to_owned());
         };
         let marked = self.readers.review.marks.of(case, lamp);
         let note = marked.map_or("", |marked| &marked.note);
@@ -94,7 +95,7 @@ impl StudioApp {
         self.mark(marked)
     }
 
-    /// Chooses a cell and shows it beside its truth.
+    /// Selects a cell and shows it beside its truth.
     fn choose(&mut self, cell: (usize, usize)) {
         let review = self.readers.review.measured();
         let Some(case) = review.and_then(|review| {
@@ -122,8 +123,8 @@ impl StudioApp {
         Ok(())
     }
 
-    /// True if the key that switches between two pictures is about those of a cell: where one is shown, unless keys go to the
-    /// picture beside it.
+    /// True if the key that switches between two pictures applies to those of a cell: a cell is visible, and the
+    /// picture beside it is not the active pane.
     pub(super) fn flips_cell(&self) -> bool {
         let beside = self.state.active == Pane::Picture && self.shown.contains(&Pane::Lamps);
         let failed = matches!(self.readers.review.cell, Some(Err(_)));

@@ -1,4 +1,4 @@
-//! The open project, the threads behind it, and the right to write into it.
+//! The open project, its threads, and its write lock.
 
 use base::error::Error;
 use project::{Lock, Project};
@@ -10,36 +10,36 @@ use worker::{Job, Worker};
 #[derive(Default)]
 pub struct Session {
     pub project: Option<Project>,
-    /// It may run before a project is open, for the job that makes one.
+    /// May run before a project is open, for the job that makes one.
     pub worker: Option<Worker>,
-    /// Keeps others from writing into the project.
+    /// Keeps other processes from writing to the project.
     lock: Option<Lock>,
-    /// Reason nothing can be written into it: another process holds its lock.
+    /// Reason the project is read-only: another process holds its lock.
     pub read_only: Option<String>,
 }
 
 impl Session {
-    /// Opens `project`, with `worker` behind it, in place of the one before.
+    /// Replaces the open project with `project` and its `worker`.
     pub fn open(&mut self, project: Project, mut worker: Worker) {
         let before = self.take_lock(&project.root);
         if let Some(why) = &self.read_only {
             worker.refuse_writes(why.clone());
         }
         self.project = Some(project);
-        // The old worker is joined in the background: it may be in a training step, and keeps the right to
-        // write its checkpoint until then.
+        // The old worker is joined in the background: it may be in a training step, and keeps its write lock until the
+        // checkpoint is saved.
         let old = (self.worker.replace(worker), before);
         drop_later(old);
     }
 
-    /// True if the open project is the one in `root`, by whatever path.
+    /// True if the open project is the one in `root`; symbolic links are resolved.
     pub fn is_of(&self, root: &Path) -> bool {
         let full = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         let mut open = self.project.iter().map(|project| &project.root);
         open.any(|open| open == root || full(open) == full(root))
     }
 
-    /// Takes the lock of the project in `root`, unless it is held already; returns the one before.
+    /// Takes the lock of the project in `root` unless already held. Returns the previous lock.
     fn take_lock(&mut self, root: &Path) -> Option<Lock> {
         let is_open = self.is_of(root);
         let before = self.lock.take();
@@ -53,26 +53,26 @@ impl Session {
         before
     }
 
-    /// Check that the project can be written.
+    /// Checks that the project can be written.
     ///
     /// # Errors
-    /// The reason it cannot.
+    /// The reason it is read-only.
     pub fn writable(&self) -> Result<(), String> {
         said(self.worker.as_ref().map_or(Ok(()), Worker::writable))
     }
 
-    /// Check that neither a job nor an export runs.
+    /// Checks that no job and no export is running.
     ///
     /// # Errors
-    /// The reason for the wait.
+    /// The reason to wait.
     pub fn idle(&self) -> Result<(), String> {
         said(self.worker.as_ref().map_or(Ok(()), Worker::idle))
     }
 
-    /// Check that no job runs, which another project would stop.
+    /// Checks that no job is running, which opening another project would stop.
     ///
     /// # Errors
-    /// The job that runs, and the way to stop it.
+    /// The running job, and how to stop it.
     pub fn can_leave(&self) -> Result<(), String> {
         match self.worker.as_ref().and_then(Worker::running_job) {
             Some(job) => {
@@ -85,7 +85,7 @@ impl Session {
     /// Runs a job on the open project.
     ///
     /// # Errors
-    /// Why it cannot run now, and what to do.
+    /// The reason it cannot run now, and the remedy.
     pub fn run(&self, job: impl FnOnce(&Project) -> Job) -> Result<(), String> {
         let (Some(project), Some(worker)) = (&self.project, &self.worker) else {
             return Err("Open a project first".to_owned());
@@ -94,7 +94,7 @@ impl Session {
     }
 }
 
-/// The error as the sentence that the window shows.
+/// The error as a sentence for the window.
 fn said(done: Result<(), Error>) -> Result<(), String> {
     done.map_err(|e| e.to_string())
 }

@@ -1,4 +1,4 @@
-//! Content of the window: the lines around the panes, the panes, and the lists of keys and commands over them.
+//! Contents of the window: the bars around the panes, the panes, and the lists of keys and commands over them.
 
 use crate::command::{Command, TimelineCommand};
 use crate::keys;
@@ -14,7 +14,7 @@ use crate::workspace_view::{Panels, WorkspaceView};
 use eframe::egui_wgpu::RenderState;
 use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 
-/// State that only the drawing needs.
+/// State that only drawing needs.
 #[derive(Default)]
 pub struct WindowView {
     panels: Panels,
@@ -25,22 +25,22 @@ pub struct WindowView {
 /// Result of drawing the window.
 pub struct Drawn {
     pub panes: Vec<Pane>,
-    /// The arrangement was changed.
+    /// True if the layout was changed.
     pub layout_edited: bool,
 }
 
 impl WindowView {
-    /// Has the picture drawn from this GPU if it was made there.
+    /// Draws the picture from this GPU if it was made there.
     pub fn draw_with(&mut self, window: RenderState) {
         self.panels.draw_with(window);
     }
 
-    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    /// Size of a pixel of the fitted picture in points; 0 before the first picture.
     pub fn fit(&self) -> f32 {
         self.panels.fit()
     }
 
-    /// Effect of a command on the timeline: a command that is left to apply, if there is one.
+    /// Applies a command to the timeline. Returns the command that remains to be applied, if any.
     pub fn apply_to_timeline(
         &mut self,
         command: TimelineCommand,
@@ -49,22 +49,22 @@ impl WindowView {
         self.panels.timeline().apply(command, state)
     }
 
-    /// Another project was opened: what was selected and zoomed on the timeline was the other one's.
+    /// Resets the timeline's selection and zoom, for another project.
     pub fn opened(&mut self) {
         *self.panels.timeline() = TimelinePanel::default();
     }
 
-    /// True if the pointer was over the timeline when that was drawn last.
+    /// True if the pointer was over the timeline in the last frame.
     pub fn is_over_timeline(&mut self) -> bool {
         self.panels.timeline().is_hovered()
     }
 
-    /// Gives the focus to the first control of a pane.
+    /// Moves the focus to the first control of a pane.
     pub fn focus(&mut self, pane: Pane) {
         self.panels.focus(pane);
     }
 
-    /// True if something was typed into the field of this entry.
+    /// True if this entry's field contains typed text.
     pub fn path_is_typed(&self, entry: &PathEntry) -> bool {
         self.path.is_typed(entry)
     }
@@ -125,7 +125,7 @@ fn bar(margin: i8) -> Frame {
     Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(12, margin))
 }
 
-/// The lines around the panes.
+/// Draws the bars around the panes.
 fn bars_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     Panel::top("workspaces")
         .exact_size(34.0)

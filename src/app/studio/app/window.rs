@@ -1,4 +1,4 @@
-//! Arrangement of the window, and the questions and lists that cover it.
+//! Layout of the window, and the dialogs and lists that cover it.
 
 use super::StudioApp;
 use crate::command::{AimCommand, LookCommand, ViewCommand, WindowCommand};
@@ -67,7 +67,7 @@ impl StudioApp {
         }
     }
 
-    /// Closes the question before a close or before another project: the work goes on.
+    /// Closes the question before a close or before another project; work continues.
     fn keep_open(&mut self) {
         if !self.state.closing.is_empty() {
             self.state.closing.clear();
@@ -77,14 +77,14 @@ impl StudioApp {
         }
     }
 
-    /// Reason a person's work is not on the disk: look, verdicts or strokes could not be written.
+    /// Reason a look, a verdict or a stroke is not on disk.
     pub(super) fn unsaved(&self) -> Option<&str> {
         (self.autosave.unsaved())
             .or(self.readers.review.failure.as_deref())
             .or(self.readers.matte.unsaved())
     }
 
-    /// Says whether all is saved, for those who save by key.
+    /// Reports whether everything is saved, for people who press the save key.
     fn tell_saved(&mut self) {
         if self.session.project.is_none() {
             return self.status.refuse("Open a project first".to_owned());
@@ -122,7 +122,7 @@ impl StudioApp {
         }
     }
 
-    /// Keys go to a pane that is shown if theirs is hidden.
+    /// Activates a visible pane if the active one is hidden.
     pub(super) fn activate_shown(&mut self) {
         if !self.shown.contains(&self.state.active) {
             let is_shown = |pane: &&Pane| self.shown.contains(pane);
@@ -134,7 +134,7 @@ impl StudioApp {
     }
 }
 
-/// Closes the question whether to replace a file, or else the field for a path.
+/// Closes the question before a file is replaced, or else the path field.
 fn leave_path(state: &mut State) {
     let asked = (state.path.as_mut()).and_then(|entry| entry.existing.take());
     if asked.is_none() {
@@ -142,13 +142,14 @@ fn leave_path(state: &mut State) {
     }
 }
 
-/// True if a cell, a region, or lamps or lights alone are looked at.
+/// True if the view is narrowed to a cell, a region, or solo lamps or lights.
 fn looks_closely(state: &State) -> bool {
     let solo = !state.solo.is_empty() || state.look.lighting.is_solo();
     state.cell.is_some() || state.region.is_some() || solo
 }
 
-/// Leaves what is looked at closely: one picture of a cell, the cell, a region, lamps alone, lights alone, or a light; the first of these that applies.
+/// Leaves one narrowed view: an enlarged picture of a cell, the cell, a region, solo lamps, solo lights or the selected
+/// light, whichever comes first.
 fn leave(state: &mut State) {
     if state.cell.is_some() && state.enlarged.is_some() {
         state.enlarged = None;

@@ -1,4 +1,4 @@
-//! The table of keys.
+//! The table of shortcuts.
 
 use crate::command::Command::{
     Aim, Calibration, Environments, Export, Job, Lights, Look, Looks, Matte, Project, Review,
@@ -14,12 +14,12 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 use evaluation::review::Mark;
 use scene::{Channel, Inspection, Setting};
 
-/// A key, what it does, and what the lists of keys and commands call that.
+/// A shortcut, its command, and its label in the lists of keys and commands.
 pub struct Binding {
     pub shortcut: KeyboardShortcut,
     pub command: Command,
     pub label: &'static str,
-    /// The pane that has this key; None for all.
+    /// The pane with this shortcut; None for all panes.
     pub only: Option<Pane>,
 }
 
@@ -27,7 +27,7 @@ const fn on(modifiers: Modifiers, key: Key, command: Command, label: &'static st
     Binding { shortcut: KeyboardShortcut::new(modifiers, key), command, label, only: None }
 }
 
-/// A key of one pane.
+/// A shortcut of one pane.
 const fn within(
     pane: Pane,
     modifiers: Modifiers,
@@ -98,11 +98,11 @@ const NEW: Command = Project(ProjectCommand::New(None));
 const OPEN: Command = Command::Dialog(Dialog::Project);
 const SAVED: Command = Window(WindowCommand::TellSaved);
 
-/// Commands that can be given while a text is typed.
+/// Commands that are available even while text is typed.
 pub const OF_PROJECTS: [Command; 3] = [NEW, OPEN, SAVED];
 
-/// Bindings with more modifiers come first: egui takes Alt+→ for → otherwise. Then those of one pane come
-/// before those of all.
+/// Bindings with more modifiers come first: egui takes Alt+→ for → otherwise. Then bindings of one pane come before
+/// those of all panes.
 #[rustfmt::skip]
 pub const BINDINGS: &[Binding] = &[
     on(CTRL, Key::Num1, workspace(Workspace::Calibrate), "Calibrate workspace"),
@@ -168,7 +168,7 @@ pub const BINDINGS: &[Binding] = &[
     within(REVIEW, NONE, Key::Num2, verdict(Mark::Doubtful), "Mark the cell as doubtful"),
     within(REVIEW, NONE, Key::Num3, verdict(Mark::Bad), "Mark the cell as bad"),
     within(REVIEW, NONE, Key::N, NEXT_WORST, "Next worst cell without a verdict"),
-    // A click on its pictures brings keys there.
+    // The pane of the pictures gets the keys after a click there.
     within(LAMPS, NONE, Key::Num1, verdict(Mark::Good), "Mark the cell as good"),
     within(LAMPS, NONE, Key::Num2, verdict(Mark::Doubtful), "Mark the cell as doubtful"),
     within(LAMPS, NONE, Key::Num3, verdict(Mark::Bad), "Mark the cell as bad"),

@@ -1,11 +1,11 @@
-//! The list of keys, over the picture.
+//! The list of shortcuts, over the picture.
 
 use super::listed;
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::theme;
 
-/// Actions of the mouse in the viewport.
+/// Mouse actions in the viewport.
 const GESTURES: &[(&str, &str)] = &[
     ("Drag, Ctrl+drag", "Turn the light"),
     ("Shift+right-drag", "Turn the light"),
@@ -21,14 +21,14 @@ const GESTURES: &[(&str, &str)] = &[
     ("Shift", "Finer drags; peek at the other picture"),
 ];
 
-/// The list of keys, over the picture.
+/// The list of shortcuts, over the picture.
 pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
     let frame = egui::Frame::window(ui.style()).inner_margin(3.0 * theme::GAP);
     let area = egui::Modal::new(egui::Id::unique("keys")).frame(frame).show(ui.ctx(), |ui| {
         ui.heading("Keys");
         ui.add_space(theme::GAP);
         ui.horizontal_top(|ui| {
-            // Rows without buttons can be lower.
+            // Rows without buttons may be lower.
             ui.spacing_mut().interact_size.y = 0.0;
             let listed = listed(ui.ctx(), pane).into_iter();
             let keys: Vec<(String, &str)> = listed

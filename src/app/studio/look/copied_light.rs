@@ -1,14 +1,14 @@
-//! A light placed by hand as it stands on the clipboard: with its keys, for this look or another.
+//! A placed light on the clipboard, with its keys, for this look or another.
 
 use super::LookSettings;
 use light::{Lighting, PlacedLight};
 use scene::{Animated, Animation, LightSetting, Setting};
 use serde::{Deserialize, Serialize};
 
-/// Letters of a light's or a group's name, at the most.
+/// Most letters in the name of a light or a group.
 pub const MOST_LETTERS: usize = 40;
 
-/// A light, and the keys of its settings at their own frames.
+/// A light, with the keys of its settings at their own frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CopiedLight {
     light: PlacedLight,
@@ -17,14 +17,14 @@ pub struct CopiedLight {
 }
 
 impl From<PlacedLight> for CopiedLight {
-    /// One without keys.
+    /// A copy without keys.
     fn from(light: PlacedLight) -> Self {
         Self { light, keys: Animation::default() }
     }
 }
 
 impl CopiedLight {
-    /// A copy of the light of this index.
+    /// A copy of the light with this index.
     pub fn of(look: &LookSettings, index: usize) -> Option<Self> {
         let light = look.lighting.placed.get(index)?.clone();
         let mut keys = look.animation.clone();
@@ -37,10 +37,10 @@ impl CopiedLight {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// Light from the text that [`Self::text`] gave.
+    /// Parses the text from [`Self::text`].
     ///
     /// # Errors
-    /// A sentence when the text holds no light.
+    /// A sentence if the text holds no light.
     pub fn of_text(text: &str) -> Result<Self, String> {
         let none = "The clipboard holds no light. Choose one and press Ctrl+C";
         serde_json::from_str(text).map_err(|_| none.to_owned())
@@ -48,7 +48,7 @@ impl CopiedLight {
 }
 
 impl LookSettings {
-    /// Adds a light with its keys. It gets a number and, if its own is taken, a name of its own, and is in its group if that is here.
+    /// Adds a light with its keys. It gets a new id, a new name if its own is taken, and its group if that exists here.
     pub(crate) fn add_light(&mut self, CopiedLight { light, keys }: CopiedLight) {
         let lighting = &mut self.lighting;
         let id = lighting.another_light().id;
@@ -65,7 +65,7 @@ impl LookSettings {
                 self.animation.set(Setting::Light(id, setting), keys.clone());
             }
         }
-        // A text may hold any number.
+        // The id in the text is arbitrary.
         let mut animated = Animated {
             yaw_deg: &mut self.yaw_deg,
             exposure_stops: &mut self.exposure_stops,
@@ -81,7 +81,7 @@ impl LookSettings {
     }
 }
 
-/// A name, or the first of "NAME 2", "NAME 3"… that no light has. What has no name is called by its place.
+/// The name, or the first free one of "NAME 2", "NAME 3"…. A light without a name is called by its place.
 fn free_name(name: &str, lighting: &Lighting) -> String {
     let is_taken = |name: &str| lighting.placed.iter().any(|light| light.name == name);
     if name.is_empty() || !is_taken(name) {
@@ -101,7 +101,7 @@ mod tests {
     use crate::state::State;
     use light::LightGroup;
 
-    /// A look with a light of a group, whose azimuth goes from −90° to 90°.
+    /// A look with a light in a group, whose azimuth goes from −90° to 90°.
     fn lit() -> State {
         let mut s = State::new(11, 24.0);
         let lighting = Lighting {
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(names, expected);
         let yaw = |id| Setting::Light(id, LightSetting::Yaw);
         assert_eq!(s.look.keys(yaw(3)), s.look.keys(yaw(1)));
-        // The copy of a copy goes on counting.
+        // A copy of a copy continues the numbers.
         let third = CopiedLight::of(&s.look, 2).unwrap();
         add(&mut s, third);
         assert_eq!(s.look.lighting.placed[3].name, "Key 4");
@@ -181,7 +181,7 @@ mod tests {
             (light.id, light.pitch_deg, light.radius_deg, light.intensity, light.color[0]),
             (2, 90.0, 0.0, 1e4, 0.5)
         );
-        assert!(!s.look.is_keyed(Setting::Yaw), "it is none of a light");
+        assert!(!s.look.is_keyed(Setting::Yaw), "the key belongs to no light");
         let long = "x".repeat(90);
         let name = free_name(&long, &s.look.lighting);
         assert_eq!(name.chars().count(), MOST_LETTERS);

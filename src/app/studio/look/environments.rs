@@ -9,7 +9,7 @@ use std::sync::Arc;
 use worker::Origin;
 
 impl LookSettings {
-    /// Adds panoramas at the end of the list, and shows the first of them. A file is listed once.
+    /// Appends panoramas to the list, and lights with the first of them. A file is listed once.
     pub(crate) fn add(&mut self, files: &[PathBuf]) {
         let list = Arc::make_mut(&mut self.environments);
         let mut first = None;
@@ -31,7 +31,7 @@ impl LookSettings {
         self.environment = first.unwrap_or(self.environment);
     }
 
-    /// Removes an added environment from the list. The one that is shown stays, unless it is this one.
+    /// Removes an added environment from the list. The current environment stays, unless it is this one.
     pub(crate) fn remove(&mut self, place: usize) {
         let list = Arc::make_mut(&mut self.environments);
         if list.get(place).is_some_and(|one| one.owner == Owner::Person) {
@@ -42,7 +42,7 @@ impl LookSettings {
         }
     }
 
-    /// Sets which way is front in a file of the list.
+    /// Sets the front direction in a listed file.
     pub(crate) fn set_front(&mut self, place: usize, front: Option<Front>) {
         let list = Arc::make_mut(&mut self.environments);
         if let Some(listed) = list.get_mut(place).filter(|one| one.owner != Owner::Program) {
@@ -50,7 +50,7 @@ impl LookSettings {
         }
     }
 
-    /// Front in the environment that is shown.
+    /// Front direction of the current environment.
     pub fn front(&self) -> Front {
         let shown = self.environments.get(self.environment);
         shown.map_or(Front::default(), ListedEnvironment::front)
@@ -101,7 +101,7 @@ mod tests {
             assert_eq!(s.look.yaw_deg, 25.0);
             apply(&mut s, LookCommand::Front(0, None));
         }
-        // It belongs to the file: other environments stay as they are.
+        // Front belongs to the file: other environments are unaffected.
         apply(&mut s, LookCommand::Front(0, Some(Front::new(90.0))));
         apply(&mut s, LookCommand::Environment(1));
         assert_eq!(s.scene().yaw_deg, 25.0);

@@ -1,13 +1,13 @@
-//! Settings that stand under one heading: whether any of them differs from its default, and the way back.
+//! Settings under one heading: whether any differs from its default, and the reset.
 
 use super::LookSettings;
 use light::Lighting;
 use scene::{Background, Effects, STRENGTHS, Setting};
 
-/// The settings under one heading of the panel of the light.
+/// The groups of settings in the light panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Group {
-    /// Turn of the environment, and its split among the lamps.
+    /// Rotation of the environment, and its distribution among the lamps.
     Environment,
     /// Brightness and colour of the environment.
     Grade,
@@ -31,7 +31,7 @@ impl Group {
         }
     }
 
-    /// The group in which a setting stands.
+    /// The group of a setting.
     pub fn of(setting: Setting) -> Self {
         match setting {
             Setting::Yaw | Setting::Pitch | Setting::Roll | Setting::BackgroundYaw => {
@@ -46,14 +46,14 @@ impl Group {
 }
 
 impl LookSettings {
-    /// True if anything in a group differs from its default, or has keys.
+    /// True if a setting in the group differs from its default, or has keys.
     pub fn is_changed(&self, group: Group) -> bool {
         let mut restored = self.clone();
         restored.restore(group);
         restored != *self
     }
 
-    /// Gives a group its defaults; its keys are removed.
+    /// Resets a group to its defaults and removes its keys.
     pub(crate) fn restore(&mut self, group: Group) {
         self.animation.retain(|setting| Group::of(setting) != group);
         let lighting = &mut self.lighting;

@@ -16,12 +16,12 @@ impl LookSettings {
         self.animation.of(of).is_some()
     }
 
-    /// The index of the key at a frame.
+    /// Index of the key at a frame.
     pub fn key_at(&self, of: Setting, frame: usize) -> Option<usize> {
         self.keys(of).index_at(frame as f64)
     }
 
-    /// The value of a setting at the current frame; None if it is that of a light that is not there.
+    /// The value of a setting at the current frame; None if its light does not exist.
     pub fn value(&self, of: Setting) -> Option<f32> {
         let (mut yaw_deg, mut exposure_stops) = (self.yaw_deg, self.exposure_stops);
         let (mut lighting, mut effects) = (self.lighting.clone(), self.effects);
@@ -34,7 +34,7 @@ impl LookSettings {
         of.place(&mut settings).copied()
     }
 
-    /// Sets each setting that has keys to its value at a frame.
+    /// Sets each animated setting to its value at a frame.
     pub(crate) fn follow(&mut self, frame: usize) {
         let settings = Animated {
             yaw_deg: &mut self.yaw_deg,
@@ -45,14 +45,14 @@ impl LookSettings {
         self.animation.apply(frame as f64, settings);
     }
 
-    /// Removes the keys of lights that are gone, and gives each light a number by which keys know it.
+    /// Removes the keys of lights that are gone, and gives each light an id for its keys.
     pub(crate) fn number_lights(&mut self) {
         let lighting = &self.lighting;
         self.animation.retain(|setting| setting.exists(lighting));
         self.lighting.number_lights();
     }
 
-    /// Sets a key at a frame for each setting that has keys and is another than `before`.
+    /// Sets a key at a frame for each animated setting whose value differs from `before`.
     pub(crate) fn set_keys(&mut self, before: &Self, frame: usize) {
         let keyed: Vec<Setting> = self.animation.lanes().map(|(setting, _)| setting).collect();
         for of in keyed {
@@ -75,7 +75,7 @@ impl LookSettings {
         }
     }
 
-    /// Brings the angles that have no keys within a turn: only keys can lead around several times.
+    /// Wraps angles without keys to one turn: only keys can make several turns.
     pub(crate) fn unwind(&mut self) {
         let lights = self.lighting.placed.iter();
         let lights = lights.map(|light| Setting::Light(light.id, LightSetting::Yaw));
@@ -96,7 +96,7 @@ impl LookSettings {
         }
     }
 
-    /// Sets a key at a frame, or removes the one that is there.
+    /// Sets a key at a frame, or removes the existing one.
     pub(crate) fn toggle_key(&mut self, of: Setting, frame: usize) {
         match self.key_at(of, frame) {
             Some(index) => {
@@ -113,7 +113,7 @@ impl LookSettings {
         }
     }
 
-    /// Gives settings these keys in place of their own, if they are there.
+    /// Replaces the keys of these settings, if the settings exist.
     pub(crate) fn set_lanes(&mut self, lanes: Vec<(Setting, Keyframes)>) {
         for (of, keys) in lanes {
             if of.exists(&self.lighting) {
@@ -124,7 +124,7 @@ impl LookSettings {
     }
 }
 
-/// A placed light that is dragged over the seam of the panorama goes on turning the same way.
+/// Nearest equivalent angle: a placed light dragged across the seam of the panorama keeps turning the same way.
 fn nearest_turn(of: Setting, value: f64, was: f64) -> f64 {
     match of {
         Setting::Light(_, LightSetting::Yaw) => value - 360.0 * ((value - was) / 360.0).round(),
@@ -158,9 +158,9 @@ mod tests {
         let mut s = State::new(11, 24.0);
         s.change(LookCommand::Yaw(10.0));
         s.show(ViewCommand::Frame(4));
-        assert!(!s.look.is_keyed(Setting::Yaw), "a value alone is no key");
+        assert!(!s.look.is_keyed(Setting::Yaw), "a value without a key");
         s.change(LookCommand::ToggleKey(Setting::Yaw));
-        // Beyond half a turn: the light keeps turning the same way.
+        // Beyond half a turn, the light keeps turning the same way.
         at(&mut s, 8, LookCommand::Yaw(400.0));
         at(&mut s, 6, LookCommand::Turn(5.0));
         assert_eq!(frames(&s, Setting::Yaw), [4.0, 6.0, 8.0]);
@@ -219,7 +219,7 @@ mod tests {
         assert_eq!(frames(&s, Setting::Intensity), [0.0, 10.0]);
     }
 
-    /// The look's lights after a change of them.
+    /// The look's lights after a change.
     fn lights(s: &State, change: impl FnOnce(&mut Vec<PlacedLight>)) -> LookCommand {
         let mut lighting = s.look.lighting.clone();
         change(&mut lighting.placed);
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(s.look.lighting.placed[0].intensity, std::f32::consts::PI);
         s.show(ViewCommand::Frame(10));
         assert_eq!(s.look.lighting.placed[0].intensity, 6.0);
-        // Another light in its place has a number of its own, and no keys.
+        // A new light in its place has its own id, and no keys.
         let replaced = lights(&s, |lights| lights[0] = PlacedLight::default());
         at(&mut s, 10, replaced);
         assert_eq!((ids(&s), s.look.is_keyed(of)), (vec![1, 3], false));
@@ -344,7 +344,7 @@ mod tests {
         at(&mut s, 0, added);
         let of = Setting::Light(1, LightSetting::Yaw);
         at(&mut s, 0, LookCommand::ToggleKey(of));
-        // The panorama wraps azimuths around.
+        // The panorama wraps azimuths.
         let over = lights(&s, |lights| lights[0].yaw_deg = -170.0);
         at(&mut s, 10, over);
         assert_eq!(s.look.lighting.placed[0].yaw_deg, 190.0);
@@ -363,7 +363,7 @@ mod tests {
         let of = Setting::Light(1, LightSetting::Yaw);
         s.look.toggle_key(of, 0);
         s.show(ViewCommand::Frame(10));
-        // Its drag goes on, and the clip beyond it: the key is where the light was seen.
+        // The drag and the clip go on: the key is set at the frame in which the light was seen.
         let seen = aimed(10, Vec3::Z);
         s.show(ViewCommand::Frame(5));
         s.change(seen);

@@ -1,21 +1,21 @@
-//! A stored look becomes the present one.
+//! Applying a stored look.
 
 use super::LookSettings;
 use crate::stored_look::StoredLook;
 use std::slice::from_ref;
 use std::sync::Arc;
 
-/// A stored look that is to be shown.
+/// A stored look to apply.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLook {
     pub look: Arc<StoredLook>,
-    /// Its environment's file is there: then it joins the list if it is not in it.
+    /// True if its environment's file exists. The file is then added to the list if needed.
     pub adds: bool,
 }
 
 impl LookSettings {
-    /// Shows a stored look, under its own environment if the list has it or can have it, or else under one of the same name.
-    /// If there is neither, the environment stays.
+    /// Applies a stored look with its own environment, if that is in the list or can be added, or else with one of the
+    /// same name. If neither exists, the environment stays.
     pub(crate) fn show_stored(&mut self, applied: &AppliedLook) {
         let environment = &applied.look.environment;
         let mut place = environment.place_in(&self.environments);
@@ -62,7 +62,7 @@ mod tests {
         let other = s.look.clone();
         s.change(applied(&stored, false));
         assert_eq!(s.look, stored);
-        assert!(s.solo.is_empty(), "a lamp alone would hide it");
+        assert!(s.solo.is_empty(), "a solo lamp would hide it");
         s.change(LookCommand::Undo);
         assert_eq!(s.look, other);
     }

@@ -1,8 +1,8 @@
-//! Time since an event, as people say it.
+//! Time since an event in everyday words.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Seconds since a time in seconds since 1970; 0 for one to come.
+/// Seconds since a Unix time in seconds; 0 for a time in the future.
 pub fn since(time: u64) -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0, |now| now.as_secs().saturating_sub(time))
@@ -23,7 +23,7 @@ pub fn ago(seconds: u64) -> String {
     }
 }
 
-/// The same, to the minute.
+/// Time since an event, to the minute.
 pub fn minutes_ago(seconds: u64) -> String {
     match seconds / 60 {
         0..2 => "just now".to_owned(),

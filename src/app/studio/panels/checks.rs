@@ -1,4 +1,4 @@
-//! Trust in the project: each check with its sentence, its remedy, and the way to the pane that mends it.
+//! Checks of the project: each with its finding, its remedy, and a button for the pane that fixes it.
 
 use crate::command::{Command, WindowCommand};
 use crate::layout::{Pane, Workspace};
@@ -26,7 +26,7 @@ impl ChecksPanel {
             }
         };
         let mut checks: Vec<&Check> = report.checks.iter().collect();
-        // What asks for something comes first.
+        // Checks that need action come first.
         checks.sort_by_key(|check| match check.level {
             Level::Bad => 0,
             Level::Doubtful => 1,
@@ -48,7 +48,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.allocate_ui(vec2(92.0, 20.0), |ui| {
             ui.set_min_width(92.0);
-            // As high as the title beside it.
+            // Same height as the title beside it.
             ui.spacing_mut().interact_size.y = 17.0;
             ui.horizontal(|ui| {
                 dot_ui(ui, check.level);
@@ -76,7 +76,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
     });
 }
 
-/// The window's word for a level: a colour's name would be a lie to who does not see it.
+/// Word for a level in the window. Does not name the colour, which colour-blind people may not see.
 pub fn verdict(level: Level) -> &'static str {
     match level {
         Level::Good => "Good",
@@ -86,7 +86,7 @@ pub fn verdict(level: Level) -> &'static str {
     }
 }
 
-/// A disc in the level's colour; its word always stands beside it.
+/// A disc in the colour of a level, always shown beside the level's word.
 pub fn dot_ui(ui: &mut Ui, level: Level) {
     let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
     ui.painter().circle_filled(rect.center(), 5.0, color(level));
@@ -102,7 +102,7 @@ pub fn color(level: Level) -> Color32 {
     }
 }
 
-/// Workspace and pane in which a person can mend it.
+/// Workspace and pane in which a person can fix the subject of a check.
 fn mended_in(subject: Subject) -> (Workspace, Pane) {
     match subject {
         Subject::LampsSeen

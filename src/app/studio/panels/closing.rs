@@ -1,17 +1,17 @@
-//! The questions before a window closes on work that would be lost, and before another project is opened.
+//! Confirmation dialogs: before the window closes, or another project opens, and running work would be lost.
 
 use crate::command::{Command, ProjectCommand, WindowCommand};
 use crate::state::Leaving;
 use crate::theme::{self, GAP};
 use egui::{Frame, Id, Modal, Ui};
 
-/// Asks; `ends` says what a close would end.
+/// Asks whether to close the window. `ends` lists the work that this would end.
 pub fn closing_ui(ui: &Ui, ends: &[String], out: &mut Vec<Command>) {
     let close = ("Close anyway", Command::Window(WindowCommand::Close));
     question_ui(ui, "Close while work is running?", ends, close, out);
 }
 
-/// Asks whether work may end for another project.
+/// Asks whether to stop running work and open a project.
 pub fn leaving_ui(ui: &Ui, leaving: &Leaving, out: &mut Vec<Command>) {
     let open = ("Stop and open", Command::Project(ProjectCommand::Leave));
     let heading = match leaving.again {

@@ -5,13 +5,13 @@ use crate::theme;
 use color_config::{ColorChoice, ConfigNames, DisplayNames};
 use egui::{Label, RichText, Ui};
 
-/// Room for a configuration that is not read yet, in points.
+/// Height in points reserved for a configuration while it is read.
 const UNREAD: f32 = 400.0;
-/// Width of a sentence in points.
+/// Width of an error message in points.
 const SENTENCE: f32 = 300.0;
 
-/// Begins the configuration's part of a menu, below the program's own choices. Returns what it offers: None without a
-/// configuration, while it is read, and if it cannot be read, which is said.
+/// Starts the configuration's part of a menu, below the program's own choices. Returns the names in the configuration:
+/// None without a configuration, while it is read, and after an error, which is shown.
 pub fn config_ui<'a>(ui: &mut Ui, context: &PanelContext<'a>) -> Option<&'a ConfigNames> {
     if !context.color_views.is_configured() {
         return None;
@@ -19,7 +19,7 @@ pub fn config_ui<'a>(ui: &mut Ui, context: &PanelContext<'a>) -> Option<&'a Conf
     ui.separator();
     let Some(names) = context.color_views.names() else {
         ui.spinner();
-        // The list opens as high as it may be: later it does not grow.
+        // Reserves the full height, because an open list does not grow.
         ui.add_space(UNREAD);
         return None;
     };
@@ -34,7 +34,8 @@ pub fn config_ui<'a>(ui: &mut Ui, context: &PanelContext<'a>) -> Option<&'a Conf
     }
 }
 
-/// The views of the display of `begin`, or of the first; other displays; looks. `now` is marked. Returns what was clicked.
+/// The views of the display of `begin`, or of the first display; then other displays and looks. `now` is marked.
+/// Returns the clicked choice.
 pub fn color_views_ui(
     ui: &mut Ui,
     names: &ConfigNames,
@@ -70,7 +71,7 @@ pub fn color_views_ui(
     if !names.looks.is_empty() {
         heading_ui(ui, "Look");
         let with = |look: Option<&String>| ColorChoice { look: look.cloned(), ..begin.clone() };
-        choose(ui, "That of the view", with(None));
+        choose(ui, "Look of the view", with(None));
         for look in &names.looks {
             choose(ui, look, with(Some(look)));
         }
@@ -78,12 +79,12 @@ pub fn color_views_ui(
     chosen
 }
 
-/// Heading of the entries below: the name of their choice.
+/// Heading of the entries below.
 pub fn heading_ui(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
 }
 
-/// The view to begin with: the first of the first display.
+/// Default view: the first view of the first display.
 fn first(names: &ConfigNames) -> Option<ColorChoice> {
     let display = names.displays.first()?;
     Some(ColorChoice {

@@ -1,4 +1,4 @@
-//! The diamond beside a setting: it says whether the current frame has a key, and sets or removes it.
+//! The diamond beside a setting: shows whether the current frame has a key, and sets or removes it.
 
 use crate::command::{Command, LookCommand};
 use crate::look::Group;
@@ -11,7 +11,7 @@ use scene::Setting;
 
 /// Distance from a diamond's centre to its corners, in points.
 pub const DIAMOND: f32 = 5.5;
-/// Width of the place that is clicked, in points.
+/// Width of the clickable area in points.
 pub const WIDTH: f32 = 20.0;
 
 /// A diamond, filled or outlined.
@@ -34,13 +34,13 @@ pub fn beside_ui(
     within_ui(ui, context, (&[of], &name), beside(field), out);
 }
 
-/// The place of the diamond beside a field.
+/// Rectangle of the diamond beside a field.
 pub fn beside(field: Rect) -> Rect {
     let corner = field.right_top() + vec2(GAP, 0.0);
     Rect::from_min_size(corner, vec2(WIDTH, field.height()))
 }
 
-/// The diamond after what was drawn last in a row; as [`within_ui`].
+/// The diamond after the last widget of a row; otherwise as [`within_ui`].
 pub fn after_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -52,8 +52,8 @@ pub fn after_ui(
     within_ui(ui, context, settings, rect, out);
 }
 
-/// The diamond of settings that are shown as one, such as the channels of a colour, and what they are called together. It is
-/// filled if any of them has a key at the current frame.
+/// One diamond for several settings, such as the channels of a colour; `called` is their common name. Filled if any of
+/// them has a key at the current frame.
 pub fn within_ui(
     ui: &Ui,
     context: &PanelContext,
@@ -87,7 +87,7 @@ pub fn within_ui(
     }
 }
 
-/// Says which settings of a group have keys.
+/// Lists the settings of a group that have keys.
 pub fn animated_ui(ui: &mut Ui, context: &PanelContext, group: Group) {
     let look = &context.state.look;
     let lanes = look.animation.lanes().map(|(setting, _)| setting);

@@ -1,4 +1,4 @@
-//! The plan of passes: which ran, which did not and why, what each took, and a switch that forces it.
+//! The plan of passes: which ran, which were skipped and why, the time of each, and a switch that forces it.
 
 use crate::command::{Command, LookCommand};
 use crate::panel_context::PanelContext;
@@ -12,9 +12,9 @@ use worker::PreviewPicture;
 
 /// Width of the switch in points.
 const SWITCH: f32 = 64.0;
-/// Letters of a reason that stands in the line: `off`, `cached`, `off by hand`.
+/// Most letters of a reason within the line, such as `off`, `cached`, `off by hand`.
 const WORD: usize = 11;
-/// Height of a line that has a switch.
+/// Height in points of a line with a switch.
 const LINE: f32 = 20.0;
 
 /// Choices for a pass, each with the text on the switch and its meaning.
@@ -36,7 +36,7 @@ const GROUPS: [(&str, &[Pass]); 5] = [
     ("Inspection", &[Pass::Channels, Pass::Difference, Pass::FalseColor]),
 ];
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct EffectsPanel;
 
@@ -46,7 +46,7 @@ impl EffectsPanel {
             let sentence = "Effects are listed once a picture has been made";
             return no_picture_ui(ui, context, sentence, out);
         };
-        // The bar to scroll by covers nothing.
+        // Leaves room for the scroll bar.
         ui.set_max_width(ui.available_width() - GAP);
         let effects = &context.state.look.effects;
         forced_ui(ui, effects, out);
@@ -74,7 +74,7 @@ impl EffectsPanel {
                 |ui, _| {
                     let count = format!("{ran} of {}", passes.len());
                     ui.label(RichText::new(count).size(12.0).color(theme::QUIET))
-                        .on_hover_text("How many of them this picture has");
+                        .on_hover_text("Passes of this group that ran for this picture");
                 },
                 |ui, out| {
                     for (pass, report) in reports {
@@ -86,7 +86,7 @@ impl EffectsPanel {
     }
 }
 
-/// Times that the picture took.
+/// Times to predict and relight the picture.
 fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
     let small = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
     ui.label(small(format!("Frame predicted in {:.0} ms", relit.predict_ms)));
@@ -94,7 +94,7 @@ fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
     ui.add_space(GAP / 2.0);
 }
 
-/// Number of forced passes, and the way back.
+/// Number of forced passes, and the button that makes all automatic.
 fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
     let says = match effects.forced.count() {
         0 => return,
@@ -127,7 +127,7 @@ fn pass_ui(
     out: &mut Vec<Command>,
 ) {
     let color = if report.ran { theme::TEXT } else { theme::QUIET };
-    // A word stands in the line; a sentence below it.
+    // A short reason is within the line, a longer one below it.
     let word = (!report.ran && report.reason.len() <= WORD).then_some(&report.reason);
     ui.horizontal(|ui| {
         ui.set_min_height(LINE);
@@ -155,7 +155,7 @@ fn pass_ui(
     ui.add_space(GAP / 2.0);
 }
 
-/// Forces a pass, or leaves it to the scene.
+/// Forces a pass on or off, or leaves it to the scene.
 fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>) {
     let now = effects.forced.get(pass);
     let (_, says, means) = CHOICES[CHOICES.iter().position(|(run, ..)| *run == now).unwrap_or(0)];

@@ -1,4 +1,4 @@
-//! The list of environments: favourites, the shoot's, the built-in ones, and those a person added, by folders.
+//! The list of environments: favourites, the shoot's own, the built-in ones, and added ones by folder.
 
 use crate::command::{Command, Dialog, EnvironmentsCommand, LookCommand, WindowCommand};
 use crate::environment_groups::{self, EnvironmentGroup};
@@ -16,17 +16,17 @@ use egui::{
 const REMOVE: f32 = 20.0;
 const STAR: f32 = 20.0;
 
-/// Things that the panel has to bring into sight.
+/// Holds the environment drawn last, and a pending focus request.
 #[derive(Default)]
 pub struct EnvironmentsPanel {
-    /// The entry that lit the subject when the panel was drawn last.
+    /// Environment in use when the panel was last drawn.
     last: Option<usize>,
-    /// The search field gets the focus.
+    /// The search field takes the focus at the next draw.
     focus: bool,
 }
 
 impl EnvironmentsPanel {
-    /// Gives the focus to the search field.
+    /// Focuses the search field.
     pub fn focus(&mut self) {
         self.focus = true;
     }
@@ -61,10 +61,10 @@ impl EnvironmentsPanel {
         self.last = Some(shown);
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            // The bar to scroll by covers no button.
+            // Keeps the buttons clear of the scroll bar.
             ui.set_max_width(ui.available_width() - GAP);
             for group in &groups {
-                // What is searched for, or was chosen by a key, is not hidden.
+                // A folded group opens for search results, and for an entry chosen with a key.
                 let searched = !context.state.search.trim().is_empty();
                 let heading = format!("environments/{}", group.title);
                 let folded = context.folded.contains(&heading);
@@ -118,7 +118,7 @@ impl EnvironmentsPanel {
         }
     }
 
-    /// The field that filters the list. Up and Down go through what is found, Enter takes the first, Escape empties it.
+    /// The search field. Up and Down step through the matches, Enter takes the first, Escape clears the field.
     fn search_ui(
         &mut self,
         ui: &mut Ui,
@@ -140,7 +140,7 @@ impl EnvironmentsPanel {
         }
         let search = |words: String| Command::Environments(EnvironmentsCommand::Search(words));
         let pressed = |key| ui.input(|input| input.key_pressed(key));
-        // It has lost the focus by Escape, which the window takes for itself then.
+        // Escape has removed the focus, and the window has consumed the key: only the raw events still hold it.
         let escape = |event: &Event| {
             let key = Key::Escape;
             matches!(event, Event::Key { key: of, pressed: true, .. } if *of == key)
@@ -224,13 +224,13 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
             Some(["", "See notes"])
         }
-        // Tells two of the same name apart.
+        // Distinguishes two entries with the same name.
         PanoramaState::Done { .. } => (entry.listed)
             .is_ambiguous(&context.state.look.environments)
             .then(|| ["", entry.listed.owner.says()]),
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
-    // A state stands below the name, which then gets one line.
+    // With a state below it, the name gets one line.
     let line = |words: &str, size: f32, color, max_rows: usize| {
         let font = egui::FontId::proportional(size);
         let mut job = egui::text::LayoutJob::simple(words.to_owned(), font, color, text.width());

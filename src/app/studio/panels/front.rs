@@ -1,4 +1,4 @@
-//! "Which way is front?": asks it for a panorama file, and lets the answer be changed later.
+//! The question "Which way is front?" for a panorama file, and the list that changes the answer later.
 
 use super::rows::choice_ui;
 use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui, place, share};
@@ -84,7 +84,7 @@ pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) 
     ui.add_space(GAP / 2.0);
 }
 
-/// The chosen front as a row of a grid. Returns whether the person wants to pick it on the panorama.
+/// The chosen front as a row of a grid. Returns true if the person chose to pick it on the panorama.
 pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
     let now = look.front();
@@ -98,7 +98,7 @@ pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) ->
     all.push((None, "pick on panorama…"));
     let mut wanted = Some(now);
     choice_ui(ui, "Front", &all, &mut wanted).on_hover_text(
-        "Which way is front in the file, by the program it was made for. Saved with the project.",
+        "Front direction in the file, by the program it was made for. Saved with the project.",
     );
     if let Some(front) = wanted.filter(|front| *front != now) {
         out.push(Command::Look(LookCommand::Front(look.environment, Some(front))));

@@ -1,4 +1,4 @@
-//! Rows under a heading that folds. It says whether anything in it was changed, and resets it.
+//! A foldable group of settings. Its heading shows whether a setting was changed, and resets the group.
 
 use crate::command::{Command, LookCommand, WindowCommand};
 use crate::icons;
@@ -14,11 +14,11 @@ const DOT: f32 = 3.0;
 /// A heading.
 pub struct Heading {
     pub name: &'static str,
-    /// Something under it differs from its default.
+    /// A setting of the group differs from its default.
     pub changed: bool,
-    /// Command that gives all of it its defaults.
+    /// Command that resets the group to its defaults.
     pub reset: Command,
-    /// The content under it is hidden.
+    /// The rows are hidden.
     pub folded: bool,
 }
 
@@ -33,7 +33,7 @@ impl Heading {
         }
     }
 
-    /// Draws the heading and, unless it is folded, what stands under it. `beside` draws buttons at its right end.
+    /// Draws the heading and, unless folded, the rows. `beside` draws buttons at the right end of the heading.
     pub fn ui(
         self,
         ui: &mut Ui,
@@ -47,7 +47,7 @@ impl Heading {
         ui.painter().hline(place.x_range(), place.top(), line);
         ui.horizontal(|ui| {
             ui.set_min_height(HEIGHT);
-            // The arrow stands almost above the rows' names.
+            // Nearly aligns the arrow with the names of the rows.
             ui.spacing_mut().button_padding.x = 4.0;
             if fold_ui(ui, name, folded).clicked() {
                 let fold = WindowCommand::Fold(name.to_owned(), !folded);
@@ -69,7 +69,7 @@ impl Heading {
     }
 }
 
-/// The name with an arrow; a click folds what stands under it, or unfolds it.
+/// The name with an arrow; a click folds or unfolds the group.
 fn fold_ui(ui: &mut Ui, name: &str, folded: bool) -> Response {
     let (arrow, hint) = match folded {
         true => (icons::NEXT, "Show these settings"),
@@ -80,7 +80,7 @@ fn fold_ui(ui: &mut Ui, name: &str, folded: bool) -> Response {
         .frame_when_inactive(false)
         .min_size(vec2(0.0, 22.0));
     let response = ui.add(heading);
-    // Tabs have the same names.
+    // Distinguished from tabs, which have the same names.
     response.widget_info(|| {
         let name = format!("{name} group");
         WidgetInfo::selected(Role::DisclosureTriangle, true, !folded, name)
@@ -88,7 +88,7 @@ fn fold_ui(ui: &mut Ui, name: &str, folded: bool) -> Response {
     response.on_hover_text(hint)
 }
 
-/// The mark of a heading under which something was changed.
+/// The dot on the heading of a changed group.
 fn dot_ui(ui: &mut Ui, name: &str) {
     let (rect, dot) = ui.allocate_exact_size(vec2(4.0 * DOT, HEIGHT), Sense::hover());
     dot.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("{name} changed")));

@@ -1,4 +1,4 @@
-//! Common behaviour of all handles of a placed light, on each map: the focus and the keyboard.
+//! Focus and keyboard of a placed light's handle, the same on every map.
 
 use super::lights;
 use crate::command::{Command, LookCommand, ViewCommand};
@@ -16,12 +16,12 @@ const STEP_DEG: f32 = 1.0;
 pub enum Seen {
     /// As a panorama: azimuths grow to the right.
     Unrolled,
-    /// As the camera sees it: what is on its right is on the right.
+    /// As the camera sees it: camera right is on the right.
     ByCamera,
 }
 
-/// Chooses the light of this index when its handle is pressed, and gives that the focus: then the arrow keys move the light, and
-/// the keyboard copies, pastes and removes it.
+/// Chooses the light at `index` and focuses its handle when the handle is pressed. With the focus, the arrow keys move
+/// the light, and the keyboard copies, pastes and removes it.
 pub fn handle_ui(
     ui: &Ui,
     context: &PanelContext,
@@ -66,9 +66,9 @@ fn arrows(ui: &Ui, handle: egui::Id) -> Option<Vec2> {
     (by != Vec2::ZERO).then_some(by)
 }
 
-/// A light that was moved by degrees to the right and up: the azimuth wraps around, the elevation stops at the poles.
+/// Returns the light moved by degrees to the right and up. The azimuth wraps around, the elevation stops at the poles.
 fn moved(light: &PlacedLight, by: Vec2, seen: Seen) -> PlacedLight {
-    // In front of the subject azimuths grow to the camera's left.
+    // In front of the subject, azimuths grow to the camera's left.
     let is_mirrored = seen == Seen::ByCamera && light.direction().z > 0.0;
     let right = if is_mirrored { -by.x } else { by.x };
     PlacedLight {

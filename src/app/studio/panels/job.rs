@@ -1,4 +1,4 @@
-//! The running job in the status line, and notices over the window: nothing moves as they come and go.
+//! The running job in the status line, and notices over the window. Neither moves other content when it comes or goes.
 
 use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
@@ -18,10 +18,10 @@ use worker::ExportStatus;
 const BUTTON_WIDTH: f32 = 100.0;
 const SHARE_WIDTH: f32 = 110.0;
 const LEFT_WIDTH: f32 = 118.0;
-/// Width of a message's text, and of a notice that is longer.
+/// Widths in points of a message's text, and of a longer notice.
 const MESSAGE_WIDTH: f32 = 360.0;
 const NOTICE_WIDTH: f32 = 480.0;
-/// Height of the line's contents.
+/// Height in points of the line's contents.
 const HEIGHT: f32 = 24.0;
 
 /// The panel has no state of its own.
@@ -29,8 +29,8 @@ const HEIGHT: f32 = 24.0;
 pub struct JobPanel;
 
 impl JobPanel {
-    /// The job for the status line, if there is one that is not shown elsewhere: in the viewport while there are no relit pictures,
-    /// in the export queue, or in a pane of its own.
+    /// The job for the status line. None without a job, and if the job is shown elsewhere: in the viewport while there
+    /// is no relit picture, in the export queue, or in a pane of its own.
     pub fn in_line<'a>(context: &PanelContext<'a>) -> Option<&'a RunningJob> {
         let mut exports = context.exports.iter();
         let queue = context.shown.contains(&Pane::Export)
@@ -39,8 +39,8 @@ impl JobPanel {
         job.filter(|_| !is_in_viewport(context) && !queue && !context.job_has_pane())
     }
 
-    /// Over a corner of the window, so that nothing moves: why something could not be done, what a job waits for and, if `whole`,
-    /// the last message; each unless a pane shows it.
+    /// Draws notices over a corner of the window, where they move nothing: the reason for a refusal, the reason why a
+    /// job waits and, if `whole`, the last message. Skips those that a pane already shows.
     pub fn notices_ui(
         &mut self,
         ui: &Ui,
@@ -80,12 +80,12 @@ impl JobPanel {
     }
 }
 
-/// True if the viewport shows job and message: while there are no relit pictures.
+/// True if the viewport shows job and message, as it does while there is no relit picture.
 fn is_in_viewport(context: &PanelContext) -> bool {
     context.shown.contains(&Pane::Picture) && !context.is_live()
 }
 
-/// True if a pane shows the last message: the viewport, or the export queue beside the export that is over.
+/// True if a pane shows the last message: the viewport, or the export queue beside the finished export.
 fn is_said(context: &PanelContext, said: &str) -> bool {
     let mut exports = context.exports.iter();
     let queue = context.shown.contains(&Pane::Export)
@@ -93,7 +93,7 @@ fn is_said(context: &PanelContext, said: &str) -> bool {
     is_in_viewport(context) || queue
 }
 
-/// A job in a line: its name, its progress, what it does, the time left, and its buttons.
+/// A job in one line: name, progress, current step, time left and buttons.
 pub fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     ui.label(capitalized(job.what));
     share_ui(ui, job);
@@ -136,7 +136,7 @@ fn share_ui(ui: &mut Ui, job: &RunningJob) {
     response.on_hover_text(job.stage);
 }
 
-/// Pause and stop, in a space of fixed width.
+/// The pause and stop buttons, in a fixed width.
 pub fn buttons_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let place = vec2(2.0 * BUTTON_WIDTH + GAP, HEIGHT);
     ui.allocate_ui_with_layout(place, Layout::right_to_left(Align::Center), |ui| {
@@ -196,7 +196,7 @@ fn message_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
     }
 }
 
-/// "paused" or "stopping" if it is; otherwise the time left.
+/// State of a job: "paused", "stopping", or the time left.
 pub fn state(job: &RunningJob) -> String {
     if job.stopping {
         return "stopping".to_owned();
@@ -215,7 +215,7 @@ fn remaining(left: Duration) -> String {
     }
 }
 
-/// The phrase with a capital letter.
+/// Capitalizes the first letter.
 pub fn capitalized(phrase: &str) -> String {
     let mut text = phrase.to_owned();
     if let Some(first) = text.get_mut(..1) {

@@ -21,7 +21,7 @@ use light::{Lighting, white};
 use scene::Setting;
 use worker::Origin;
 
-/// The panorama's picture, and the environment whose front the person wants to pick again.
+/// The panorama's picture, and the environment whose front is being picked again.
 #[derive(Default)]
 pub struct LightPanel {
     preview: Preview,
@@ -114,7 +114,7 @@ const GRADES: [Row<Lighting>; 3] = [
     },
 ];
 
-/// Turn of the environment, and its split among the lamps. Returns true if the person wants to pick the front again.
+/// Rotation of the environment, and its fit by the lamps. Returns true if the person chose to pick the front again.
 fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
     let mut asks = false;
@@ -148,7 +148,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
         ];
         let mut weighting = look.lighting.weighting;
         choice_ui(ui, "Fit", &kinds, &mut weighting).on_hover_text(
-            "How lamps stand for the environment. Best is nearest; Cells can be sharper under a small sun, but jump as it turns.",
+            "The lamps' fit to the environment. Best is closest; Cells can be sharper under a small sun, but jumps as it turns.",
         );
         if weighting != look.lighting.weighting {
             out.push(relit(Lighting {
@@ -176,7 +176,7 @@ fn grade_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     animated_ui(ui, context, Group::Grade);
 }
 
-/// The rotation as other tools write it.
+/// The rotation in the notation of other tools.
 fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
     egui::CollapsingHeader::new("Rotation in other apps").id_salt("tools").show(ui, |ui| {
         Grid::new("tools").num_columns(2).show(ui, |ui| {

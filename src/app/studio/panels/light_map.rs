@@ -1,4 +1,4 @@
-//! Maps of directions of light: a panorama around the subject, or a mirror ball that the camera sees.
+//! Maps of light directions: a panorama around the subject, or a mirror ball as the camera sees it.
 
 use super::sphere::{place, share};
 use egui::{Pos2, Rect, Vec2, vec2};
@@ -45,7 +45,7 @@ impl LightMap {
         }
     }
 
-    /// The direction at a point; beside the map, that of its nearest point.
+    /// The direction at a point; outside the map, the direction at the nearest point on it.
     pub fn direction(self, at: Pos2) -> Vec3 {
         let rect = self.rect();
         match self {
@@ -55,7 +55,7 @@ impl LightMap {
             }
             Self::Sphere(_) => {
                 let seen = (at - rect.center()) / (0.5 * rect.width()).max(f32::MIN_POSITIVE);
-                // At the very edge all directions are behind the ball.
+                // The rim itself shows only the direction straight behind the ball.
                 let seen = seen / (seen.length() / 0.995).max(1.0);
                 mirrored([seen.x, -seen.y]).unwrap_or(Vec3::NEG_Z)
             }

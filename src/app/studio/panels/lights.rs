@@ -1,4 +1,4 @@
-//! The lights placed by hand: one line each, by groups, and the settings of the one that is chosen.
+//! The lights placed by hand: one line each, by group, and the settings of the chosen light.
 
 use super::bar_ui;
 use super::diamond::{self, beside_ui};
@@ -18,11 +18,11 @@ use light::{LightGroup, Lighting, PlacedLight, placed, white};
 use scene::{LightSetting, Setting};
 use std::ops::RangeInclusive;
 
-/// Space left free behind a name in a line: for the colour, and the buttons that duplicate and remove.
+/// Space in points after a light's name: for its colour, and the duplicate and remove buttons.
 const BEHIND_NAME: f32 = 112.0;
-/// Width of a light's colour.
+/// Width in points of a light's colour button.
 const SWATCH: f32 = 30.0;
-/// Space left free behind the name in a group's line: for the button that removes.
+/// Space in points after a group's name: for the remove button.
 const BEHIND_GROUP: f32 = 38.0;
 
 const ROWS: [Row<PlacedLight>; 3] = [
@@ -44,17 +44,17 @@ const ROWS: [Row<PlacedLight>; 3] = [
     },
 ];
 
-/// The settings of these rows that can have keys.
+/// Settings of these rows, which can have keys.
 const TURNS: [LightSetting; 3] = [LightSetting::Yaw, LightSetting::Pitch, LightSetting::Radius];
 
-/// Changes made by a pass over the lights.
+/// Changes made while the lights are drawn.
 struct Edit {
     lighting: Lighting,
     chosen: Option<usize>,
     removed: Option<usize>,
 }
 
-/// The buttons that place a light by the face, and that add one.
+/// The buttons that add a light, and that light by the face.
 pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let hint = "Adds a softbox. It stays in place when the environment is turned.";
     if icons::worded_ui(ui, icons::ADD, "Add light").on_hover_text(hint).clicked() {
@@ -75,7 +75,7 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     let mut edit =
         Edit { lighting: lighting.clone(), chosen: context.state.chosen_light(), removed: None };
-    // What is done by name or to one light: it comes after what is changed here.
+    // Commands that name a group or act on one light; applied after the changes in `edit`.
     let mut after = Vec::new();
     let of_group = |lighting: &Lighting, group: Option<&str>| -> Vec<usize> {
         let lights = lighting.placed.iter().enumerate();
@@ -146,7 +146,7 @@ pub(super) fn relit(lighting: Lighting) -> Command {
     Command::Look(LookCommand::Lighting(Box::new(lighting)))
 }
 
-/// The names of the lights that light the subject alone, if some do.
+/// Names of the solo lights; None without one.
 pub(super) fn solo_names(lighting: &Lighting) -> Option<String> {
     let names = lighting.solo_titles();
     let (last, others) = names.split_last()?;
@@ -156,7 +156,7 @@ pub(super) fn solo_names(lighting: &Lighting) -> Option<String> {
     })
 }
 
-/// A button that shows an icon and stays down while something is on.
+/// An icon button that stays down while `on`.
 fn toggle_ui(ui: &mut Ui, on: bool, icon: &str, name: &str, hint: &str) -> Response {
     let color = if on { theme::ACCENT } else { theme::TEXT };
     let icon = RichText::new(icon).size(15.0).color(color);
@@ -166,7 +166,7 @@ fn toggle_ui(ui: &mut Ui, on: bool, icon: &str, name: &str, hint: &str) -> Respo
     response.on_hover_text(hint)
 }
 
-/// The icons that turn lights off and show them alone; they change `muted` and `solo`.
+/// The mute and solo icons; they change `muted` and `solo`.
 fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo: &mut bool) {
     let (icon, hint) = match *muted {
         true => (icons::HIDDEN, format!("Turns {what} on")),
@@ -181,7 +181,7 @@ fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo
     }
 }
 
-/// The arrow that shows what stands under a line, or folds it.
+/// The arrow that shows or hides the content under a line.
 fn arrow_ui(ui: &mut Ui, is_open: bool, name: &str, what: &str) -> Response {
     let (arrow, hint) = match is_open {
         true => (icons::DOWN, format!("Hide {what}")),
@@ -194,13 +194,13 @@ fn arrow_ui(ui: &mut Ui, is_open: bool, name: &str, what: &str) -> Response {
     response.on_hover_text(hint)
 }
 
-/// A small button that shows an icon.
+/// A small icon button.
 fn icon_ui(ui: &mut Ui, icon: &str, name: &str) -> Response {
     let button = Button::new(RichText::new(icon).size(14.0)).min_size(vec2(26.0, 22.0));
     icons::named_ui(ui, true, button, name).on_hover_text(name)
 }
 
-/// A field for a name, with points left free behind it. Returns what was typed once the field is left.
+/// A field for a name, with `behind` points free after it. Returns the typed name once the field loses the focus.
 fn name_ui(
     ui: &mut Ui,
     (id, behind): (Id, f32),
@@ -280,7 +280,7 @@ fn line_ui(ui: &mut Ui, index: usize, is_chosen: bool, edit: &mut Edit, after: &
                 after.push(Command::Lights(LightsCommand::Duplicate));
             }
             ui.spacing_mut().interact_size.x = SWATCH;
-            // The button rounds the colour that it shows.
+            // egui's button rounds the colour, so it edits a copy.
             let mut color = light.color;
             let swatch = ui.color_edit_button_rgb(&mut color);
             let name = format!("Colour of {title}");
@@ -331,7 +331,7 @@ fn settings_ui(
         }
         beside_ui(ui, context, of(LightSetting::Intensity), field, out);
         ui.end_row();
-        // Keys of the colour may have led it away from the temperature that it was set by.
+        // Keys may have changed the colour since it was set by temperature.
         let is_white = |kelvin: &f32| {
             let gains = white::gains(*kelvin, 0.0);
             (gains.iter().zip(light.color)).all(|(a, b)| (a - b).abs() < 1e-3)
@@ -368,7 +368,7 @@ type Unit = (f32, usize, &'static str);
 const STOPS: Unit = (0.02, 2, " stops");
 const KELVIN: Unit = (20.0, 0, " K");
 
-/// A number over its bar. Returns where it is, and the number if it was changed.
+/// A number over its bar. Returns its rectangle, and the number if it was changed.
 fn bar(
     ui: &mut Ui,
     name: &str,
@@ -388,7 +388,7 @@ fn bar(
     (response.rect, (changed != value).then_some(changed))
 }
 
-/// The group of a light: one that is there, none, or a new one.
+/// The group of a light: an existing one, none, or a new one.
 fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
     let new = lighting.groups.len();
     let names: Vec<String> = lighting.groups.iter().map(|group| group.name.clone()).collect();
@@ -413,14 +413,14 @@ fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
     }
 }
 
-/// A name that no group has.
+/// A group name that is not in use.
 fn free_name(names: &[String]) -> String {
     let all = (1..).map(|number| format!("Group {number}"));
     let mut free = all.filter(|name| !names.contains(name));
     free.next().unwrap_or_default()
 }
 
-/// A group's line: its name, what mutes it and shows it alone, and its gain. Returns whether it is folded.
+/// A group's line: name, mute, solo and gain. Returns whether it is folded.
 fn group_ui(
     ui: &mut Ui,
     context: &PanelContext,

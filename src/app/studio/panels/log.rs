@@ -1,4 +1,4 @@
-//! The log: messages of jobs, and errors with what to do about them, to read again and to copy.
+//! The log: messages of jobs, and errors with their remedies, to read again and to copy.
 
 use crate::command::{Command, WindowCommand};
 use crate::icons;
@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 /// Width in points of the buttons.
 const BUTTONS: f32 = 104.0;
-/// Width in points below which they are above the lines.
+/// Width of the pane in points below which the buttons are above the lines.
 const NARROW: f32 = 420.0;
 
 /// Draws the log.
@@ -21,7 +21,7 @@ pub fn log_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.horizontal(|ui| buttons_ui(ui, lines, out));
         lines_ui(ui, lines);
     } else {
-        // Beside the lines, of which more are seen so.
+        // Beside the lines, which leaves more lines visible.
         let middle = rect.right() - BUTTONS;
         let part = |rect: Rect| UiBuilder::new().max_rect(rect);
         ui.scope_builder(part(rect.with_max_x(middle - GAP)), |ui| {

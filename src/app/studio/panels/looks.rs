@@ -1,4 +1,4 @@
-//! The stored looks: the present one is stored under a name, a click shows a stored one.
+//! The stored looks: stores the current look under a name; a click shows a stored look.
 
 mod row;
 
@@ -17,11 +17,11 @@ use worker::SrgbPicture;
 /// Width of the button beside the name in points.
 const STORE: f32 = 66.0;
 
-/// Text typed and looks unfolded so far, and the thumbnails that were drawn last.
+/// Holds the typed name, the unfolded looks, and the thumbnails drawn last.
 #[derive(Default)]
 pub struct LooksPanel {
     name: String,
-    /// The look that the name was taken from.
+    /// The look that the name was copied from.
     named: Option<LookId>,
     renaming: Option<Renaming>,
     /// Looks whose versions are listed.
@@ -31,7 +31,7 @@ pub struct LooksPanel {
     thumbnails: Thumbnails,
 }
 
-/// Textures of what was drawn in this frame, and in the one before.
+/// Thumbnail textures drawn in this frame and in the one before.
 #[derive(Default)]
 pub struct Thumbnails {
     now: HashMap<usize, (Arc<SrgbPicture>, TextureHandle)>,
@@ -54,7 +54,7 @@ impl Thumbnails {
         &entry.1
     }
 
-    /// Drops what was not drawn.
+    /// Drops the textures that the last frame did not draw.
     fn next_frame(&mut self) {
         self.before = std::mem::take(&mut self.now);
     }
@@ -84,7 +84,7 @@ impl LooksPanel {
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            // The bar to scroll by covers no button.
+            // Keeps the buttons clear of the scroll bar.
             ui.set_max_width(ui.available_width() - GAP);
             let looks = context.looks;
             if Shelf::ALL.iter().all(|&shelf| looks.looks(shelf).is_empty()) {
@@ -168,7 +168,7 @@ impl LooksPanel {
         });
     }
 
-    /// The looks that were removed, and the way back.
+    /// The removed looks, each with a button that restores it.
     fn removed_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let removed = Shelf::ALL.map(|shelf| context.looks.removed(shelf));
         let count = removed.iter().map(|names| names.len()).sum::<usize>();
@@ -208,7 +208,7 @@ impl LooksPanel {
     }
 }
 
-/// Says where the looks below are stored.
+/// Heading of a shelf: where the looks below are stored.
 pub fn heading_ui(ui: &mut Ui, title: &str) {
     ui.add_space(GAP);
     ui.label(RichText::new(title).size(12.0).color(theme::QUIET));

@@ -1,18 +1,18 @@
-//! Capabilities of this machine: the button that measures it, and the report, in a window over the others.
+//! Performance of this machine: the button that measures it and the report, in a window over the panels.
 
 use crate::command::{Command, Dialog, MachineCommand, WindowCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Grid, Label, RichText, ScrollArea, Ui};
 
-/// As long as `afterlight device` takes without an option.
+/// Default time limit of `afterlight device` in minutes.
 const MINUTES: f64 = 8.0;
 
 /// Purpose and duration of a measurement.
 const OFFER: &str = "Times training, prediction and relighting on GPU and CPU, in less than eight minutes. Figures appear as they are \
      measured; Stop keeps them. Other jobs wait.";
 
-/// Draws the window; it says when it is closed.
+/// Draws the window, and sends a command when it is closed.
 pub fn machine_ui(ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let mut open = true;
     egui::Window::new("Performance of this machine")
@@ -63,7 +63,7 @@ fn quiet(text: &str) -> RichText {
     RichText::new(text).size(12.0).color(theme::QUIET)
 }
 
-/// Draws headings, tables, lists and paragraphs of Markdown, as the report has them.
+/// Draws the Markdown of the report: headings, tables, lists and paragraphs.
 fn markdown_ui(ui: &mut Ui, text: &str) {
     let mut lines = text.lines().enumerate().peekable();
     while let Some((at, line)) = lines.next() {
@@ -87,7 +87,7 @@ fn markdown_ui(ui: &mut Ui, text: &str) {
     }
 }
 
-/// A row of a table; the one under the head only says how columns are aligned.
+/// A row of a table. Skips the alignment row under the head.
 fn row_ui(ui: &mut Ui, line: &str, head: bool) {
     if line.starts_with("|---") {
         return;
@@ -102,7 +102,7 @@ fn row_ui(ui: &mut Ui, line: &str, head: bool) {
     ui.end_row();
 }
 
-/// Without marks of emphasis and code.
+/// Text without the marks of emphasis and code.
 fn plain(text: &str) -> String {
     text.replace("**", "").replace('`', "")
 }

@@ -1,4 +1,4 @@
-//! Buttons that provide what is missing before there is a relit picture.
+//! Buttons for the missing step before the first relit picture.
 
 use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
 use crate::panel_context::PanelContext;
@@ -7,7 +7,7 @@ use crate::theme::{self, GAP};
 use egui::{RichText, Ui};
 use worker::{Blocked, Need};
 
-/// Sentence shown beside the button; None if the button says it all.
+/// Sentence shown beside the button; None if the button is enough.
 pub fn why(blocked: &Blocked) -> Option<&str> {
     let sentence = blocked.sentence.as_str();
     match blocked.need {
@@ -16,7 +16,7 @@ pub fn why(blocked: &Blocked) -> Option<&str> {
     }
 }
 
-/// The buttons that provide a `need`, or try again if nothing in the window can.
+/// The buttons that provide a `need`, or "Try again" if the window cannot provide it.
 pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
     match need {
         Some(Need::Shoot) => {
@@ -31,7 +31,7 @@ pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
     }
 }
 
-/// In a panel that needs the relit picture, while there is none: `sentence` says so, a button leads to one.
+/// Placeholder of a panel that needs the relit picture: `sentence`, and the button for the next step.
 pub fn no_picture_ui(ui: &mut Ui, context: &PanelContext, sentence: &str, out: &mut Vec<Command>) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
     if context.status.job.is_some() {
@@ -45,7 +45,7 @@ pub fn no_picture_ui(ui: &mut Ui, context: &PanelContext, sentence: &str, out: &
     }
 }
 
-/// "Locate…", if the project's shoot was moved or its disk is not connected.
+/// The "Locate…" button, if the project's shoot was moved or its disk is not connected.
 pub fn locate_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Phase::Blocked(Blocked { need, .. }) = &context.status.phase
         && *need == Some(Need::Shoot)
@@ -62,7 +62,7 @@ pub fn add_environments_ui(ui: &mut Ui, out: &mut Vec<Command>) {
     main_ui(ui, "Add environments…", Command::Dialog(Dialog::Environments), out);
 }
 
-/// The button that leads to a picture, on a line of its own.
+/// The main button, on a line of its own.
 fn main_ui(ui: &mut Ui, text: &str, command: Command, out: &mut Vec<Command>) {
     ui.add_space(GAP);
     if ui.add(theme::main_button(true, text)).clicked() {

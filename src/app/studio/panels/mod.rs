@@ -91,7 +91,7 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// The interview's frame, dimmed, behind a pane that has nothing else to show; nothing until it is read.
+/// The interview frame, dimmed, behind a pane without content. Draws nothing until the frame is read.
 fn backdrop_ui(ui: &Ui, context: &PanelContext) {
     let Some(Ok(frame)) = context.footage.picture() else {
         return;
@@ -102,7 +102,7 @@ fn backdrop_ui(ui: &Ui, context: &PanelContext) {
     painter.image(frame.texture.id(), rect, uv, Color32::from_gray(120));
 }
 
-/// The part of a picture that fills `room` without being stretched. More is cut off below than above, where faces are.
+/// The crop of a picture that fills `room` without stretching. Cuts more at the bottom than at the top, where faces are.
 fn covering(picture: Vec2, room: Vec2) -> Rect {
     let shares = (room / picture.max(Vec2::splat(1.0))).max(Vec2::splat(f32::MIN_POSITIVE));
     let size = shares / shares.max_elem();
@@ -124,7 +124,7 @@ pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     });
 }
 
-/// The button that dismisses such a message.
+/// The button that dismisses a refusal.
 fn dismiss_ui(ui: &mut Ui, out: &mut Vec<Command>) {
     let name = "Dismiss message";
     if icons::named_ui(ui, true, icons::alone(icons::REMOVE).frame(false), name)
@@ -135,7 +135,7 @@ fn dismiss_ui(ui: &mut Ui, out: &mut Vec<Command>) {
     }
 }
 
-/// A job that fills the panel: what it does, its progress, and the buttons that pause and stop it.
+/// A job that fills the panel: name, progress, and the pause and stop buttons.
 fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     ui.heading(job::capitalized(job.what));
     ui.add_space(GAP);
@@ -165,7 +165,7 @@ fn number_ui(
     resettable_ui(ui, response, out, reset)
 }
 
-/// The same, with a bar behind it that says where `value` is in `range`, as wide as there is room. `beside` is left free.
+/// As [`number_ui`], with a bar behind it that shows `value` within `range`. Leaves `beside` points of the width free.
 fn bar_ui(
     ui: &mut Ui,
     name: &str,
@@ -175,7 +175,7 @@ fn bar_ui(
     reset: impl FnOnce() -> Command,
 ) -> egui::Response {
     let label = match name.chars().count() > rows::MOST_LETTERS {
-        // A person's name for something, which ends where there is no room.
+        // A name given by a person: cut to the room.
         true => {
             let text = egui::Label::new(name).truncate();
             let narrow = |ui: &mut Ui| {

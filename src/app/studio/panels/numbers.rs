@@ -1,4 +1,4 @@
-//! Numbers that are dragged, typed or computed, and the bar behind a number that has a range.
+//! Numbers that are dragged, typed or computed, and the bar behind a number with a range.
 
 use crate::look::within_a_turn;
 use base::numbers::ANGLES;
@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 pub fn computing<N: Numeric>(value: &mut N) -> DragValue<'_> {
     let now = value.to_f64();
     DragValue::new(value)
-        // "/2" would halve at every frame otherwise.
+        // Otherwise "/2" would halve the number at every frame.
         .update_while_editing(false)
         .custom_parser(move |text| computed_once::<N>(text, now))
 }
@@ -26,7 +26,8 @@ pub fn is_reset(ui: &Ui, field: &Response) -> bool {
     is_reset
 }
 
-/// As [`computing`], for an angle in degrees that keys may lead around several times: it shows the angle within a turn, and the turns.
+/// As [`computing`], for an angle in degrees that keys may turn several times. Shows the angle within a turn, and the
+/// turns.
 pub fn turning(degrees: &mut f32) -> DragValue<'_> {
     computing(degrees)
         .speed(0.5)
@@ -36,7 +37,7 @@ pub fn turning(degrees: &mut f32) -> DragValue<'_> {
         .custom_formatter(|degrees, _| in_turns(degrees as f32))
 }
 
-/// An angle as a person reads it: 442 degrees are 82.0° + 1 turn.
+/// Text of an angle: 442 degrees are 82.0° + 1 turn.
 fn in_turns(degrees: f32) -> String {
     let within = within_a_turn(degrees);
     let turns = ((degrees - within) / 360.0).round();
@@ -49,14 +50,15 @@ fn in_turns(degrees: f32) -> String {
 }
 
 thread_local! {
-    /// The last computation: its text, the number before, and the number that it gave.
+    /// The last computation: its text, the number before, and the result.
     static COMPUTED: RefCell<Option<(String, [f64; 2])>> = const { RefCell::new(None) };
 }
 
-/// As [`computed`]. The field parses its text once more in the frame after it was left: what was added then is not added again.
+/// As [`computed`], but applies a text only once. egui parses the text again in the frame after the field loses the
+/// focus, which would add twice.
 fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
     COMPUTED.with_borrow_mut(|last| {
-        // The end of a range may have cut off what was computed.
+        // The range may have clamped the result.
         let is_again = |(of, [before, gave]): (String, [f64; 2])| {
             of == text && now != before && (before.min(gave)..=before.max(gave)).contains(&now)
         };
@@ -72,7 +74,7 @@ fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
     })
 }
 
-/// The number that a text stands for where the number is `now`; None if it stands for none.
+/// The result of a text if the number is `now`; None if the text is not a computation.
 fn computed(text: &str, now: f64) -> Option<f64> {
     let plain: String = text.trim().replace('−', "-").replace(',', ".");
     let (first, rest) = match plain.starts_with(['+', '*', '/']) {
@@ -92,7 +94,7 @@ fn computed(text: &str, now: f64) -> Option<f64> {
     (rest.is_empty() && result.is_finite()).then_some(result)
 }
 
-/// The number that a text begins with, and what follows behind spaces and a unit. Turns are read as degrees.
+/// The leading number of a text, and the rest after spaces and a unit. Turns are converted to degrees.
 fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
     let is_part =
@@ -151,15 +153,15 @@ mod tests {
         let computed = computed_once::<f32>;
         assert_eq!(computed("+10", 40.0), Some(50.0));
         assert_eq!(computed("+10", 50.0), Some(50.0));
-        // Typed once more.
+        // Typed again.
         assert_eq!(computed("+10", 50.0), Some(60.0));
-        // The value was changed by something else meanwhile.
+        // Something else changed the value in between.
         assert_eq!(computed("+10", 5.0), Some(15.0));
         assert_eq!(computed("/2", 15.0), Some(7.5));
-        // A range ended at 8.
+        // A range clamped the result to 8.
         assert_eq!(computed("+3", 7.0), Some(10.0));
         assert_eq!(computed("+3", 8.0), Some(8.0));
-        // A whole number was rounded.
+        // An integer was rounded.
         assert_eq!(computed_once::<usize>("/2", 5.0), Some(3.0));
         assert_eq!(computed_once::<usize>("/2", 3.0), Some(3.0));
         assert_eq!(computed_once::<usize>("*0.3", 8.0), Some(2.0));

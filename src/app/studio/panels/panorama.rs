@@ -1,4 +1,4 @@
-//! The chosen panorama around the subject, or a mirror ball that shows it, with its brightest areas and the lights placed by hand.
+//! The current panorama, unrolled or on a mirror ball, with its brightest areas and the lights placed by hand.
 
 use super::environments::panorama_ui;
 use super::front;
@@ -22,7 +22,7 @@ use worker::SrgbPicture;
 
 /// Radius of a light's dot on the panorama in points.
 const DOT: f32 = 6.0;
-/// Height of the panorama for its width: it is stretched, so that elevations can be told and set.
+/// Height of the panorama over its width. Stretched vertically, so that elevations are easier to read and set.
 const STRETCHED: f32 = 0.77;
 /// Pixels across the mirror ball's picture.
 const BALL: usize = 224;
@@ -48,21 +48,20 @@ impl Preview {
         segments_ui(ui, |ui| {
             for (is_ball, name, hint) in [
                 (false, "Panorama", "All around the subject, unrolled"),
-                (true, "Sphere", "As a mirror ball in the subject's place shows it to the camera"),
+                (true, "Sphere", "As the camera sees it in a mirror ball in the subject's place"),
             ] {
                 ui.selectable_value(&mut self.is_ball, is_ball, name).on_hover_text(hint);
             }
         });
     }
 
-    /// A drag turns the panorama or moves a light. While the person is `asked` which way is front, a click
-    /// answers.
+    /// A drag turns the panorama or moves a light. While the front is `asked` for, a click sets it.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, asked: bool, out: &mut Vec<Command>) {
         let look = &context.state.look;
         let width = ui.available_width();
         let sense = if asked { Sense::click_and_drag() } else { Sense::drag() };
         let (rect, response) = ui.allocate_exact_size(vec2(width, STRETCHED * width), sense);
-        // A click answers on the panorama.
+        // The front is picked on the panorama, not on the ball.
         let map = match self.is_ball && !asked {
             true => LightMap::Sphere(rect.shrink(DOT)),
             false => LightMap::Panorama(rect),
@@ -100,7 +99,7 @@ impl Preview {
         let response = response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         if !told {
             response.on_hover_text(
-                "The light around the subject; the camera looks at what is behind. Drag to turn.",
+                "The light around the subject; the centre is behind, as the camera sees it. Drag to turn.",
             );
         }
         let chosen = context.state.chosen_light();
@@ -148,7 +147,7 @@ impl Preview {
     }
 }
 
-/// Positions of the panorama's columns, as the camera sees them, with a tick above each word.
+/// Directions along the panorama, as the camera sees them: a word and a tick each.
 fn sides_ui(painter: &Painter, rect: Rect) {
     let painter = painter.with_clip_rect(rect);
     for (share, word, align) in [
@@ -171,7 +170,7 @@ fn sides_ui(painter: &Painter, rect: Rect) {
     }
 }
 
-/// The mirror ball's edge, and where its left and right are.
+/// The rim of the mirror ball, with its left and right labelled.
 fn ball_ui(painter: &Painter, rect: Rect) {
     painter.circle_stroke(rect.center(), 0.5 * rect.width(), Stroke::new(1.0, theme::QUIET));
     for (x, word, align) in [
@@ -186,8 +185,8 @@ fn ball_ui(painter: &Painter, rect: Rect) {
     }
 }
 
-/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each. Returns whether one of them, or
-/// a light before it, is under the pointer.
+/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each. Returns whether one of
+/// them, or a light in front of them, is under the pointer.
 fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn: Quat) -> bool {
     let rect = map.rect();
     let lights = context.state.look.lighting.placed.iter();
@@ -221,15 +220,15 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
     told
 }
 
-/// State of a placed light among the others.
+/// State of a placed light.
 #[derive(Clone, Copy)]
 struct Standing {
     chosen: bool,
-    /// It is on, and no other light is solo.
+    /// The light is on, and no other light is solo.
     shines: bool,
 }
 
-/// The handle of a placed light, which can be dragged.
+/// The draggable handle of a placed light.
 fn dot_ui(
     ui: &Ui,
     context: &PanelContext,

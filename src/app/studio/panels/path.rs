@@ -1,4 +1,4 @@
-//! A path that is typed, beside the system's file dialog or in its place.
+//! A typed path, beside the system's file dialog or in place of it.
 
 use crate::command::{Command, WindowCommand};
 use crate::state::{PathEntry, Wanted};
@@ -13,21 +13,21 @@ use egui::{
 use std::path::Path;
 use worker::Lookup;
 
-/// Names that are offered at most.
+/// Most names offered.
 const MOST: usize = 200;
 
-/// A question about a folder: what has been typed, and whether files count too.
+/// A lookup in a folder: the typed text, and whether files are offered too.
 #[derive(Clone, Debug, PartialEq)]
 struct Begun {
     text: String,
     files: bool,
 }
 
-/// The field, and what could follow.
+/// The field, and the names that can complete it.
 #[derive(Default)]
 pub struct PathPanel {
     text: String,
-    /// Entry that the text was begun for: another dialog begins another.
+    /// Entry for which the text was started; each dialog starts its own.
     of: Option<PathEntry>,
     lookup: Option<Lookup<Begun, Vec<String>>>,
     asked: Option<Begun>,
@@ -35,7 +35,7 @@ pub struct PathPanel {
 }
 
 impl PathPanel {
-    /// True if the text was begun for this entry.
+    /// True if the text was started for this entry.
     fn is_of(&self, entry: &PathEntry) -> bool {
         let same = |of: &PathEntry| (of.number, of.fills) == (entry.number, entry.fills);
         self.of.as_ref().is_some_and(same)
@@ -72,7 +72,7 @@ impl PathPanel {
         let (path, closed) = shown.inner;
         if let Some(path) = path {
             out.push(match entry.wanted {
-                // It asks before a file is replaced.
+                // The window asks before it replaces a file.
                 Wanted::NewFile => Command::NewFile(entry.dialog, path),
                 _ => Command::Chosen(entry.dialog, vec![path]),
             });
@@ -84,7 +84,7 @@ impl PathPanel {
         }
     }
 
-    /// The field and its buttons. Returns the path if it was chosen, and whether the entry was given up.
+    /// The field and its buttons. Returns the path once confirmed, and whether the entry was cancelled.
     fn field_ui(&mut self, ui: &mut Ui, entry: &PathEntry) -> (Option<std::path::PathBuf>, bool) {
         let id = Id::unique("typed path");
         let complete = ui.memory(|memory| memory.has_focus(id))
@@ -102,7 +102,7 @@ impl PathPanel {
         response.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "Path"));
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         if entry.existing.is_some() {
-            // Keys go to the question.
+            // The confirmation takes the keys.
             response.surrender_focus();
         } else if ui.memory(|memory| memory.focused().is_none()) {
             response.request_focus();
@@ -135,7 +135,7 @@ impl PathPanel {
         .inner
     }
 
-    /// Has the folder read that is being typed.
+    /// Looks up the names in the typed folder.
     fn ask(&mut self, ctx: &egui::Context, files: bool) {
         let begun = Begun { text: self.text.clone(), files };
         let lookup = self.lookup.get_or_insert_with(|| {
@@ -144,7 +144,7 @@ impl PathPanel {
         });
         for (question, found) in lookup.answers() {
             if question == begun {
-                // A folder that cannot be read has nothing to offer.
+                // An unreadable folder offers no names.
                 self.found = found.unwrap_or_default();
             }
         }
@@ -156,7 +156,7 @@ impl PathPanel {
     }
 }
 
-/// Asks whether a file may be replaced.
+/// Asks whether to replace a file.
 fn replace_ui(ui: &Ui, file: &Path, entry: &PathEntry, out: &mut Vec<Command>) {
     let frame = Frame::window(ui.style()).inner_margin(2.0 * GAP);
     let asked = Modal::new(Id::unique("replace")).frame(frame);
@@ -181,7 +181,7 @@ fn replace_ui(ui: &Ui, file: &Path, entry: &PathEntry, out: &mut Vec<Command>) {
     }
 }
 
-/// Brings the cursor behind what has been typed.
+/// Moves the cursor to the end of the text.
 fn to_the_end(ui: &Ui, id: Id, text: &str) {
     let mut state = TextEditState::load(ui.ctx(), id).unwrap_or_default();
     let end = CCursorRange::one(CCursor::new(text.chars().count()));
@@ -194,7 +194,7 @@ fn folder_of(text: &str) -> &str {
     text.rfind(std::path::is_separator).map_or("", |slash| &text[..=slash])
 }
 
-/// The names in the typed folder that begin as typed, folders with a slash, in order.
+/// Sorted names in the typed folder that start with the typed part; folders end with a slash.
 fn names(begun: &Begun) -> Result<Vec<String>> {
     let folder = folder_of(&begun.text);
     let part = &begun.text[folder.len()..];
@@ -224,7 +224,7 @@ fn names(begun: &Begun) -> Result<Vec<String>> {
     Ok(shown)
 }
 
-/// The text with what all names have in common.
+/// The text, completed with the prefix that all names share.
 fn completed(text: &str, names: &[String]) -> String {
     let Some(first) = names.first() else {
         return text.to_owned();

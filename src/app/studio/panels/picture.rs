@@ -122,7 +122,7 @@ pub fn curve_name(view: ViewTransform) -> &'static str {
     curve.map_or("", |(_, name)| name)
 }
 
-/// Curve that converts light to the codes of the picture.
+/// The tone curve, which converts light to display codes.
 fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
     let mut changed = effects;

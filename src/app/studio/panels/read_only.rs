@@ -1,11 +1,11 @@
-//! Beside the workspaces: that nothing can be written into the project, and why.
+//! The read-only notice beside the workspaces, with its reason.
 
 use crate::command::{Command, ProjectCommand};
 use crate::icons;
 use crate::theme::{self, GAP};
 use egui::{Align, Label, Layout, Ui};
 
-/// The window's message if another process holds the project's lock; `why` itself if it is about something else.
+/// Short message if another process holds the project's lock; otherwise `why` unchanged.
 fn banner(why: &str) -> String {
     let process = why.rsplit_once(", process ").map(|(_, rest)| rest);
     let digits = process.and_then(|rest| rest.split(|c: char| !c.is_ascii_digit()).next());
@@ -18,13 +18,13 @@ fn banner(why: &str) -> String {
     }
 }
 
-/// Says from right to left why nothing can be written, as far as there is room.
+/// Draws the notice from right to left, cut to the room.
 pub fn read_only_ui(ui: &mut Ui, why: &str, out: &mut Vec<Command>) {
     let hint = "Reopen the project with write access";
     if ui.button("Try again").on_hover_text(hint).clicked() {
         out.push(Command::Project(ProjectCommand::Reopen));
     }
-    // The layout turns round at the end of a text that is cut.
+    // Left to right, so that the text is cut at its end.
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         ui.add_space(GAP);
         ui.colored_label(theme::WARNING, icons::LOCK);

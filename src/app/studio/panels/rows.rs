@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
 const NAME: f32 = 108.0;
-/// Letters of a name that is shown whole in any case, and points that longer ones may take.
+/// Most letters of a name that is never cut, and most points of a longer one.
 pub const MOST_LETTERS: usize = 20;
 pub const MOST_NAME: f32 = 140.0;
 pub const FIELD: f32 = 100.0;
@@ -22,7 +22,7 @@ pub fn grid(name: &str) -> Grid {
     Grid::new(name).num_columns(2).min_col_width(NAME).spacing([GAP, 4.0])
 }
 
-/// Choices side by side, of which one is chosen: buttons in one track.
+/// Choices side by side, as buttons in one track.
 pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
     let track = Frame::new().fill(theme::WELL).corner_radius(4);
     let shown = track.inner_margin(1).show(ui, |ui| {
@@ -38,13 +38,13 @@ pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
 pub struct Row<T> {
     pub name: &'static str,
     pub of: fn(&mut T) -> &mut f32,
-    /// Range of the number, and the bar's ends.
+    /// Range of the number and of its bar.
     pub range: RangeInclusive<f32>,
     /// Change per point of a drag.
     pub speed: f32,
     pub decimals: usize,
     pub suffix: &'static str,
-    /// Its effect in words; empty if the name says it.
+    /// Tooltip; empty if the name is enough.
     pub hint: &'static str,
 }
 
@@ -72,7 +72,7 @@ impl<T: Clone + Default + PartialEq> Row<T> {
     ) -> Response {
         let mut changed = settings.clone();
         let value = *(self.of)(&mut changed);
-        // An angle all around has no ends: keys may lead it around several times, and the bar shows where it stands.
+        // A full circle has no ends: keys may turn the angle several times, and the bar shows it within a turn.
         let turns = self.range == (-180.0..=180.0);
         let (field, value) = match turns {
             true => (turning((self.of)(&mut changed)), within_a_turn(value)),
@@ -113,7 +113,7 @@ pub fn choice_ui<T: PartialEq + Copy>(
         .selected_text(now.map_or("", |(_, name)| name))
         .width(width)
         .truncate()
-        // High enough to show all of them without scrolling.
+        // High enough to show all choices without scrolling.
         .height(400.0)
         .show_ui(ui, |ui| {
             for (one, name) in all {

@@ -35,7 +35,7 @@ impl Default for DomeView {
     }
 }
 
-/// A mark at a point of the window.
+/// Draws a mark at a point of the window.
 pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     let strength: f32 = if faint || mark.doubtful { 0.45 } else { 1.0 };
     let fill = if mark.chosen {
@@ -50,13 +50,13 @@ pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     painter.text(at, Align2::CENTER_CENTER, number, FontId::proportional(size), color);
 }
 
-/// The point of a direction on the lat-long panorama in `rect`.
+/// Returns the point of a direction on the lat-long panorama in `rect`.
 pub fn place(rect: Rect, direction: Vec3) -> Pos2 {
     let (u, v) = uv_from_direction(direction);
     rect.min + vec2(u.rem_euclid(1.0), v) * rect.size()
 }
 
-/// The panorama's coordinates u and v, from 0 to 1, at a point; outside, those of the nearest edge.
+/// Returns the panorama's coordinates u and v, from 0 to 1, at a point; outside, those of the nearest edge.
 pub fn share(rect: Rect, at: Pos2) -> (f32, f32) {
     let share = (at - rect.min) / rect.size();
     (share.x.clamp(0.0, 1.0), share.y.clamp(0.0, 1.0))
@@ -123,7 +123,7 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
     for i in order {
         mark_ui(painter, places[i], &marks[i], seen[i].1 < 0.0);
     }
-    // Where marks overlap, a click means the nearer one.
+    // Where marks overlap, a click selects the nearer one.
     let near: Vec<Pos2> =
         seen.iter().map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) }).collect();
     let hit = clicked(&response, marks, &near).or_else(|| clicked(&response, marks, &places));

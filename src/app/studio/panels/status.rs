@@ -1,4 +1,4 @@
-//! The status line: the running job, or where the network runs and what the picture is; whether all is saved, checks and
+//! The status line: the running job, or the network's device and the picture's size and rate; save state, checks and
 //! effects.
 
 use super::checks::{color, dot_ui, verdict};
@@ -10,7 +10,7 @@ use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::{Align, Layout, Response, RichText, Ui};
 
-/// Room that a figure needs, in points.
+/// Width in points that a figure needs.
 const FIGURE_WIDTH: f32 = 180.0;
 
 /// The status line has no state of its own.
@@ -49,7 +49,7 @@ impl StatusPanel {
     }
 }
 
-/// Device of the network, size and rate of the picture, and light that no lamp stands for.
+/// Device of the network, size and rate of the picture, and share of the light not covered by lamps.
 fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let device = small(match &context.status.phase {
         _ if context.status.job.is_some() && !context.is_live() => "Working",
@@ -64,7 +64,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(project) = context.project else {
         return;
     };
-    // 24000 / 1001 has no end.
+    // 24000 / 1001 has endless decimals.
     let rate = (1e3 * project.settings.shoot.frame_rate).round() / 1e3;
     match context.relit {
         Some(relit) => figure_ui(ui, &format!("{} × {}, {rate} fps", relit.width, relit.height)),
@@ -74,7 +74,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if share >= 0.1
         && let Some(figure) = figure_ui(ui, &format!("{share:.1} % of the light not covered"))
     {
-        figure.on_hover_text("Light from where no lamp is; the nearest lamps take it over.");
+        figure.on_hover_text("Light from directions without a lamp; added to the nearest lamps.");
     }
 }
 
@@ -94,20 +94,20 @@ fn saved_ui(ui: &mut Ui, context: &PanelContext) {
     };
 }
 
-/// Trust in the project, once something was measured.
+/// Summary of the checks, once there are results.
 fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(level) = context.check.level() else {
         return;
     };
     let text = small(&format!("Checks: {}", verdict(level).to_lowercase())).color(color(level));
-    let hint = "What was found, and what to do about it";
+    let hint = "Findings, and what to do about them";
     if ui.button(text).on_hover_text(hint).clicked() {
         out.push(Command::Window(WindowCommand::ShowPane(Pane::Checks)));
     }
     dot_ui(ui, level);
 }
 
-/// A figure; nothing where there is no room.
+/// A figure; skipped without enough room.
 fn figure_ui(ui: &mut Ui, text: &str) -> Option<Response> {
     let room = ui.available_width() >= FIGURE_WIDTH;
     room.then(|| ui.label(small(text).color(theme::QUIET)))

@@ -9,14 +9,14 @@ use crate::theme;
 use base::files::shown;
 use egui::{Button, Image, RichText, Role, Ui, Vec2, WidgetInfo, vec2};
 
-/// Greatest width and height of a project's first frame in the menu, in points.
+/// Most width and height in points of a project's first frame in the menu.
 const ENTRY: Vec2 = vec2(64.0, 36.0);
 
 /// The panel has no state of its own.
 #[derive(Default)]
 pub struct TabsPanel;
 
-/// The project's name, and what can be done with projects.
+/// The project menu: the project's name, and the commands for projects.
 fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(project) = context.project else {
         return;
@@ -76,7 +76,7 @@ impl TabsPanel {
                 };
                 let tab = Button::selectable(chosen, (icon, name)).min_size(vec2(96.0, 24.0));
                 let response = ui.add(tab);
-                // Panels have buttons of the same names.
+                // Distinguished from buttons in panels with the same names.
                 response.widget_info(|| {
                     WidgetInfo::selected(Role::Tab, true, chosen, format!("Workspace {name}"))
                 });

@@ -1,10 +1,10 @@
-//! Panoramas that were added since the window was opened.
+//! Panoramas added since the window was opened.
 
 use super::State;
 use crate::look::LookSettings;
 use worker::Origin;
 
-/// A panorama that was added, and what was shown before.
+/// An added panorama, and the environment before it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Added {
     pub origin: Origin,
@@ -12,8 +12,8 @@ pub(super) struct Added {
 }
 
 impl State {
-    /// Takes a panorama out of the list that was added since the window was opened and cannot be read, and shows the one that
-    /// was shown before. Returns whether it was such a one.
+    /// Removes an unreadable panorama from the list if it was added since the window was opened, and restores the
+    /// environment before it. Returns true if it was such a panorama.
     pub fn withdraw(&mut self, origin: &Origin) -> bool {
         let Some(added) = self.added.iter().position(|added| added.origin == *origin) else {
             return false;
@@ -33,7 +33,7 @@ impl State {
                 }
             }
         }
-        // Nothing is left to undo of the addition.
+        // Undo of the addition is no longer possible.
         while self.history.undo.last() == Some(&self.look) {
             self.history.undo.pop();
         }

@@ -1,52 +1,52 @@
-//! Lights that are placed and moved on the picture.
+//! Lights placed and moved on the picture.
 
 use super::State;
 use crate::command::{AimedLight, LookCommand};
 use std::mem::discriminant;
 
-/// The lights that are placed on the picture, and how the window came to them.
+/// State of placing lights on the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Aiming {
-    /// The light that was chosen last, by its id; see [`State::chosen_light`].
+    /// Id of the last selected light; see [`State::chosen_light`].
     chosen: Option<u32>,
-    /// Number of presses that began to place a light …
+    /// Number of presses that started placing a light …
     drag: u64,
-    /// … and for which of them a light was placed.
+    /// … and the last of them for which a light was placed.
     placed_for: u64,
-    /// The light that this press moves, by its id; None if it places another.
+    /// Id of the light that this press moves; None if it places a new one.
     moves: Option<u32>,
-    /// The light that the newest step of undo has placed, and its id.
+    /// The light placed by the newest undo step, and its id.
     newest: Option<(AimedLight, u32)>,
 }
 
 impl Aiming {
-    /// Something else was changed.
+    /// Ends the current placement, after another change.
     pub fn end(&mut self) {
         self.newest = None;
     }
 }
 
 impl State {
-    /// The light placed by hand that was chosen last, by its index, if it is still there.
+    /// Index of the last selected placed light, if it still exists.
     pub fn chosen_light(&self) -> Option<usize> {
         self.light_with(self.aiming.chosen?)
     }
 
-    /// Chooses the light of this index.
+    /// Selects the light with this index.
     pub(super) fn choose_light(&mut self, light: Option<usize>) {
         let before = self.place_of_chosen();
         self.aiming.chosen = light.and_then(|light| self.light_id(light));
         self.unfold_chosen(before);
     }
 
-    /// The ids of the chosen light and of its group, if it is in one.
+    /// Ids of the selected light and its group; None if it is not in a group.
     pub(super) fn place_of_chosen(&self) -> Option<(u32, u32)> {
         let lighting = &self.look.lighting;
         let light = lighting.placed.get(self.chosen_light()?)?;
         Some((light.id, lighting.group_of(light)?.id))
     }
 
-    /// Shows the lights of the chosen one's group if that was not its place `before`; groups that are gone are forgotten.
+    /// Unfolds the group of the selected light unless its place is still `before`. Forgets removed groups.
     pub(super) fn unfold_chosen(&mut self, before: Option<(u32, u32)>) {
         let groups = &self.look.lighting.groups;
         (self.folded_lights).retain(|folded| groups.iter().any(|group| group.id == *folded));
@@ -56,29 +56,29 @@ impl State {
         }
     }
 
-    /// True if the lights of the group with this id are hidden.
+    /// True if the group with this id is folded.
     pub fn is_folded(&self, group: u32) -> bool {
         self.folded_lights.contains(&group)
     }
 
-    /// The index of the light placed by hand with this id, if it is still there.
+    /// Index of the placed light with this id, if it still exists.
     fn light_with(&self, id: u32) -> Option<usize> {
         let mut lights = self.look.lighting.placed.iter();
         lights.position(|light| light.id == id)
     }
 
-    /// The id of the light of this index.
+    /// Id of the light with this index.
     fn light_id(&self, index: usize) -> Option<u32> {
         Some(self.look.lighting.placed.get(index)?.id)
     }
 
-    /// True if lights placed by hand have handles on the picture: all of them while lights are placed by the face, else the
-    /// one that was chosen last.
+    /// True if placed lights have handles on the picture: all of them while lights are placed by the face, otherwise
+    /// only the selected one.
     pub fn shows_handles(&self) -> bool {
         self.chosen_light().is_some() || self.aims && !self.look.lighting.placed.is_empty()
     }
 
-    /// Begins to move the light of this index, or to place another.
+    /// Starts moving the light with this index, or placing a new one.
     pub fn begin_aim(&mut self, moves: Option<usize>) {
         self.aiming.drag += 1;
         self.aiming.moves = moves.and_then(|light| self.light_id(light));
@@ -89,25 +89,24 @@ impl State {
         self.aiming.drag
     }
 
-    /// Position on the picture of a frame where the light falls that was placed last, if nothing was changed since.
+    /// Pixel in this frame on which the last placed light falls, if nothing has changed since.
     pub fn aimed_at(&self, frame: usize) -> Option<[usize; 2]> {
         let (aimed, _) = self.aiming.newest.as_ref()?;
         (aimed.frame == frame).then_some(aimed.pixel)
     }
 
-    /// The light that was placed or moved last on the picture, by its index, if nothing was changed since.
+    /// Index of the light that was last placed or moved on the picture, if nothing has changed since.
     pub fn aimed_light(&self) -> Option<usize> {
         self.light_with(self.aiming.newest.as_ref()?.1)
     }
 
-    /// Places a light, or moves the one that the same drag has placed. What was asked for before something else was changed or
-    /// undone comes too late.
+    /// Places a light, or moves the one placed by the same drag. Ignores answers from before another change or an undo.
     pub(super) fn aim(&mut self, aimed: AimedLight) {
         let same = self.aiming.newest.filter(|(last, _)| last.drag == aimed.drag);
         let id = match (same, self.aiming.moves) {
             (Some((_, id)), _) => id,
             (None, _) if aimed.drag <= self.aiming.placed_for => return,
-            // It was removed meanwhile.
+            // The light was removed meanwhile.
             (None, Some(id)) if self.light_with(id).is_none() => return,
             (None, moves) => {
                 self.history.push(self.look.clone());
@@ -125,7 +124,7 @@ impl State {
         if let Some(light) = lights.find(|light| light.id == id) {
             *light = light.clone().towards(aimed.direction);
         }
-        // The clip may have gone on since.
+        // The clip may have advanced since.
         self.look.set_keys(&before, aimed.frame);
         self.look.follow(self.frame);
         self.aiming.placed_for = aimed.drag;
@@ -154,7 +153,7 @@ mod tests {
         s.change(aimed(1, Vec3::Z));
         assert!(s.solo.is_empty() && s.is_dragged());
         s.change(aimed(1, Vec3::X));
-        // The last answer may come after the pointer was released.
+        // The last answer may arrive after the pointer is released.
         s.release();
         s.change(aimed(1, Vec3::NEG_X));
         s.release();
@@ -218,7 +217,7 @@ mod tests {
         assert_eq!((yaws, s.chosen_light()), (vec![-90.0, 180.0], Some(0)));
         s.change(LookCommand::Undo);
         assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0);
-        // There is no such light to move.
+        // No light with this index to move.
         s.begin_aim(Some(7));
         s.change(aimed(4, Vec3::X));
         assert_eq!(s.look.lighting.placed.len(), 3);
@@ -245,7 +244,7 @@ mod tests {
             lights.map(|light| light.yaw_deg).collect()
         };
         assert_eq!(yaws(&s), [180.0, 180.0]);
-        // One before it is removed: it still moves itself.
+        // A light before it is removed: the drag still moves the same light.
         s.begin_aim(Some(1));
         let removed = without(&s, 0);
         s.change(removed);

@@ -1,17 +1,17 @@
-//! Shown part of the project, and its display.
+//! Visible part of the project, and its display.
 
 use super::State;
 use crate::command::{LookCommand, ViewCommand};
 use crate::comparison::{CellPicture, GAINS};
 use scene::{Inspection, Viewing};
 
-/// Magnifications of the fitted picture.
+/// Zoom range of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
 
-/// Position of the picture in the viewport.
+/// Zoom and position of the picture in the viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// 1 fits the picture into the viewport.
+    /// Zoom; 1 fits the picture into the viewport.
     pub zoom: f32,
     /// Offset of the picture's centre from the viewport's, in points.
     pub pan: [f32; 2],
@@ -23,9 +23,9 @@ impl View {
 }
 
 impl State {
-    /// Changes what is shown.
+    /// Changes the view.
     ///
-    /// What asks for another frame or lamp ends [`Self::cell`].
+    /// A change of frame or lamp ends [`Self::cell`].
     pub fn show(&mut self, command: ViewCommand) {
         use ViewCommand::{Frame, LastFrame, Solo, SoloAlso, StepFrame, StepSolo, TogglePlay};
         if matches!(
@@ -136,7 +136,7 @@ impl State {
         }
     }
 
-    /// Goes on to the next frame, around the end of the range between in and out, or stops there.
+    /// Advances to the next frame. At the out point, loops to the in point or stops.
     pub fn advance(&mut self) {
         let (first, last) = self.range();
         let within = (first..last).contains(&self.frame);
@@ -160,7 +160,7 @@ impl State {
         }
     }
 
-    /// The point under `about` stays there.
+    /// Zooms so that the point under `about` stays in place.
     fn zoom(&mut self, factor: f32, about: [f32; 2]) {
         let zoom = (self.view.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
         let grown = zoom / self.view.zoom;
@@ -173,8 +173,8 @@ impl State {
     }
 }
 
-/// The lamp `step` places after `lamp`, around the end of `count` lamps; None, the environment or the interview's
-/// light, comes before the first.
+/// The lamp `step` places after `lamp` among `count` lamps, wrapping around. None, which is the environment or the
+/// interview's light, comes before the first.
 fn next(lamp: Option<usize>, step: isize, count: usize) -> Option<usize> {
     let place = lamp.map_or(0, |lamp| lamp + 1) as isize + step;
     (place.rem_euclid(count as isize + 1) as usize).checked_sub(1)
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!((s.frame, s.playing), (4, false));
         let mut still = State::new(1, 24.0);
         still.show(ViewCommand::TogglePlay);
-        assert!(!still.playing, "one frame cannot be played");
+        assert!(!still.playing, "a single frame cannot be played");
     }
 
     #[test]
@@ -262,7 +262,7 @@ mod tests {
     fn lamps_are_shown_one_after_the_other_and_then_the_environment() {
         let mut s = state();
         s.show(ViewCommand::StepSolo(1));
-        assert!(s.solo.is_empty(), "no lamp is known yet");
+        assert!(s.solo.is_empty(), "the lamps are not known yet");
         s.lamps = 3;
         for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
             s.show(ViewCommand::StepSolo(1));

@@ -26,10 +26,10 @@ use tradeoff::{apply, tradeoff};
 use training::{Prediction, checkpoints};
 
 impl Job {
-    /// Does it; files are written when it succeeds.
+    /// Runs the job; files are written when it succeeds.
     ///
     /// # Errors
-    /// When the action fails or was stopped; what was finished before is kept.
+    /// When the action fails or was stopped; finished output is kept.
     pub fn run(self, progress: &Progress) -> Result<Outcome> {
         match self {
             Self::Stage { folder, settings } => {
@@ -40,7 +40,7 @@ impl Job {
                 if let Some(name) = name {
                     project.settings.name = name;
                 }
-                // Saved once all of it succeeded: a project that is there is not imported again.
+                // Saved only after complete success: an existing project is not imported again.
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
@@ -59,8 +59,8 @@ impl Job {
                 let mut project = Project::open(&project)?;
                 let found = calibration::calibrate(&mut project, &settings, progress)?;
                 found.save(&project)?;
-                // The circle is kept last: a calibration that failed leaves the project as it was. What else
-                // was changed in the meantime stays.
+                // The circle is saved last, so a failed calibration leaves the project unchanged. Other changes
+                // in the meantime stay.
                 Project::change(&project.root, |kept| {
                     kept.settings.shoot.ball = project.settings.shoot.ball;
                     Ok(())
@@ -173,7 +173,7 @@ impl Job {
     }
 }
 
-/// Quality of a trained network on a pose that was held out. A training counts as finished even where that cannot be told.
+/// Quality of a trained network on a held-out pose. A training counts as finished even if this fails.
 fn judged(
     project: &Project,
     pose: usize,
@@ -189,7 +189,7 @@ fn judged(
     }
 }
 
-/// The environments of these names or files, as they light the project; all of its own if there are none.
+/// The named environments or files, as they light the project; all of the project's own if there are none.
 fn lit_by(
     project: &Project,
     wanted: &[PathBuf],
@@ -211,7 +211,7 @@ fn lit_by(
     known.iter().map(|known| lit(Path::new(&known.name))).collect()
 }
 
-/// Says where a person is in a picture, by a small network.
+/// Loads a small network that finds a person in a picture.
 ///
 /// # Errors
 /// When its weights are damaged.

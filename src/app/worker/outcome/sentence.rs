@@ -1,4 +1,4 @@
-//! Sentences of reports that have none of their own.
+//! Sentences for reports without a sentence of their own.
 
 use super::{EnvironmentsReport, ImportReport};
 use calibration::develop::DevelopReport;
@@ -8,7 +8,7 @@ use footage::scan::counted;
 use training::TrainReport;
 use virtual_stage::StageReport;
 
-/// A time in seconds, in words.
+/// A duration in words, from seconds.
 pub(super) fn for_so_long(seconds: f64) -> String {
     match seconds {
         ..60.0 => format!("{seconds:.0} s"),
@@ -17,7 +17,7 @@ pub(super) fn for_so_long(seconds: f64) -> String {
     }
 }
 
-/// A loss that no step had is left out.
+/// A loss that no step computed is left out.
 pub(super) fn trained(report: &TrainReport) -> String {
     let mut text = format!(
         "Trained for {}, {}",
@@ -40,7 +40,7 @@ pub(super) fn trained(report: &TrainReport) -> String {
 }
 
 pub(super) fn staged(report: &StageReport) -> String {
-    let mut text = format!("{} files in {:.0} s. What was traced:", report.files, report.seconds);
+    let mut text = format!("{} files in {:.0} s. Traced:", report.files, report.seconds);
     for effect in &report.effects {
         let share = 100.0 * effect.share;
         text += &format!(
@@ -94,7 +94,7 @@ pub(super) fn developed(report: &DevelopReport) -> String {
     let mut text = format!("{}:", report.written.display());
     for (i, ball) in report.balls.iter().enumerate() {
         text += &format!(
-            " ball {} has its centre at {:.1}, {:.1} and a radius of {:.1} pixels, by {:.0} % of its rim to within \
+            " ball {} has its centre at {:.1}, {:.1} and a radius of {:.1} pixels; {:.0} % of its rim fits to within \
              {:.2} pixels; {} pixels are clipped;",
             i + 1,
             ball.circle.center_px[0],

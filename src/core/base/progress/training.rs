@@ -5,20 +5,20 @@ use std::sync::Arc;
 /// Losses after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LossPoint {
-    /// Steps made since the start of the run, including earlier runs.
+    /// Number of steps, including earlier runs.
     pub step: u64,
-    /// Seconds of training since the start of the run.
+    /// Training time in seconds, including earlier runs.
     pub seconds: f64,
-    /// Mean reconstruction loss since the point before; None if no step used an exemplar.
+    /// Mean reconstruction loss since the previous point; None if no step used an exemplar.
     pub reconstruction: Option<f32>,
-    /// Mean rendering loss since the point before; None if no step computed it.
+    /// Mean rendering loss since the previous point; None if no step computed it.
     pub rendering: Option<f32>,
-    /// PSNR on the held-out pose in dB, if it was measured since the point before.
+    /// PSNR on the held-out pose in dB, if measured since the previous point.
     pub held_out_db: Option<f32>,
 }
 
 impl LossPoint {
-    /// The mean of this point, which already stands for `count` points, and the next.
+    /// Mean of this point, which already averages `count` points, and the next.
     pub fn joined(self, next: Self, count: u32) -> Self {
         let mean = |old: Option<f32>, new: Option<f32>| match (old, new) {
             (Some(old), Some(new)) => Some(old + (new - old) / (count + 1) as f32),
@@ -33,40 +33,39 @@ impl LossPoint {
     }
 }
 
-/// Source that a training run learns from.
+/// Data that a training step learns from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrainingPhase {
     Exemplars,
     Interview,
 }
 
-/// The figures of a run as it goes, a few times a second at most.
+/// The current figures of a run, a few times per second at most.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingPoint {
     pub losses: LossPoint,
     pub phase: TrainingPhase,
     pub learning_rate: f64,
-    /// Norm of all gradients of the last step, before it was clipped.
+    /// Norm of all gradients of the last step, before clipping.
     pub gradient_norm: f32,
     /// Steps per second, without pauses and checks.
     pub steps_per_second: f64,
-    /// Multiply-adds in one prediction of the network. With the rate they tell how long another network will
-    /// take.
+    /// Multiply-adds per prediction of the network. With the rate they predict the time of another network.
     pub multiply_adds: u64,
-    /// Memory that the process holds in bytes; None if the system does not say.
+    /// Memory that the process holds, in bytes; None if the system does not report it.
     pub memory_bytes: Option<u64>,
     /// Steps of this run that were skipped because a loss or gradient was NaN or infinite.
     pub skipped_steps: u64,
-    /// Lamps whose outputs are stuck at black or white, by their numbers.
+    /// Numbers of the lamps whose outputs are stuck at black or white.
     pub dead_lamps: Vec<usize>,
 }
 
-/// One pose under every lamp, as the network predicts it and as it is.
+/// One pose under every lamp: predicted and true.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingPictures {
     /// Training steps of the network.
     pub step: u64,
-    /// Number of the pose, and whether it is held out of training.
+    /// Number of the pose, and true if it is held out of training.
     pub pose: usize,
     pub held_out: bool,
     /// Width and height in pixels.
@@ -86,8 +85,7 @@ impl TrainingPictures {
         3 * self.size[0] * self.size[1]
     }
 
-    /// The pose under a lamp: predicted, true, and their difference times `gain`. None if there is no such
-    /// lamp.
+    /// The pose under a lamp: predicted, true, and their difference times `gain`. None if there is no such lamp.
     pub fn of_lamp(&self, lamp: usize, gain: u32) -> Option<[Vec<u8>; 3]> {
         let place = lamp * self.bytes()..(lamp + 1) * self.bytes();
         let (predicted, truth) = (self.predicted.get(place.clone())?, self.truth.get(place)?);

@@ -1,9 +1,9 @@
-//! Sequences of pictures: EXR of every compression, and very many of them.
+//! Sequences of pictures: EXR in every compression, and very long ones.
 
 use super::*;
 use base::memory;
 
-/// The frame whose number a picture of light shows.
+/// A picture of linear light that shows a frame's number.
 fn picture_of(number: usize) -> impl Fn(exr::math::Vec2<usize>) -> (f32, f32, f32) + Sync {
     move |at| {
         let bit = number >> (at.x() / BLOCK) & 1;
@@ -41,7 +41,7 @@ fn exr_sequences_of_every_compression_are_read() {
     for (frame, compression) in all.into_iter().enumerate() {
         let pixels = sequence.frame(1001 + frame as u64).unwrap();
         assert_eq!(number(&pixels), frame, "{compression:?}");
-        // Light is encoded as sRGB, and what is brighter than 1 is cut.
+        // Light is encoded as sRGB, and values above 1 are clipped.
         let [red, _, blue] = pixels.encoded().0.at(BLOCK / 2, 16);
         let lit = frame & 1 == 1;
         let wanted = imaging::color::srgb_from_linear(if lit { 0.6 } else { 0.02 });
@@ -49,7 +49,7 @@ fn exr_sequences_of_every_compression_are_read() {
         assert!(!lit || blue == 1.0, "{compression:?}: {blue}");
     }
     assert!(sequence.notes().iter().any(|note| note.contains("EXR")));
-    // A compression that only newer programs know.
+    // A compression known only to newer programs.
     let path = file(2);
     let mut bytes = std::fs::read(&path).unwrap();
     let name = b"compression\0compression\0";
@@ -61,12 +61,12 @@ fn exr_sequences_of_every_compression_are_read() {
     shown!(
         Strangers,
         "An EXR sequence is compressed by DWAA, DWAB, PIZ, B44 or any other method of OpenEXR 2, or by a newer one",
-        danger: "it is refused, or words that only programmers understand",
-        done: "those of OpenEXR 2 are read; for a newer one a sentence says how to write the pictures again",
+        danger: "it is refused, or the error is for programmers only",
+        done: "those of OpenEXR 2 are read; for a newer one the error says how to convert the pictures",
     );
 }
 
-/// Bytes that this thread has read from files.
+/// Number of bytes that this thread has read from files.
 #[cfg(target_os = "linux")]
 fn bytes_read() -> u64 {
     let said = std::fs::read_to_string("/proc/thread-self/io").unwrap();
@@ -83,7 +83,7 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
     std::fs::create_dir(&shots).unwrap();
     let still = |i: u64| shots.join(format!("shot.{i}.png"));
     image::GrayImage::new(16, 16).save(still(0)).unwrap();
-    // A file may have 65,000 names.
+    // A file may have 65,000 hard links.
     let mut of = still(0);
     for i in 1..STILLS {
         if i % 50_000 == 0 {
@@ -111,9 +111,9 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
     shown!(
         Strangers,
         "An interview of a hundred thousand stills",
-        danger: "every file is opened, or minutes and gigabytes go before the first is seen",
-        done: "their names are listed; a still is read when it is asked for",
-        bound: "64 MB more memory, and no still read that nobody asked for",
+        danger: "every file is opened, or the first takes minutes and gigabytes",
+        done: "their names are listed; a still is read on request",
+        bound: "64 MB more memory, and no still read without a request",
         measured: format!("{} MB, {} kB read", more >> 20, read / 1000),
     );
 }

@@ -28,7 +28,7 @@ fn names_mean_nothing_but_files() {
             Movie::open(&path, &tools(folder.path())).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(number(&movie.frame(2).unwrap()), 2, "{name}");
     }
-    // A playlist that names a file elsewhere, and one that names a server.
+    // A playlist with a file elsewhere, and one with a server.
     let secret = folder.path().join("plain.mkv");
     for text in [
         format!("#EXTM3U\n#EXTINF:1,\nhttp://127.0.0.1:1/{}\n", secret.display()),
@@ -41,8 +41,8 @@ fn names_mean_nothing_but_files() {
     shown!(
         Strangers,
         "A movie's name starts with a dash or reads like `concat:` or `http:`; a playlist calls itself a movie",
-        danger: "ffmpeg takes it for an option, or opens what it names",
-        done: "names are only names, and ffmpeg may open files alone",
+        danger: "ffmpeg takes it for an option, or opens a file or server named in it",
+        done: "names are only names, and ffmpeg may open only files",
     );
 }
 
@@ -57,11 +57,11 @@ fn what_is_no_whole_movie_is_a_sentence() {
     make(&at("whole.mov"), 30, "24", "-c:v prores_ks");
     let whole = std::fs::read(at("whole.mov")).unwrap();
     std::fs::write(at("half.mov"), &whole[..whole.len() / 2]).unwrap();
-    std::fs::write(at("text.mp4"), "this is no movie").unwrap();
+    std::fs::write(at("text.mp4"), "this is not a movie").unwrap();
     std::fs::write(at("empty.mov"), "").unwrap();
     std::fs::write(at("film.r3d"), &whole).unwrap();
     std::fs::write(at("film.braw"), &whole).unwrap();
-    // Renamed raw: what the files say counts.
+    // Renamed raw files: the content counts.
     std::fs::write(at("red.mov"), [&[0, 0, 1, 0][..], b"RED2", &[0; 300]].concat()).unwrap();
     std::fs::write(at("arri.mov"), [&b"ARRI"[..], &[0; 300]].concat()).unwrap();
     let is_prores = |tag: &[u8]| [b"apcn", b"apch", b"ap4h"].iter().any(|known| tag == *known);
@@ -93,9 +93,9 @@ fn what_is_no_whole_movie_is_a_sentence() {
     assert!(said.contains("Install ffmpeg"), "{said}");
     shown!(
         Strangers,
-        "A movie that is cut off, is no movie, has no pictures, or is a camera's raw file; ffmpeg is missing",
-        danger: "a crash, or words that only ffmpeg understands",
-        done: "a sentence says what to do",
+        "A movie that is truncated, not a movie, without pictures, or a camera's raw file; ffmpeg is missing",
+        danger: "a crash, or ffmpeg's own error text",
+        done: "the error names a remedy",
     );
 }
 
@@ -117,7 +117,7 @@ fn a_truncated_movie_has_the_frames_that_are_there() {
     assert!(said.contains(&format!("no frame {count}")), "{said}");
 }
 
-/// Overwrites the packet that is stored as number `packet`.
+/// Overwrites packet number `packet` in storage order.
 fn damage(path: &Path, packet: usize, byte: u8) {
     let listed = Command::new("ffprobe")
         .args(["-v", "error", "-of", "csv=p=0", "-show_entries", "packet=pos,size"])
@@ -154,8 +154,8 @@ fn a_damaged_frame_is_named_and_the_others_are_read() {
     shown!(
         Strangers,
         "One frame in the middle of a movie is damaged",
-        danger: "all later frames are taken for the one before",
-        done: "the frame is named, and the others are read",
+        danger: "all later frames are off by one",
+        done: "the error names the frame, and the others are read",
     );
 }
 
@@ -167,7 +167,7 @@ fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    // ffmpeg, and where it was told to start.
+    // ffmpeg, with a log of its start positions.
     let (program, log) = (folder.path().join("logged"), folder.path().join("starts"));
     let script = format!("#!/bin/sh\necho \"$@\" >> '{}'\nexec ffmpeg \"$@\"\n", log.display());
     std::fs::write(&program, script).unwrap();
@@ -184,7 +184,7 @@ fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
         assert_eq!(number(&movie.frame(90).unwrap()), 90);
         movie.forget();
         std::fs::write(&log, "").unwrap();
-        // Packets are not stored in the order in which frames are shown.
+        // Packets are not stored in presentation order.
         assert!((96..106).any(|frame| movie.frame(frame).is_err()), "{name}");
         assert_eq!(number(&movie.frame(110).unwrap()), 110);
         let starts = std::fs::read_to_string(&log).unwrap();
@@ -194,8 +194,8 @@ fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
     shown!(
         Strangers,
         "A frame is damaged ten hours into a movie",
-        danger: "the movie is decoded from its start to look for it",
-        done: "decoding starts again a second before it; if frames come before and after it and it does not, it is named",
+        danger: "the movie is decoded from its start to find it",
+        done: "decoding starts again a second before it; if its neighbours are decoded but it is not, the error names it",
     );
 }
 
@@ -212,13 +212,13 @@ fn a_movie_that_is_replaced_while_it_is_open_is_noticed() {
     make(&path, 9, "24", "-c:v prores_ks -vf negate");
     let said = source.frame(4).unwrap_err().to_string();
     assert!(said.contains("film.mov was replaced"), "{said}");
-    assert!(open(&path).is_err(), "whoever holds its frames is told once");
+    assert!(open(&path).is_err(), "an open movie reports the change once");
     assert_eq!(open(&path).unwrap().count().unwrap(), 9);
     shown!(
         Strangers,
         "A movie is replaced while the program has it open",
         danger: "frames of two movies are mixed",
-        done: "its size and time of change are compared before each frame; a kept index of the old one is not used",
+        done: "its size and modification time are compared before each frame; a cached index of the old one is not used",
     );
 }
 
@@ -243,7 +243,7 @@ fn a_program_that_hangs_is_ended() {
         Surroundings,
         "ffprobe or ffmpeg hangs while it reads a movie",
         danger: "the program waits for ever",
-        done: "after two minutes without a sign of life it is ended with all that it started",
+        done: "after two minutes without a sign of life it is killed with all its children",
     );
 }
 
@@ -281,7 +281,7 @@ fn a_movie_of_twenty_hours_opens_at_once_and_takes_no_more_memory() {
         Strangers,
         "A movie of 20 hours: 1.8 million frames",
         danger: "minutes until it opens, and memory for each frame",
-        done: "its frames are listed in the background, in a file that is kept",
+        done: "its frames are listed in the background, in a cached file",
         bound: "64 MB more memory than before",
         measured: format!(
             "open after {:.1} s, first frame {:.1} s, all listed {:.1} s, opened again {:.1} s, {} MB",

@@ -1,18 +1,18 @@
-//! Faults of a shot, found from what its frames say and hold.
+//! Faults of a shot, found in the headers and pixels of its frames.
 
 use super::frame::{Content, Frame};
 use super::time::time_codes;
 use super::{CertifySettings, Fault, Remark};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Spans of frame numbers that a sentence names.
+/// Most spans of frame numbers that a message names.
 const NAMED: usize = 12;
-/// Letters of a difference that a sentence shows.
+/// Most letters of a difference that a message shows.
 const SHOWN: usize = 90;
-/// Keys of a provenance that apply to the whole shot.
+/// Provenance keys shared by the whole shot.
 const COMMON: [&str; 5] = ["version", "project", "checkpoint", "environment", "settings"];
 
-/// Faults of a shot, and remarks on points that could not be checked or may be intended.
+/// Faults of a shot, and remarks on points that were not checked or may be intended.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     pub faults: Vec<Fault>,
@@ -57,7 +57,7 @@ pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &CertifySettings
     found
 }
 
-/// A frame rate in words.
+/// Frame rate as text.
 pub(super) fn rate_words(rate: Option<(i32, u32)>) -> String {
     match rate {
         None => "none".to_owned(),
@@ -66,7 +66,7 @@ pub(super) fn rate_words(rate: Option<(i32, u32)>) -> String {
     }
 }
 
-/// A rate in frames per second; None if it is none.
+/// Frame rate in frames per second; None if it is not a positive fraction.
 pub(super) fn rate_of((frames, seconds): (i32, u32)) -> Option<f64> {
     (frames > 0 && seconds > 0).then(|| f64::from(frames) / f64::from(seconds))
 }
@@ -88,7 +88,7 @@ impl Findings {
         self.remarks.push(Remark { kind: kind.to_owned(), sentence: sentence.into() });
     }
 
-    /// Missing and double numbers.
+    /// Finds missing and duplicate frame numbers.
     fn numbers(&mut self, frames: &[Frame], numbered: bool, settings: &CertifySettings) {
         let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
             return;
@@ -96,7 +96,7 @@ impl Findings {
         if !numbered {
             self.remark(
                 "numbers",
-                "The name has no frame number: whether frames are missing was not checked",
+                "The file name has no frame number: missing frames were not checked",
             );
             return;
         }
@@ -105,7 +105,7 @@ impl Findings {
         for frame in frames {
             names.entry(frame.number).or_default().push(&frame.file.name);
         }
-        // A range may be far longer than what is there, so gaps are named by their ends.
+        // A range may be far longer than the list of frames, so gaps are named by their ends.
         let (mut gaps, mut count, mut next) = (Vec::new(), 0, from);
         for number in names.keys().copied().filter(|n| (from..=to).contains(n)) {
             if number > next {
@@ -128,18 +128,18 @@ impl Findings {
             });
         }
         for (number, names) in names.iter().filter(|(_, names)| names.len() > 1) {
-            let sentence = format!("frame {number} is there twice: {}", names.join(", "));
+            let sentence = format!("duplicate frame {number}: {}", names.join(", "));
             self.fault("double", [*number], sentence);
         }
         let outside = frames.iter().map(|frame| frame.number);
         let outside: BTreeSet<u64> = outside.filter(|n| !(from..=to).contains(n)).collect();
         if !outside.is_empty() {
-            let sentence = format!("outside of {from}-{to}: {}", spans(&outside));
+            let sentence = format!("outside the range {from}-{to}: {}", spans(&outside));
             self.fault("extra", outside, sentence);
         }
     }
 
-    /// Frames that show the same picture as the one before, unless there is nothing in it.
+    /// Finds frames with the same picture as the frame before. Frames of one colour are ignored.
     fn repeats(&mut self, whole: &Whole) {
         let same = whole.windows(2).filter(|pair| {
             let [(_, before), (_, after)] = [pair[0], pair[1]];
@@ -148,7 +148,7 @@ impl Findings {
         let same: BTreeSet<u64> = same.map(|pair| pair[1].0.number).collect();
         if !same.is_empty() {
             let sentence = format!(
-                "the same picture as in the frame before: {} (if that is meant so, --allow-repeats)",
+                "same picture as the frame before: {} (if intended, use --allow-repeats)",
                 spans(&same)
             );
             self.fault("repeated", same, sentence);
@@ -168,23 +168,21 @@ impl Findings {
         self.fault("not_finite", numbers, sentence);
     }
 
-    /// Layers that do not give back the picture, or that some frames lack.
+    /// Finds light layers that are missing in some frames, or that do not rebuild the picture.
     fn layers(&mut self, whole: &Whole) {
         let has = |(_, content): &&(&Frame, &Content)| content.layers.is_some();
         let with = whole.iter().filter(has).count();
         if with == 0 {
             if !whole.is_empty() {
-                self.remark("layers", "There are no light layers that could be added up");
+                self.remark("layers", "No light layers to check");
             }
             return;
         }
         let without = whole.iter().filter(|pair| !has(pair));
         let without: BTreeSet<u64> = without.map(|(frame, _)| frame.number).collect();
         if !without.is_empty() {
-            let sentence = format!(
-                "the light layers are missing in {}; {with} frames have them",
-                spans(&without)
-            );
+            let sentence =
+                format!("light layers are missing in {}; {with} frames have them", spans(&without));
             self.fault("layers", without, sentence);
         }
         let mut inexact = BTreeSet::new();
@@ -203,7 +201,7 @@ impl Findings {
         }
         if !inexact.is_empty() {
             let sentence = format!(
-                "the light layers, weighted and added, do not give back the picture in {}: the largest difference is \
+                "the weighted sum of the light layers does not rebuild the picture in {}: the largest difference is \
                  {:.2e}, in frame {}",
                 spans(&inexact),
                 worst.1,
@@ -213,13 +211,13 @@ impl Findings {
         }
     }
 
-    /// Files of layers that are not there.
+    /// Finds missing files of light layers.
     fn beside(&mut self, whole: &Whole) {
         for (frame, content) in whole {
             let gone = content.beside.iter().find(|file| file.sha256.is_empty());
             if let Some(gone) = gone {
                 let sentence =
-                    format!("{} cannot be read, which {} needs", gone.name, frame.file.name);
+                    format!("cannot read {}, which {} needs", gone.name, frame.file.name);
                 self.fault("layers", [frame.number], sentence);
             }
         }
@@ -232,7 +230,7 @@ impl Findings {
             let ([x, y, width, height], [left, top, columns, rows]) =
                 (content.data_window, content.display_window);
             seen.insert(content.data_window);
-            // The file's corner counts from the display's, as it is written.
+            // The file stores the data window's corner relative to the display window.
             let fits =
                 x >= left && y >= top && x + width <= left + columns && y + height <= top + rows;
             if !fits {
@@ -241,12 +239,12 @@ impl Findings {
         }
         if !outside.is_empty() {
             let sentence =
-                format!("the data window reaches beyond the picture in {}", spans(&outside));
+                format!("the data window extends beyond the picture in {}", spans(&outside));
             self.fault("data_window", outside, sentence);
         } else if seen.len() > 1 {
             self.remark(
                 "data_window",
-                "The data window changes from frame to frame, as it does where empty borders are left out",
+                "The data window changes between frames, as it does when empty borders are cropped",
             );
         }
     }
@@ -261,7 +259,7 @@ impl Findings {
         let found = whole.iter().find(|(frame, _)| other.contains(&frame.number));
         if let Some((_, content)) = found {
             let sentence = format!(
-                "the header says {} and not {asked}, in {}",
+                "the header has {} instead of {asked} in {}",
                 rate_words(content.rate),
                 spans(&other)
             );
@@ -269,7 +267,7 @@ impl Findings {
         }
     }
 
-    /// Compares the frames: the value that most have is right, and the others are named.
+    /// Compares the frames. The most frequent value counts as right; frames with another value are named.
     fn alike(
         &mut self,
         whole: &Whole,
@@ -294,21 +292,21 @@ impl Findings {
         }
     }
 
-    /// Checks that all frames were made of the same, and that each is the frame that its name says.
+    /// Checks that all frames share one provenance, and that each header holds the frame number of its file name.
     fn provenance(&mut self, whole: &Whole) {
         let says = whole.iter().filter(|(_, content)| content.provenance.is_some()).count();
         if says == 0 {
             if !whole.is_empty() {
-                self.remark("provenance", "No frame says what it was made of");
+                self.remark("provenance", "No frame has a provenance");
             }
             return;
         }
         for key in COMMON {
-            self.alike(whole, "provenance", &format!("what it was made of ({key})"), |content| {
+            self.alike(whole, "provenance", &format!("provenance ({key})"), |content| {
                 content.made_of().get(key).map_or("nothing", |value| value).to_owned()
             });
         }
-        // A pipeline may count from another number, but not in another order.
+        // A pipeline may start at another number, but not change the order.
         let offset = |frame: &Frame, content: &Content| {
             let made: i128 = content.made_of().get("frame")?.parse().ok()?;
             Some(i128::from(frame.number) - made)
@@ -325,7 +323,7 @@ impl Findings {
         let moved: BTreeSet<u64> = moved.map(|(number, _)| *number).collect();
         if !moved.is_empty() {
             let sentence = format!(
-                "the header says that it is another frame than the name, in {}",
+                "the frame number in the header differs from the file name in {}",
                 spans(&moved)
             );
             self.fault("order", moved, sentence);
@@ -333,7 +331,7 @@ impl Findings {
     }
 }
 
-/// Two texts around their first difference, shortened.
+/// Excerpts of two texts around their first difference.
 fn difference(found: &str, usual: &str) -> [String; 2] {
     let same = (found.chars().zip(usual.chars())).take_while(|(a, b)| a == b).count();
     let longest = found.chars().count().max(usual.chars().count());
@@ -350,7 +348,7 @@ fn span(from: u64, to: u64) -> String {
     if from == to { from.to_string() } else { format!("{from}-{to}") }
 }
 
-/// Numbers as spans: `3, 7-9`.
+/// Frame numbers as spans: `3, 7-9`.
 pub(super) fn spans(numbers: &BTreeSet<u64>) -> String {
     let mut spans: Vec<(u64, u64)> = Vec::new();
     for &number in numbers {

@@ -17,9 +17,9 @@ use std::io::Read;
 use std::path::Path;
 
 const REMEDY: &str = "Export the frame again";
-/// Values that are hashed together.
+/// Number of values hashed at a time.
 const CHUNK: usize = 4096;
-/// The longest file of a light layer that is hashed, in bytes: more than the largest picture that is read.
+/// Longest file of a light layer that is hashed, in bytes: more than the largest picture that can be read.
 const MOST_BESIDE: u64 = 8 << 30;
 
 /// A frame of a shot.
@@ -27,7 +27,7 @@ const MOST_BESIDE: u64 = 8 << 30;
 pub(super) struct Frame {
     pub number: u64,
     pub file: FileHash,
-    /// Content of the file, or the reason that it cannot be read.
+    /// Content of the file, or the reason why it cannot be read.
     pub picture: std::result::Result<Content, String>,
 }
 
@@ -36,13 +36,13 @@ pub(super) struct Frame {
 pub(super) struct Content {
     /// SHA-256 of all channels.
     pub pixels: String,
-    /// All pixels of the picture are the same.
+    /// All pixels of the picture are equal.
     pub is_flat: bool,
     /// Left, top, width and height.
     pub display_window: [i64; 4],
     /// Left, top, width and height.
     pub data_window: [i64; 4],
-    /// Names with the part and the kind of samples.
+    /// Channel names with their part and sample type.
     pub channels: String,
     pub color: Color,
     /// Frames per second as a fraction.
@@ -52,11 +52,11 @@ pub(super) struct Content {
     pub provenance: Option<String>,
     /// Values that are NaN or infinite.
     pub not_finite: u64,
-    /// None if it has no light layers.
+    /// None without light layers.
     pub layers: Option<std::result::Result<Rebuild, String>>,
-    /// Files that belong to it.
+    /// Files that accompany the frame.
     pub beside: Vec<FileHash>,
-    /// Bytes that it took to look at it.
+    /// Memory needed to read the frame, in bytes.
     pub memory: u64,
 }
 
@@ -70,12 +70,12 @@ pub(super) struct Color {
 }
 
 impl Frame {
-    /// Looks at a file. What is wrong with it is part of the result.
+    /// Reads a file. Faults of the file are part of the result.
     pub fn read(path: &Path, number: u64, name: &str) -> Self {
         let named = |bytes, sha256| FileHash { name: name.to_owned(), bytes, sha256 };
         let file = match ExrFile::open(path, REMEDY) {
             Ok(file) => file,
-            // It may be far longer than any picture: it is not read to its end for a hash.
+            // A file far longer than any picture is not read to its end for a hash.
             Err(e) => {
                 return Self {
                     number,
@@ -94,16 +94,16 @@ impl Frame {
 }
 
 impl Content {
-    /// Decodes a file and looks at all of it.
+    /// Decodes a file and examines all of it.
     ///
     /// # Errors
-    /// When it cannot be decoded.
+    /// When the file cannot be decoded.
     pub fn of(path: &Path, file: &ExrFile) -> Result<Self> {
         let image = file.decode(path, REMEDY)?;
         let no_part = || Error::invalid(format!("{} has no part", path.display()), REMEDY);
         let first = image.layer_data.first().ok_or_else(no_part)?;
         let text = |key: &str| {
-            // The reader puts what it does not know with the part.
+            // The reader stores unknown attributes with the part.
             let key = Text::from(key);
             let shared = image.attributes.other.get(&key);
             match shared.or_else(|| first.attributes.other.get(&key)) {
@@ -155,12 +155,12 @@ impl Content {
             not_finite: image.layer_data.iter().map(not_finite).sum(),
             layers,
             beside,
-            // Sums of light layers, of rest and the picture itself are kept as f64.
+            // Sums of light layers and rest, and the picture itself, are kept as f64.
             memory: file.bytes.len() as u64 + 2 * file.unpacked + 72 * first.size.area() as u64,
         })
     }
 
-    /// Words of the header's provenance, by key.
+    /// Provenance entries of the header, by key.
     pub fn made_of(&self) -> HashMap<&str, &str> {
         let words = self.provenance.as_deref().unwrap_or_default();
         let pairs = words.split_whitespace();
@@ -169,7 +169,7 @@ impl Content {
 }
 
 impl Color {
-    /// Message shown if name and chromaticities are of different spaces.
+    /// Message if name and chromaticities belong to different spaces.
     pub fn contradiction(&self) -> Option<String> {
         let id = self.interop_id.as_deref()?;
         let found = self.chromaticities?;
@@ -179,10 +179,10 @@ impl Color {
         let wanted = [primaries.red, primaries.green, primaries.blue, primaries.white];
         let is_other = (found.iter().zip(wanted.as_flattened()))
             .any(|(a, b)| a.is_nan() || (f64::from(*a) - b).abs() > 1e-4);
-        is_other.then(|| format!("it says {id}, and its chromaticities are of another space"))
+        is_other.then(|| format!("named {id}, but its chromaticities belong to another space"))
     }
 
-    /// The tags in words.
+    /// Colour tags as text.
     pub fn words(&self) -> String {
         let or_none = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
         let chromaticities = self.chromaticities.map(|c| {
@@ -198,7 +198,7 @@ impl Color {
     }
 }
 
-/// Sizes and hashes of files beside another. What cannot be read has no hash.
+/// Sizes and hashes of the accompanying files. A file that cannot be read has an empty hash.
 fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
     let of_file = |name: &String| {
         let beside = path.with_file_name(name);
@@ -209,7 +209,7 @@ fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
     names.iter().map(of_file).collect()
 }
 
-/// Length and SHA-256 of a file of at most `most` bytes; of a longer one the length alone.
+/// Length and SHA-256 of a file of at most `most` bytes; only the length of a longer file.
 pub(super) fn hash_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
     let mut file = base::files::open(path)?;
     let whole = file.metadata()?.len();
@@ -235,7 +235,7 @@ pub(super) fn hex(hash: impl AsRef<[u8]>) -> String {
     hash.as_ref().iter().map(digits).collect()
 }
 
-/// SHA-256 of all channels: of their names and samples, as they are in memory.
+/// SHA-256 of all channels: their names and their samples, as stored in memory.
 fn hash_of(image: &FlatImage) -> String {
     fn update<T: Copy, const N: usize>(
         hash: &mut Sha256,
@@ -282,7 +282,7 @@ fn not_finite(part: &Part) -> u64 {
     counts.map(|c| of_channel(&c.sample_data) as u64).sum()
 }
 
-/// All channels with their parts and kinds of samples.
+/// All channels with their part and sample type.
 fn channels(image: &FlatImage) -> String {
     let mut words = Vec::new();
     for part in &image.layer_data {

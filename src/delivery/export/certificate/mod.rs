@@ -1,4 +1,4 @@
-//! Certificate of a shot that is handed on: all of its frames are there, whole and alike, with a description of them.
+//! Certificate of a shot for delivery: all frames are present, intact and consistent, each with its checksum.
 
 mod faults;
 mod frame;
@@ -22,45 +22,45 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The version of certificates that this program writes and reads.
+/// Version of the certificates that this program writes and reads.
 const FORMAT: u32 = 1;
-/// The longest certificate that is read, in bytes: a million frames with some files beside each.
+/// Longest certificate that is read, in bytes: a million frames, each with some accompanying files.
 const MOST_BYTES: u64 = 1 << 30;
 
 /// Delivery requirements of a shot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CertifySettings {
-    /// The first and the last frame that have to be there. None for those that are.
+    /// First and last required frame. None for the frames found.
     pub frames: Option<(u64, u64)>,
-    /// Frames per second. None for what the headers say.
+    /// Frames per second. None for the rate in the headers.
     pub rate: Option<f64>,
-    /// Neighbouring frames may show the same picture.
+    /// Allows equal pictures in neighbouring frames.
     pub allow_repeats: bool,
 }
 
-/// Something that is wrong with a shot.
+/// Fault of a shot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fault {
-    /// Such as `missing` or `time_code`.
+    /// Kind, such as `missing` or `time_code`.
     pub kind: String,
-    /// Numbers, such as `3, 7-9`.
+    /// Frame numbers, such as `3, 7-9`.
     pub frames: String,
     pub sentence: String,
 }
 
-/// Something that could not be checked, or that may be meant so.
+/// Point that was not checked, or that may be intended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Remark {
     pub kind: String,
     pub sentence: String,
 }
 
-/// A file, and what is in it.
+/// A file and its checksum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileHash {
     pub name: String,
     pub bytes: u64,
-    /// Of the whole file, in hexadecimal digits; "" if it could not be read.
+    /// SHA-256 of the whole file in hexadecimal digits; "" if the file could not be read.
     pub sha256: String,
 }
 
@@ -70,55 +70,55 @@ pub struct CertifiedFrame {
     pub frame: u64,
     #[serde(flatten)]
     pub file: FileHash,
-    /// SHA-256 of the samples of all channels, whatever their compression; "" if it could not be read.
+    /// SHA-256 of the samples of all channels, independent of the compression; "" if the file could not be read.
     pub pixels_sha256: String,
-    /// The largest difference between the picture and what its light layers add up to. None without any.
+    /// Largest difference between the picture and the sum of its light layers. None without light layers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual: Option<f32>,
-    /// Files of its light layers and of their weights.
+    /// Files of the light layers and of their weights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<FileHash>,
 }
 
-/// Accuracy with which the light layers of a shot gave back its pictures.
+/// Accuracy with which the light layers of a shot rebuild its pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CertifiedLayers {
-    /// Layers of a frame.
+    /// Number of layers per frame.
     pub layers: usize,
-    /// The largest difference of a channel, and the frame that has it.
+    /// Largest difference of a channel, and the frame with it.
     pub residual: f32,
     pub frame: u64,
-    /// That frame's brightest light.
+    /// Brightest light of that frame.
     pub brightest: f32,
 }
 
 /// Certificate of a shot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
-    /// The version of this file.
+    /// Version of this file format.
     pub certificate: u32,
-    /// The program that wrote it.
+    /// Program that wrote the certificate.
     pub written_by: String,
     /// The shot has no faults.
     pub passed: bool,
-    /// All in a line.
+    /// Summary in one line.
     pub sentence: String,
     pub faults: Vec<Fault>,
     pub remarks: Vec<Remark>,
-    /// Folder of the frames: from the certificate's folder, or absolute.
+    /// Folder of the frames: relative to the certificate's folder, or absolute.
     pub folder: PathBuf,
-    /// The names, with `####` for the number.
+    /// File names, with `####` for the number.
     pub shot: String,
-    /// The first and last frame.
+    /// First and last frame.
     pub frames: [u64; 2],
-    /// Of most frames, as the header says: columns and rows.
+    /// Columns and rows, from the headers of most frames.
     pub size: Option<[i64; 2]>,
     pub rate: Option<(i32, u32)>,
-    /// Of the first and the last frame.
+    /// Time codes of the first and the last frame.
     pub time_code: Option<[String; 2]>,
     pub color: Option<String>,
     pub layers: Option<CertifiedLayers>,
-    /// Provenance of the first frame, without the words that belong to one frame alone.
+    /// Provenance of the first frame, without the entries that change per frame.
     pub made_of: BTreeMap<String, String>,
     /// SHA-256 of the lines `HASH  NAME` of all files, as `sha256sum` writes them.
     pub sha256: String,
@@ -126,11 +126,11 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Looks at all files of the shot that a person named: some files, their folder, or a pattern. What is wrong with the shot is
-    /// part of the certificate.
+    /// Examines all files of a shot. `named` is a list of files, their folder, or a pattern. Faults of the shot are part of the
+    /// certificate.
     ///
     /// # Errors
-    /// When there are no such files, they are of several shots, or a stop was asked for.
+    /// When no such files exist, they belong to several shots, or the user stops.
     pub fn issue(
         named: &[PathBuf],
         settings: &CertifySettings,
@@ -207,12 +207,12 @@ impl Certificate {
         hex(hash.finalize())
     }
 
-    /// All files, those beside a frame behind it.
+    /// All files; the accompanying files follow their frame.
     fn all_files(&self) -> impl Iterator<Item = &FileHash> {
         (self.files.iter()).flat_map(|frame| [&frame.file].into_iter().chain(&frame.beside))
     }
 
-    /// All in a line.
+    /// Summary in one line.
     fn words(&self) -> String {
         let mut parts = vec![match self.files.len() {
             1 => "1 frame".to_owned(),
@@ -226,22 +226,22 @@ impl Certificate {
         );
         parts.extend(self.layers.map(|found| {
             format!(
-                "{} light layers that give back the picture to within {:.1e}",
+                "{} light layers that rebuild the picture to within {:.1e}",
                 found.layers, found.residual
             )
         }));
         let verdict = match self.faults.len() {
-            0 => "no fault was found".to_owned(),
-            1 => "1 fault was found".to_owned(),
-            count => format!("{count} faults were found"),
+            0 => "no faults".to_owned(),
+            1 => "1 fault".to_owned(),
+            count => format!("{count} faults"),
         };
         format!("{}: {}; {verdict}. SHA-256 {}", self.shot, parts.join(", "), &self.sha256[..16])
     }
 
-    /// Writes it as JSON to `path`, from whose folder the frames' folder is then given.
+    /// Writes the certificate as JSON to `path`. The frames' folder is stored relative to the folder of `path`.
     ///
     /// # Errors
-    /// When it cannot be written, would replace a file of the shot, or a path is no UTF-8.
+    /// When `path` cannot be written, names a file of the shot, or a path is not UTF-8.
     pub fn write(&mut self, path: &Path) -> Result<()> {
         let whole = |folder: &Path| std::fs::canonicalize(folder).ok();
         let is_there = whole(path).is_some_and(|path| {
@@ -250,7 +250,7 @@ impl Certificate {
         });
         if is_there {
             return Err(Error::invalid(
-                format!("{} is a file of the shot itself", path.display()),
+                format!("{} is a file of the shot", path.display()),
                 "Give the certificate another name, such as shot.certificate.json",
             ));
         }
@@ -265,16 +265,16 @@ impl Certificate {
             };
         }
         let text = serde_json::to_string_pretty(self).map_err(|e| {
-            let problem = format!("the certificate {} cannot be written: {e}", path.display());
+            let problem = format!("cannot write the certificate {}: {e}", path.display());
             Error::invalid(problem, "Rename the folder of the frames")
         })?;
         write_beside(path, |out| writeln!(out, "{text}"))
     }
 
-    /// Reads one.
+    /// Reads a certificate.
     ///
     /// # Errors
-    /// When it cannot be read, or is none that this program understands.
+    /// When the file cannot be read, or is not a certificate of this version.
     pub fn read(path: &Path) -> Result<Self> {
         let remedy = "Name a certificate that `afterlight check FRAMES --certificate FILE` wrote";
         let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, remedy))?;
@@ -284,10 +284,10 @@ impl Certificate {
             let found = read.certificate;
             return Err(Error::invalid(
                 format!(
-                    "{} is a certificate of version {found}, and this program reads version {FORMAT}",
+                    "{} is a certificate of version {found}; this program reads version {FORMAT}",
                     path.display()
                 ),
-                "Check it with the Afterlight that wrote it",
+                "Check it with the version of Afterlight that wrote it",
             ));
         }
         Ok(read)

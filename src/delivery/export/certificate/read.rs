@@ -1,4 +1,4 @@
-//! Many files, some at a time.
+//! Reader of many files, several at a time.
 
 use super::frame::Frame;
 use super::shot::Shot;
@@ -8,16 +8,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 const STAGE: &str = "checking frames";
-/// Bytes that are taken where the system does not say how much is free.
+/// Memory budget in bytes where the system does not report its free memory.
 const USUAL: u64 = 2 << 30;
-/// Disks are not faster for more readers than that.
+/// Most readers at a time: more do not make a disk faster.
 const MOST_READERS: usize = 16;
 
-/// Looks at all frames of a shot, in its order. Only what is said of them is kept; as many are in memory at once as have room in a
-/// quarter of what is free.
+/// Examines all frames of a shot, in order. Only the findings are kept. Frames in memory at a time take at most a
+/// quarter of the free memory.
 ///
 /// # Errors
-/// When a stop was asked for.
+/// When the user stops.
 pub(super) fn frames(shot: &Shot, progress: &Progress) -> Result<Vec<Frame>> {
     let read = |(number, name): &(u64, String)| Frame::read(&shot.path(name), *number, name);
     let Some((first, rest)) = shot.files.split_first() else {
@@ -33,10 +33,10 @@ pub(super) fn frames(shot: &Shot, progress: &Progress) -> Result<Vec<Frame>> {
     Ok(frames)
 }
 
-/// Does `work` for each of `items`, at most `at_once` at the same time; results are in the order of the items.
+/// Runs `work` on each of `items`, at most `at_once` at a time. Results keep the order of the items.
 ///
 /// # Errors
-/// When a stop was asked for.
+/// When the user stops.
 pub(super) fn each<I: Sync, R: Send>(
     items: &[I],
     at_once: usize,

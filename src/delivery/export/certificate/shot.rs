@@ -7,37 +7,37 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 const REMEDY: &str = "Name the frames of one shot, their folder, or a pattern such as shot.%04d.exr or shot.####.exr";
-/// The end of the names of files that an export is writing, or was writing when it was killed.
+/// Ending of files that an export is writing, or left behind when it was killed.
 const UNFINISHED: &str = ".afterlight";
 
-/// The frames of a shot as files of one folder.
+/// Frames of a shot: files in one folder.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Shot {
     pub folder: PathBuf,
-    /// Frame numbers and names, in order. A number may occur twice.
+    /// Frame numbers and file names, in order. A number may occur twice.
     pub files: Vec<(u64, String)>,
-    /// The names with `####` for the number.
+    /// File names with `####` for the number.
     pub pattern: String,
-    /// The names have numbers; otherwise frames are counted from 0.
+    /// True if the names have numbers; otherwise frames are counted from 0.
     pub numbered: bool,
-    /// Files of the same shot that are not finished.
+    /// Unfinished files of the same shot.
     pub unfinished: Vec<String>,
 }
 
-/// Text before and after the number of a frame.
+/// Text before and after a frame number.
 type Around = (String, String);
 
 impl Shot {
-    /// The shot that a person named: several files, a folder, or a pattern.
+    /// Finds a shot by several files, a folder, or a pattern.
     ///
     /// # Errors
-    /// When there are no such files, or they are of several shots.
+    /// When no such files exist, or they belong to several shots.
     pub fn find(named: &[PathBuf]) -> Result<Self> {
         let missing = |path: &Path, what: &str| {
             Error::missing(format!("there is no {what} {}", path.display()), REMEDY)
         };
         let Some(first) = named.first() else {
-            return Err(Error::missing("no file is named", REMEDY));
+            return Err(Error::missing("no file was given", REMEDY));
         };
         let names: Vec<String>;
         let folder: PathBuf;
@@ -56,7 +56,7 @@ impl Shot {
             if let Some(other) = named.iter().find(|path| folder_of(path) != folder) {
                 return Err(Error::invalid(
                     format!("{} and {} are in different folders", first.display(), other.display()),
-                    "A shot is in one folder: check one after the other",
+                    "The frames of a shot share one folder: check one folder at a time",
                 ));
             }
             if let Some(gone) = named.iter().find(|path| !path.is_file()) {
@@ -83,7 +83,7 @@ impl Shot {
                 None => (),
             }
         }
-        // Names alike but for the number are a shot; a single one without is one, too.
+        // Names that differ only in the number are a shot; a single file without a number is one, too.
         let of_one = match (shots.len(), plain.len()) {
             (1, 0) | (0, 1) => true,
             (0, 0) => return Err(missing(first, "picture of a shot")),
@@ -125,8 +125,8 @@ impl Shot {
     }
 }
 
-/// True if an address names frames of a shot, not a project: an EXR, a pattern of EXRs, or a folder of EXRs that is not a
-/// project's.
+/// True if an address names frames of a shot and not a project: an EXR, a pattern of EXRs, or a folder of EXRs that is not
+/// a project.
 pub fn names_frames(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if path.is_dir() {
@@ -137,7 +137,7 @@ pub fn names_frames(path: &Path) -> bool {
     }
 }
 
-/// The folder that holds a file.
+/// Folder of a file.
 fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
@@ -146,7 +146,7 @@ fn folder_of(path: &Path) -> PathBuf {
 }
 
 fn list(folder: &Path) -> Result<Vec<String>> {
-    let fail = |e| Error::io("read", folder, e, "Check that the folder is there and can be read");
+    let fail = |e| Error::io("read", folder, e, "Check that the folder exists and can be read");
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         names.extend(entry.map_err(fail)?.file_name().into_string().ok());
@@ -159,7 +159,7 @@ fn is_exr(name: &&str) -> bool {
     !name.starts_with('.') && ending.is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
 }
 
-/// Text before and after the number of a pattern such as `shot.%04d.exr` or `shot.####.exr`.
+/// Text before and after the number in a pattern such as `shot.%04d.exr` or `shot.####.exr`.
 fn split(pattern: &str) -> Option<Around> {
     if let Ok(Destination::Stills(stills)) = Destination::parse(pattern)
         && let (before, Some(_), after) = stills.parts()
@@ -170,15 +170,15 @@ fn split(pattern: &str) -> Option<Around> {
     Some((before.to_owned(), rest.trim_start_matches('#').to_owned()))
 }
 
-/// The number of a name of this pattern.
+/// Frame number in a name that matches this pattern.
 fn between(name: &str, (before, after): &Around) -> Option<u64> {
     let number = name.strip_prefix(&**before)?.strip_suffix(&**after)?;
-    // `parse` takes a sign too.
+    // `parse` accepts a sign, too.
     let is_number = number.bytes().all(|b| b.is_ascii_digit());
     is_number.then(|| number.parse().ok()).flatten()
 }
 
-/// The last number of a name, and what stands around it.
+/// Last number in a name, with the text before and after it.
 fn numbered(name: &str) -> Option<(Around, u64)> {
     let (stem, _) = name.rsplit_once('.')?;
     let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -186,7 +186,7 @@ fn numbered(name: &str) -> Option<(Around, u64)> {
     Some(((before.to_owned(), name[stem.len()..].to_owned()), number))
 }
 
-/// True if a file is a light layer of another that is there.
+/// True if a file is a light layer of another file of the shot.
 fn is_layer(name: &str, all: &BTreeSet<&str>) -> bool {
     let mut words = name.split(['.', '_', '-']);
     let is_rest = words.any(|word| word == "rest");
@@ -243,11 +243,11 @@ mod tests {
         }
         let one = found(folder, &["shot.0010.exr"]).unwrap();
         assert_eq!(one.files, [(10, "shot.0010.exr".to_owned())]);
-        // As a shell writes `shot.*.exr` out.
+        // A shell expands `shot.*.exr` to such a list.
         let named = ["shot.0009.exr", "shot.0010.exr", "shot.light_00.0009.exr"];
         assert_eq!(found(folder, &named).unwrap().files, whole.files);
         assert!(names_frames(folder) && names_frames(&folder.join("shot.####.exr")));
-        // The same number written in two ways is there twice.
+        // One number in two spellings is a duplicate.
         std::fs::write(folder.join("shot.9.exr"), "").unwrap();
         let double = found(folder, &["shot.%04d.exr"]).unwrap().files;
         assert_eq!(double.iter().filter(|(number, _)| *number == 9).count(), 2);

@@ -9,7 +9,7 @@ use compositor::Picture;
 
 const FRAMES: u64 = 6;
 
-/// Input of a frame's file.
+/// Input for one frame's file.
 struct Take {
     picture: Picture,
     layers: Option<LightLayers>,
@@ -17,7 +17,7 @@ struct Take {
     made_of: String,
 }
 
-/// Frame `number` as it should be: two lamps whose weighted layers are the picture.
+/// Correct frame `number`: two lamps whose weighted layers add up to the picture.
 fn take(number: u64) -> Take {
     let shade = 0.25 + number as f32 / 16.0;
     let layer = |color: [f32; 3], weight: f32| LightLayer {
@@ -89,13 +89,13 @@ fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
     assert_eq!((&*found.shot, found.frames), ("shot.####.exr", [1, FRAMES]));
     assert_eq!((found.size, found.rate), (Some([8, 5]), Some((24, 1))));
     assert_eq!(found.color.as_deref(), Some("lin_rec709_scene"));
-    // Across the border of a second.
+    // Crosses a full second.
     assert_eq!(found.time_code, Some(["01:00:00:23", "01:00:01:04"].map(str::to_owned)));
     let layers = found.layers.unwrap();
     assert!(layers.layers == 2 && layers.residual <= layers.brightest / 1024.0);
     assert_eq!(found.made_of["checkpoint"], "b");
     assert!(!found.made_of.contains_key("frame"));
-    // What `sha256sum` says of the files, and of its own lines about them.
+    // Output of `sha256sum` for the files, and for its own list.
     let mut lines = String::new();
     for entry in &found.files {
         let bytes = std::fs::read(folder.path().join(&entry.file.name)).unwrap();
@@ -109,7 +109,7 @@ fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
         "8 × 5",
         "2 light layers",
         "01:00:00:23 to",
-        "no fault",
+        "no faults",
         &found.sha256[..16],
     ] {
         assert!(found.sentence.contains(part), "{part}: {}", found.sentence);
@@ -120,7 +120,7 @@ fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
 #[test]
 fn each_harm_to_a_shot_is_named_with_its_frame() {
     type Harm = fn(&Path);
-    /// Writes frame 4 after a change.
+    /// Writes a changed frame 4.
     fn fourth(folder: &Path, change: impl FnOnce(&mut Take)) {
         let mut take = take(4);
         change(&mut take);
@@ -128,10 +128,10 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
     }
     let harms: [(&str, &str, Harm); 19] = [
         ("missing", "1 of 1-6 is missing: 3", |f| std::fs::remove_file(file(f, 3)).unwrap()),
-        ("double", "frame 4 is there twice: shot.0004.exr, shot.4.exr", |f| {
+        ("double", "duplicate frame 4: shot.0004.exr, shot.4.exr", |f| {
             take(4).write(&f.join("shot.4.exr"));
         }),
-        ("repeated", "as in the frame before: 4", |f| {
+        ("repeated", "same picture as the frame before: 4", |f| {
             fourth(f, |t| (t.picture, t.layers) = (take(3).picture, take(3).layers));
         }),
         ("unreadable", "shot.0004.exr", |f| {
@@ -154,7 +154,7 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
             fourth(f, |t| t.about.exr.layers = LayerFiles::Files);
             std::fs::remove_file(f.join("shot.light_01.0004.exr")).unwrap();
         }),
-        ("time_code", "frame 4 has 01:00:01:03 in place of 01:00:01:02", |f| {
+        ("time_code", "frame 4 has 01:00:01:03 instead of 01:00:01:02", |f| {
             fourth(f, |t| t.about.time_code = t.about.time_code.plus(1));
         }),
         ("rate", "the frame rate: 25 frames a second in 4", |f| {
@@ -171,13 +171,13 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         ("channels", "the channels: A float", |f| {
             fourth(f, |t| t.about.exr.samples = Samples::Float)
         }),
-        ("provenance", "(checkpoint): x in 4; b in most frames", |f| {
+        ("provenance", "provenance (checkpoint): x in 4; b in most frames", |f| {
             fourth(f, |t| t.made_of = t.made_of.replace("checkpoint=b", "checkpoint=x"));
         }),
-        ("provenance", "(environment): nothing in 4", |f| {
+        ("provenance", "provenance (environment): nothing in 4", |f| {
             fourth(f, |t| t.made_of = String::new());
         }),
-        ("order", "another frame than the name, in 4", |f| {
+        ("order", "differs from the file name in 4", |f| {
             fourth(f, |t| t.made_of = t.made_of.replace("frame=4", "frame=5"));
         }),
         ("unfinished", ".shot.0007.exr.a1b2c3.afterlight", |f| {
@@ -193,8 +193,8 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         let all = found.all_files().map(|own| folder.path().join(&own.name));
         let own = all.filter(|own| own.is_file()).last().unwrap();
         let said = found.write(&own).unwrap_err().to_string();
-        assert!(said.contains("a file of the shot itself"), "{said}");
-        // Infinite light can be written down too.
+        assert!(said.contains("a file of the shot"), "{said}");
+        // Infinite light can be written, too.
         let path = folder.path().join("certificate.json");
         found.write(&path).unwrap();
         Certificate::read(&path).unwrap();
@@ -204,8 +204,8 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
             .find(|fault| fault.kind == kind && (fault.sentence.contains(wanted)));
         assert!(fault.is_some(), "{kind} {wanted}: {:?}", found.faults);
     }
-    test_support::shown!(Strangers, "A shot for delivery lacks frames, has some twice, half or of another look",
-        danger: "it is noticed by whoever gets it", done: "`afterlight check FRAMES` names each fault and its frames",
+    test_support::shown!(Strangers, "A shot for delivery with missing, duplicate or truncated frames, or frames of another look",
+        danger: "the client finds the fault", done: "`afterlight check FRAMES` names each fault and its frames",
         bound: "19 harms", measured: "all named");
 }
 
@@ -216,7 +216,7 @@ fn what_may_be_meant_so_is_a_remark() {
         let mut cropped = take(number);
         cropped.about.exr.crop = true;
         let light = cropped.picture.linear.as_mut().unwrap();
-        // The picture reaches further from frame to frame.
+        // The picture grows from frame to frame.
         for (i, pixel) in light.pixels.iter_mut().enumerate() {
             if (i / 8) as u64 > number {
                 *pixel = [0.0; 3];
@@ -230,7 +230,7 @@ fn what_may_be_meant_so_is_a_remark() {
     assert!(found.passed, "{:?}", found.faults);
     let remarks: Vec<&str> = found.remarks.iter().map(|remark| &*remark.kind).collect();
     assert_eq!(remarks, ["layers", "data_window"]);
-    // A picture of another program says nothing of itself; one that repeats may be meant so.
+    // A picture of another program has no provenance; a repeated picture may be intended.
     let plain = tempfile::tempdir().unwrap();
     for number in 0..3 {
         let light = take(1).picture.linear.unwrap();
@@ -241,7 +241,7 @@ fn what_may_be_meant_so_is_a_remark() {
     let allowed = CertifySettings { allow_repeats: true, ..CertifySettings::default() };
     let found = issued(plain.path(), &allowed);
     assert!(found.passed && found.remarks.len() == 3, "{:?}", found.remarks);
-    // Black frames repeat.
+    // Black frames may repeat.
     let black = tempfile::tempdir().unwrap();
     for number in 0..3 {
         let light = imaging::Image::filled(4, 4, [0.0; 3]);
@@ -282,7 +282,7 @@ fn time_codes_step_at_every_rate() {
                 let mut take = take(number);
                 take.layers = None;
                 take.about.frame_rate = rate;
-                // A jump that is longer than the frames that share a number.
+                // A jump longer than the frames that share a number.
                 let jump = if harmed && number > 6 { 7 } else { 0 };
                 let start = TimeCode::parse(start, rate).unwrap();
                 take.about.time_code = start.plus(number as usize + jump);
@@ -351,16 +351,16 @@ fn a_certificate_is_compared_with_the_files_later() {
     take.about.exr.layers = LayerFiles::Files;
     take.about.exr.compression = ExrCompression::Piz;
     take.write(&file(&frames, 2));
-    // The layers' files were compressed again, too.
-    let found = said(["changed", "shot.0002.exr has other bytes and the same picture"]);
+    // The files of the layers were recompressed, too.
+    let found = said(["changed", "shot.0002.exr differs in its bytes, with the same picture"]);
     assert_eq!((found.same, found.passed), (9, false));
     take.picture.linear.as_mut().unwrap().pixels[0] = [0.25; 3];
     take.write(&file(&frames, 2));
-    said(["changed", "shot.0002.exr has another picture"]);
+    said(["changed", "shot.0002.exr has a different picture"]);
     std::fs::write(file(&frames, 2), "half").unwrap();
     said(["unreadable", "shot.0002.exr is damaged"]);
     std::fs::remove_file(file(&frames, 2)).unwrap();
-    said(["missing", "shot.0002.exr is not there"]);
+    said(["missing", "shot.0002.exr is missing"]);
     std::fs::remove_file(frames.join("shot.light_00.0003.exr")).unwrap();
     said(["missing", "shot.light_00.0003.exr"]);
     take.write(&file(&frames, 4));
@@ -369,9 +369,9 @@ fn a_certificate_is_compared_with_the_files_later() {
     let text = std::fs::read_to_string(&path).unwrap();
     let of_first = &certificate.files[0].file.sha256;
     std::fs::write(&path, text.replace(of_first, &"0".repeat(64))).unwrap();
-    said(["certificate", "itself was changed"]);
+    said(["certificate", "was edited"]);
     std::fs::write(&path, text.replace("shot.0001.exr", "../../etc/passwd")).unwrap();
-    said(["certificate", "is no name of a file"]);
+    said(["certificate", "is not a file name"]);
     for (text, wanted) in [
         (text.replace("\"certificate\": 1", "\"certificate\": 9"), "version 9"),
         ("{}".to_owned(), "shot.json"),

@@ -7,10 +7,10 @@ use super::frame::{Content, Frame};
 use exr::meta::attribute;
 use std::collections::BTreeSet;
 
-/// Jumps that are named one by one.
+/// Most jumps that a message lists one by one.
 const NAMED: usize = 3;
 
-/// Adds what is wrong with the time codes. A gap in the numbers is one in the time codes, too.
+/// Adds faults of the time codes. A gap in the frame numbers is a gap in the time codes, too.
 pub(super) fn time_codes(
     found: &mut Findings,
     whole: &[(&Frame, &Content)],
@@ -32,12 +32,12 @@ pub(super) fn time_codes(
     let Some(rate) = settings.rate.or(stated) else {
         found.remark(
             "time_code",
-            "No frame says its rate: whether the time codes step by one was not checked (--rate)",
+            "No frame has a frame rate: the steps of the time codes were not checked (use --rate)",
         );
         return;
     };
     let mut jumps = Vec::new();
-    // Faster clips than 60 frames a second share a code among frames, so several starts are possible.
+    // Above 60 frames a second several frames share a time code, so several starts are possible.
     let mut starts: Vec<TimeCode> = Vec::new();
     let mut start_number = 0;
     for (frame, content) in whole {
@@ -57,7 +57,7 @@ pub(super) fn time_codes(
             starts = TimeCode::of_header(code, rate).collect();
             start_number = frame.number;
             if starts.is_empty() {
-                jumps.push((frame.number, words(code), format!("one of {rate} frames a second")));
+                jumps.push((frame.number, words(code), format!("one at {rate} frames a second")));
             }
         } else {
             starts = follows;
@@ -70,7 +70,7 @@ pub(super) fn time_codes(
     let named = jumps
         .iter()
         .take(NAMED)
-        .map(|(number, is, wanted)| format!("frame {number} has {is} in place of {wanted}"));
+        .map(|(number, is, wanted)| format!("frame {number} has {is} instead of {wanted}"));
     let named: Vec<String> = named.collect();
     let sentence =
         format!("the time code does not step by one at {}: {}", spans(&numbers), named.join("; "));
@@ -84,7 +84,7 @@ fn is_same(a: attribute::TimeCode, b: attribute::TimeCode) -> bool {
     of(a) == of(b)
 }
 
-/// A header's time code as it is read on a slate.
+/// Time code of a header, as on a slate.
 pub(super) fn words(code: attribute::TimeCode) -> String {
     let attribute::TimeCode { hours, minutes, seconds, frame, .. } = code;
     let mark = if code.drop_frame { ';' } else { ':' };

@@ -1,4 +1,4 @@
-//! Check that the files of a certificate are still the same.
+//! Comparison of a shot's files with its certificate.
 
 use super::frame::{Frame, hash_file};
 use super::read::each;
@@ -11,20 +11,20 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Files that are read at the same time: little of each is in memory.
+/// Files read at the same time; only a small piece of each is in memory.
 const AT_ONCE: usize = 8;
 const STAGE: &str = "comparing files";
 
-/// Result of checking the files against a certificate.
+/// Result of comparing the files with a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
-    /// The certificate's file.
+    /// Path of the certificate.
     pub of: PathBuf,
-    /// All files are there and the same, and had no faults.
+    /// True if all files are present and unchanged, and the shot had no faults.
     pub passed: bool,
     pub sentence: String,
     pub files: usize,
-    /// Number of files that are the same, byte by byte.
+    /// Number of files that match byte by byte.
     pub same: usize,
     pub faults: Vec<Fault>,
     pub remarks: Vec<Remark>,
@@ -34,7 +34,7 @@ impl Verification {
     /// Compares all files with a certificate.
     ///
     /// # Errors
-    /// When the certificate cannot be read, or a stop was asked for.
+    /// When the certificate cannot be read, or the user stops.
     pub fn of_file(path: &Path, progress: &Progress) -> Result<Self> {
         let certificate = Certificate::read(path)?;
         let own = path.parent().unwrap_or(Path::new(""));
@@ -48,7 +48,7 @@ impl Verification {
                 fault(
                     "certificate",
                     String::new(),
-                    "the certificate itself was changed: its hash is not that of its files"
+                    "the certificate was edited: its checksum does not match its list of files"
                         .to_owned(),
                 ),
             );
@@ -58,7 +58,7 @@ impl Verification {
                 "earlier",
                 String::new(),
                 format!(
-                    "the certificate was written of a shot with {}: {}",
+                    "the certified shot already had {}: {}",
                     match certificate.faults.len() {
                         1 => "1 fault".to_owned(),
                         count => format!("{count} faults"),
@@ -69,25 +69,22 @@ impl Verification {
         }
         let files = certificate.all_files().count();
         let changed: BTreeSet<&str> = judged.iter().flatten().map(|fault| &*fault.frames).collect();
-        // A file has one fault at most.
+        // Each file has at most one fault.
         let same = files - judged.iter().flatten().count();
         let passed = faults.is_empty();
         let sentence = match faults.len() {
             0 => format!(
-                "{}: all {files} files are those of the certificate. SHA-256 {}",
+                "{}: all {files} files match the certificate. SHA-256 {}",
                 certificate.shot,
                 certificate.sha256.get(..16).unwrap_or_default()
             ),
             _ => {
                 let not = match changed.len() {
                     0 => String::new(),
-                    1 => "; 1 frame is not".to_owned(),
-                    count => format!("; {count} frames are not"),
+                    1 => "; 1 frame does not".to_owned(),
+                    count => format!("; {count} frames do not"),
                 };
-                format!(
-                    "{}: {same} of {files} files are those of the certificate{not}",
-                    certificate.shot
-                )
+                format!("{}: {same} of {files} files match the certificate{not}", certificate.shot)
             }
         };
         Ok(Self {
@@ -112,15 +109,15 @@ fn judge(folder: &Path, frame: &CertifiedFrame) -> Vec<Fault> {
     let of_file = |file: &FileHash| {
         let FileHash { name, bytes, sha256 } = file;
         let (kind, what) = if !is_bare(name) {
-            ("certificate", "is no name of a file beside the others".to_owned())
+            ("certificate", "is not a file name in the frames' folder".to_owned())
         } else {
             let path = folder.join(name);
             match hash_file(&path, *bytes) {
                 Ok((_, found)) if found == *sha256 => return None,
                 Ok(_) if *name == frame.file.name => changed(&path, frame),
-                Ok(_) => ("changed", "has other bytes".to_owned()),
+                Ok(_) => ("changed", "differs in its bytes".to_owned()),
                 Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                    ("missing", "is not there".to_owned())
+                    ("missing", "is missing".to_owned())
                 }
                 Err(e) => ("unreadable", format!("cannot be read: {e}")),
             }
@@ -130,20 +127,20 @@ fn judge(folder: &Path, frame: &CertifiedFrame) -> Vec<Fault> {
     files.filter_map(of_file).collect()
 }
 
-/// Kind of change and its message: a changed picture, or only a changed way of writing it.
+/// Kind of change and its message: a changed picture, or the same picture in changed bytes.
 fn changed(path: &Path, frame: &CertifiedFrame) -> (&'static str, String) {
     match Frame::read(path, frame.frame, &frame.file.name).picture {
         Ok(content) if content.pixels == frame.pixels_sha256 => (
             "changed",
-            "has other bytes and the same picture: its header or its compression was changed"
+            "differs in its bytes, with the same picture: its header or its compression was changed"
                 .to_owned(),
         ),
-        Ok(_) => ("changed", "has another picture".to_owned()),
+        Ok(_) => ("changed", "has a different picture".to_owned()),
         Err(said) => ("unreadable", format!("is damaged: {said}")),
     }
 }
 
-/// Frames of the shot that the certificate does not know.
+/// Frames of the shot that the certificate does not list.
 fn added(folder: &Path, certificate: &Certificate) -> Vec<Remark> {
     let Ok(shot) = Shot::find(&[folder.join(&certificate.shot)]) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! A clip while it is relit: each frame predicted, and lit at the level of the first.
+//! A clip during relighting: each frame is predicted, and lit at the level of the first frame.
 
 use super::named::lamps_named;
 use super::{Part, RelightSettings};
@@ -21,41 +21,41 @@ use scene::{Background, Effects, Output, Scene};
 use std::time::Instant;
 use transfer::{FineField, OlatPredictor};
 
-/// A frame that is relit.
+/// Frame to relight.
 pub(super) struct Plan {
     pub frame: usize,
     pub scene: Scene,
-    /// Provenance for its file, if that had to be known before: to find what is there already.
+    /// Provenance for its file, if computed in advance to find existing frames.
     pub made_of: Option<String>,
-    /// The frame is written. One that only the next ones need may be there already.
+    /// True if the frame is written. A frame that only later frames depend on may exist already.
     pub write: bool,
 }
 
-/// A frame that is to be written.
+/// Frame to write.
 pub(super) struct Made {
     pub picture: Picture,
     pub lights: Option<Lights>,
 }
 
-/// A clip while it is relit.
+/// Clip during relighting.
 pub(super) struct Clip<'a> {
     look: Look<'a>,
     pub calibration: Calibration,
     pub compute: ComputeDevice,
     predictor: OlatPredictor,
     encoder: FieldEncoder,
-    /// At the level of the first frame, or the clip would flicker.
+    /// At the level of the first frame; otherwise the clip would flicker.
     light: Option<EnvironmentLight>,
-    /// Numbers of the lamps that light the subject alone; empty for all.
+    /// Numbers of the solo lamps; empty for all lamps.
     solo: Vec<usize>,
     series: Series,
-    /// The passes of the newest frame, with the time of all frames so far.
+    /// Passes of the newest frame, with the time of all frames so far.
     pub passes: Vec<PassReport>,
     pub uncovered_energy: f32,
 }
 
 impl<'a> Clip<'a> {
-    /// Reads what all frames need, and begins to write.
+    /// Reads the shared input of all frames, and opens the destination.
     pub fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
@@ -93,8 +93,8 @@ impl<'a> Clip<'a> {
         Ok((clip, writer))
     }
 
-    /// The frames that are relit: those of `first` to `last` that are not there already, and what these need. With what
-    /// files say of what they are made of, if they can.
+    /// Frames to relight: those of `first` to `last` that do not exist yet, and the frames that they depend on. With the
+    /// provenance for their files, where files hold one.
     pub fn plan(
         &self,
         (first, last): (usize, usize),
@@ -124,7 +124,7 @@ impl<'a> Clip<'a> {
         }
         let relit = planned.iter().filter(|plan| plan.write).count();
         if relit < count {
-            progress.say(format!("{} of {count} frames are there already", count - relit));
+            progress.say(format!("{} of {count} frames exist already", count - relit));
         }
         if relit == 0 {
             planned.clear();
@@ -132,7 +132,7 @@ impl<'a> Clip<'a> {
         Ok((planned, provenance))
     }
 
-    /// Predicts and lights a frame; None if it is not to be written.
+    /// Predicts and lights a frame; None if it is not written.
     pub fn relight_frame(
         &mut self,
         plan: &Plan,
@@ -176,7 +176,7 @@ impl<'a> Clip<'a> {
         Ok(Some(Made { picture, lights }))
     }
 
-    /// Says what each pass did and took.
+    /// Reports result and time of each pass.
     pub fn profile(&self, stages: Stages, progress: &Progress) {
         let turned = self.look.front.turned(self.look.settings.yaw_deg);
         progress.say(conventions::sentence(turned));
@@ -197,7 +197,7 @@ impl<'a> Clip<'a> {
     }
 }
 
-/// The subject under each lamp, and under all of them as the compositor sums them: without what is behind it
+/// The subject under each lamp, and the compositor's sum over all lamps: without background
 /// and without effects.
 fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
     let plain = Scene {

@@ -6,7 +6,7 @@ use light::{Environment, Lamp, LightWeights, built_in};
 use reflectance::{HalfField, ReflectanceField};
 use std::sync::Arc;
 
-/// Pixels of the working size along an axis.
+/// Working size in pixels along an axis.
 const SIZE: usize = 16;
 const LAMPS: usize = 9;
 
@@ -17,7 +17,7 @@ fn disc(side: usize) -> Mask {
     })
 }
 
-/// Lamps that throw hard shadows.
+/// Lamps that cast hard shadows.
 fn field(brightness: f32) -> ReflectanceField {
     let olat = |lamp: usize| {
         Image::from_fn(SIZE, SIZE, |x, y| {
@@ -48,7 +48,7 @@ fn plate(side: usize) -> Plate {
     Plate::new(light, disc(side), square, &disc(SIZE)).unwrap()
 }
 
-/// Input of a picture besides its field and its plate.
+/// Input of a picture, besides its field and its plate.
 struct Shot {
     mask: Mask,
     environment: Arc<Environment>,
@@ -83,7 +83,7 @@ impl Shot {
     }
 }
 
-/// The largest difference as a share of the brightest value.
+/// Largest difference as a share of the brightest value.
 fn missing(sum: &Image, wanted: &Image) -> f32 {
     let wanted = wanted.pixels.as_flattened().iter();
     let brightest = wanted.clone().fold(0f32, |most, v| most.max(v.abs()));
@@ -91,7 +91,7 @@ fn missing(sum: &Image, wanted: &Image) -> f32 {
     pairs.fold(0f32, |most, (a, b)| most.max((a - b).abs())) / brightest
 }
 
-/// Adds a layer as half floats keep it.
+/// Adds a layer rounded to half floats.
 fn add(sum: &mut Image, layer: &Image, weight: [f32; 3]) {
     for (sum, pixel) in sum.pixels.iter_mut().zip(&layer.pixels) {
         (0..3).for_each(|c| sum[c] += weight[c] * f16::from_f32(pixel[c]).to_f32());

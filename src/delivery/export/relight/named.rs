@@ -1,4 +1,4 @@
-//! Environment and lamps that are asked for by name.
+//! Environments and lamps by name.
 
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -8,11 +8,11 @@ use light::{Environment, Mapping, Rig, built_in};
 use project::{KnownEnvironment, Project};
 use std::path::Path;
 
-/// The environment that is called so, one of the project's, a file, or one that is built in, and which way is
-/// front in it as far as the project remembers. What had to be guessed or mended in a file is said.
+/// Environment by name: one of the project's, a file, or a built-in one, with its front direction if the project
+/// remembers it. Guesses and repairs of a file are reported.
 ///
 /// # Errors
-/// When there is none, or its file cannot be read as such.
+/// When there is none of that name, or its file cannot be read as an environment.
 pub fn find_environment(
     project: &Project,
     wanted: &Path,
@@ -39,7 +39,7 @@ pub fn find_environment(
     let names: Vec<String> = known.chain(own).collect();
     Err(Error::missing(
         format!(
-            "{} is neither a panorama's file nor one of the environments {}",
+            "{} is neither a panorama file nor one of the environments {}",
             wanted.display(),
             names.join(", ")
         ),
@@ -47,18 +47,18 @@ pub fn find_environment(
     ))
 }
 
-/// The numbers of the lamps of these names, ascending.
+/// Numbers of the lamps with these names, ascending.
 ///
 /// # Errors
-/// When there is no such lamp.
+/// When a lamp does not exist.
 pub fn lamps_named(rig: &Rig, names: &[String]) -> Result<Vec<usize>> {
     let number = |name: &String| {
         let place = rig.lamps.iter().position(|lamp| lamp.name == *name);
         place.ok_or_else(|| {
             let known: Vec<&str> = rig.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
             Error::missing(
-                format!("there is no lamp {name:?}: the lamps are {}", known.join(", ")),
-                "Name lamps that the network has learnt",
+                format!("unknown lamp {name:?}: the lamps are {}", known.join(", ")),
+                "Choose lamps that the network has learnt",
             )
         })
     };

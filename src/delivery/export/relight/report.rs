@@ -1,37 +1,37 @@
-//! Report on relighting an interview.
+//! Report on an export.
 
 use crate::{Rebuild, Stages, handed_over};
 use compositor::PassReport;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Report on the frames and files that were written.
+/// Report on the written frames and files.
 #[derive(Clone, Debug, Serialize)]
 pub struct RelightReport {
     /// Number of frames.
     pub frames: usize,
-    /// Number of frames that were there already, from an export that was stopped.
+    /// Number of frames that existed already, from a stopped export.
     pub kept: usize,
     /// Mean time per frame in milliseconds: prediction, sum, picture and file.
     pub ms_per_frame: f64,
-    /// Mean times of the stages, which run side by side.
+    /// Mean times of the stages, which overlap.
     pub stages: Stages,
-    /// The passes of the last frame, with their mean time over all frames.
+    /// Passes of the last frame, with their mean time over all frames.
     pub passes: Vec<PassReport>,
-    /// Destination, with the number of frames as it was asked for.
+    /// Destination, with the frame number as requested.
     pub output: String,
-    /// Accuracy with which the light layers gave back the relit subject, if they were asked for.
+    /// Accuracy with which the light layers rebuild the relit subject; None without layers.
     pub layers: Option<Rebuild>,
-    /// Share of the environment's energy that comes from where no lamp is.
+    /// Share of the environment's energy from directions without a lamp.
     pub uncovered_energy: f32,
-    /// Device that ran the network, and the reason for it.
+    /// Device of the network, and the reason for the choice.
     pub device: String,
-    /// Files that were written beside it for other programs, in the order in which they were asked for.
+    /// Files written for other programs, in the requested order.
     pub hand_over: Vec<PathBuf>,
 }
 
 impl RelightReport {
-    /// Summary of the files, and of how well the light layers add up.
+    /// Summary: files, and accuracy of the light layers.
     pub fn sentence(&self) -> String {
         let frames = match self.frames {
             1 => "1 frame".to_owned(),
@@ -39,7 +39,7 @@ impl RelightReport {
         };
         let kept = match self.kept {
             0 => String::new(),
-            kept => format!(" ({kept} were there already)"),
+            kept => format!(" ({kept} existed already)"),
         };
         let layers =
             self.layers.as_ref().map_or(String::new(), |check| format!(". {}", check.sentence()));

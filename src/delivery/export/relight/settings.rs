@@ -19,22 +19,22 @@ use std::sync::Arc;
 /// Light, look and destination of a relit interview.
 #[derive(Clone, Debug, Serialize, Deserialize, clap::Args)]
 pub struct RelightSettings {
-    /// A panorama's file, the name of one of the project's environments, or a built-in one: three-point, clamshell,
+    /// Panorama file, name of one of the project's environments, or a built-in one: three-point, clamshell,
     /// side-light, clear-sky, low-sun, overcast, courtyard, nave.
     #[arg(long)]
     pub environment: PathBuf,
-    /// Front of the panorama's file, instead of the one that the project remembers: the convention of a tool
-    /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
+    /// Front of the panorama, instead of the remembered one: the convention of a tool (afterlight, openexr, usd, nuke,
+    /// mitsuba, threejs, blender), or the yaw that brings it to the middle.
     #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     pub front: Option<Front>,
-    /// The environment itself, if it has been read already.
+    /// Environment in memory, if it was read already.
     #[arg(skip)]
     #[serde(skip)]
     pub read: Option<Arc<Environment>>,
-    /// Layout of the sphere in the panorama's file, if it is not a lat-long.
+    /// Sphere layout of the panorama file, if it is not lat-long.
     #[arg(long, value_enum)]
     pub mapping: Option<Mapping>,
-    /// Turn the environment: positive moves it to camera-right in front.
+    /// Yaw of the environment: positive moves it to camera-right in front.
     #[arg(
         long = "yaw",
         value_name = "DEG",
@@ -46,12 +46,12 @@ pub struct RelightSettings {
     /// Turn the environment once around over the frames, starting at --yaw.
     #[arg(long)]
     pub turntable: bool,
-    /// Light the subject by these lamps alone, without background: each with half of the energy of an even light.
+    /// Light the subject only by these lamps, without background: each with half of the energy of an even light.
     #[arg(long, value_name = "LAMP,…", value_delimiter = ',')]
     pub solo: Vec<String>,
     #[command(flatten)]
     pub lighting: Lighting,
-    /// Keys of any settings over the interview's frames, which take the place of their values.
+    /// Keyframes of settings over the interview's frames; they override the fixed values.
     #[arg(skip)]
     pub animation: Animation,
     #[command(flatten)]
@@ -71,10 +71,10 @@ pub struct RelightSettings {
     pub background: Background,
     #[command(flatten)]
     pub files: Files,
-    /// Write beside the export what other programs need to open it (docs/handover.md).
+    /// Write the files that other programs need to open the export (docs/handover.md).
     #[arg(long, value_enum, value_name = "PROGRAM,…", value_delimiter = ',')]
     pub hand_over: Vec<HandOver>,
-    /// Print which passes ran, which did not and why, and how long each took.
+    /// Print the passes: result or reason for skipping, and time.
     #[arg(long)]
     pub profile: bool,
     /// Device that runs the network.
@@ -111,12 +111,12 @@ impl RelightSettings {
                 _ => Background::None,
             },
             output,
-            // A person's way of looking at the picture is not the picture's.
+            // The viewer's own display settings do not belong to the picture.
             viewing: Viewing::default(),
         }
     }
 
-    /// The effects, with each that has keys at its largest: what any frame of the clip may ask for.
+    /// Effects of the clip, with each animated one at its maximum: the most that any frame needs.
     pub fn largest_effects(&self) -> Effects {
         let mut effects = self.effects;
         for strength in STRENGTHS {
@@ -127,13 +127,13 @@ impl RelightSettings {
         effects
     }
 
-    /// True if a frame depends on the one before it: brightness that is smoothed does, and so do OLATs in components, which are
-    /// those of the frames before as long as they fit. Parts of such an export are not those of the whole.
+    /// True if a frame depends on the one before it. Smoothed brightness does, and so do OLATs in components, which reuse
+    /// the components of earlier frames as long as they fit. Parts of such an export differ from the whole.
     pub fn goes_from_frame_to_frame(&self) -> bool {
         self.largest_effects().asks(Pass::Smoothing) || self.storage == Storage::Compressed
     }
 
-    /// The same with the project's OpenColorIO configuration, if colours of one are asked for and no other is chosen.
+    /// These settings with the project's OpenColorIO configuration, if they name colours of one without naming a configuration.
     #[must_use]
     pub fn of_project(&self, project: &Project) -> Self {
         let mut settings = self.clone();
@@ -144,14 +144,14 @@ impl RelightSettings {
         settings
     }
 
-    /// Refuses what cannot be together.
+    /// Refuses conflicting settings.
     ///
     /// # Errors
-    /// When a light or a group that is not there has keys, or grain is asked for where a configuration makes the codes.
+    /// When a missing light or group has keys, or grain meets an OpenColorIO configuration, which makes the codes.
     pub fn check(&self) -> Result<()> {
         if self.files.ocio.is_asked() && self.largest_effects().asks(Pass::Grain) {
             return Err(Error::invalid(
-                "grain is measured in the codes of our own view, and an OpenColorIO configuration makes others",
+                "grain needs the codes of Afterlight's own view, but an OpenColorIO configuration makes others",
                 (
                     "Leave the grain out, or the configuration",
                     "--ocio-display, --ocio-view, --ocio-look and --ocio-space",
@@ -161,7 +161,7 @@ impl RelightSettings {
         self.check_keys()
     }
 
-    /// Refuses keys of a light or a group that is not there.
+    /// Refuses keys of a missing light or group.
     fn check_keys(&self) -> Result<()> {
         let mut lanes = self.animation.lanes();
         let lost = lanes.find(|(setting, _)| !setting.exists(&self.lighting));
@@ -170,26 +170,26 @@ impl RelightSettings {
         };
         if let Setting::Group(_) = lost {
             return Err(Error::missing(
-                format!("there are keys of {lost}, and no such group of lights"),
-                "Take its keys out",
+                format!("{lost} has keys, but there is no such group of lights"),
+                "Remove its keys",
             ));
         }
         let numbers = self.lighting.placed.iter().map(|light| light.id.to_string());
         let numbers: Vec<String> = numbers.collect();
         Err(Error::missing(
             match &numbers[..] {
-                [] => format!("there are keys of {lost}, and no light"),
+                [] => format!("{lost} has keys, but there is no light"),
                 _ => format!(
-                    "there are keys of {lost}, and the lights have the numbers {}",
+                    "{lost} has keys, but the lights have the numbers {}",
                     numbers.join(", ")
                 ),
             },
-            "Add the light, or take its keys out",
+            "Add the light, or remove its keys",
         ))
     }
 }
 
-/// The first and last frame, such as `5-12`, or one frame.
+/// First and last frame, such as `5-12`, or one frame.
 fn range(text: &str) -> std::result::Result<(usize, usize), String> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     let number = |s: &str| {
@@ -199,10 +199,10 @@ fn range(text: &str) -> std::result::Result<(usize, usize), String> {
     if from <= to { Ok((from, to)) } else { Err(format!("{from} comes after {to}")) }
 }
 
-/// The first and last frame that are relit: those that are asked for, or all.
+/// First and last frame to relight: the requested range, or all frames.
 ///
 /// # Errors
-/// When the interview has not all of them.
+/// When the interview lacks some of them.
 pub fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
     let last = project.settings.shoot.frames.len().saturating_sub(1);
     match asked {
@@ -210,7 +210,7 @@ pub fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(
         Some((from, to)) if from <= to && to <= last => Ok((from, to)),
         Some((from, to)) => Err(Error::missing(
             format!("there are no frames {from}-{to}: the interview has frames 0 to {last}"),
-            "Ask for frames that the interview has",
+            "Choose frames within this range",
         )),
     }
 }

@@ -1,4 +1,4 @@
-//! Answers, as the page saves them and the project collects them: a line of commas each.
+//! Answers, one comma-separated line each, as the page saves them and the project collects them.
 
 use super::key::{Key, is_name};
 use base::error::{Error, Result};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// The first line of a file of answers.
 pub const HEADER: &str = "study,person,trial,question,left,right,chosen,seconds";
-/// Bytes of a file of answers that are read: a hundred thousand answers.
+/// Size limit of a file of answers in bytes: a hundred thousand answers.
 const MOST: u64 = 16 << 20;
 const REMEDY: &str = "Give the file as the page saved it";
 
@@ -25,7 +25,7 @@ pub enum Question {
 impl Question {
     pub const ALL: [Self; 2] = [Self::Like, Self::Better];
 
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Like => "like",
@@ -41,7 +41,7 @@ impl Question {
     }
 }
 
-/// An answer's study, person, trial and question.
+/// Key of an answer: study, person, trial and question.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Asked {
     pub study: String,
@@ -56,11 +56,11 @@ pub struct Answer {
     pub left: String,
     pub right: String,
     pub chosen: String,
-    /// Seconds that the answer took.
+    /// Time to answer in seconds.
     pub seconds: f64,
 }
 
-/// All answers to some studies, each once.
+/// Answers to one or more studies, without duplicates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers(pub BTreeMap<Asked, Answer>);
 
@@ -70,10 +70,10 @@ impl Answers {
         project.result_path("blind").join("answers.csv")
     }
 
-    /// Those that the project has collected.
+    /// The project's collected answers.
     ///
     /// # Errors
-    /// When the file cannot be read or a line of it is none.
+    /// When the file cannot be read, or a line is not an answer.
     pub fn collected(project: &Project, keys: &mut Keys) -> Result<Self> {
         let path = Self::path(project);
         let mut answers = Self::default();
@@ -83,11 +83,11 @@ impl Answers {
         Ok(answers)
     }
 
-    /// Adds those of a file and says how many of them are new. The same answer twice is one.
+    /// Adds the answers in a file and returns the number of new ones. Duplicates count once.
     ///
     /// # Errors
-    /// When the file cannot be read, or a line of it is no answer to a study that the project has a key for, or contradicts
-    /// another; then nothing of it was added.
+    /// When the file cannot be read, or a line is not an answer, contradicts another, or belongs to a study without a
+    /// key in the project. Then nothing is added.
     pub fn add(&mut self, project: &Project, path: &Path, keys: &mut Keys) -> Result<usize> {
         let text = files::read_text(path, MOST).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -134,7 +134,7 @@ impl Answers {
         Ok(new)
     }
 
-    /// Writes them into the project, beside what is there and in its place.
+    /// Writes the answers into the project, in place of the earlier file.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -155,7 +155,7 @@ impl Answers {
     }
 }
 
-/// The keys of studies, each read once.
+/// Keys of studies, each read once.
 #[derive(Default)]
 pub struct Keys(BTreeMap<String, Key>);
 
@@ -174,7 +174,7 @@ impl Keys {
     }
 }
 
-/// A line of a file.
+/// Parses a line of a file.
 fn parsed(line: &str) -> std::result::Result<(Asked, Answer), String> {
     let fields: Vec<&str> = line.split(',').collect();
     let [study, person, trial, question, left, right, chosen, seconds] = fields[..] else {
@@ -214,7 +214,7 @@ fn parsed(line: &str) -> std::result::Result<(Asked, Answer), String> {
     Ok((asked, answer))
 }
 
-/// Refuses an answer that the study cannot have.
+/// Refuses an answer that is impossible in the study.
 fn fits(asked: &Asked, answer: &Answer, key: &Key) -> std::result::Result<(), String> {
     let Some(pair) = key.trials.get(&asked.trial) else {
         return Err(format!("the study has no trial {}", asked.trial));
@@ -235,7 +235,7 @@ fn fits(asked: &Asked, answer: &Answer, key: &Key) -> std::result::Result<(), St
     Ok(())
 }
 
-/// The first letters of what a stranger wrote.
+/// First letters of untrusted text.
 fn shortened(text: &str) -> String {
     const MOST_LETTERS: usize = 60;
     match text.char_indices().nth(MOST_LETTERS) {

@@ -1,4 +1,4 @@
-//! The clips of a page: a stretch of the interview under single lamps, by each method, and the reference images.
+//! Clips of a page: a stretch of the interview under single lamps by each method, and the reference images.
 
 use super::super::accuracy::Method;
 use super::super::comparison::at_plate;
@@ -27,31 +27,32 @@ use transfer::{FineField, OlatPredictor};
 
 /// Longest side of a picture in the page.
 const SIDE_PX: usize = 512;
-/// Quality of its JPEG pictures, at which artefacts cannot be seen.
+/// JPEG quality at which artefacts are invisible.
 const QUALITY: u8 = 95;
-/// Share of the brightest lamp's level on the subject that a lamp has to reach to be chosen by itself: others light a rim.
+/// Least share of the brightest lamp's level on the subject for a lamp to be chosen automatically: weaker ones only
+/// light a rim.
 const FRONT: f32 = 0.3;
 
-/// A stretch of the interview under one lamp by one method: JPEG pictures.
+/// A stretch of the interview under one lamp by one method, as JPEG pictures.
 pub(super) struct Clip {
     pub method: Method,
     pub lamp: usize,
     pub pictures: Vec<Vec<u8>>,
 }
 
-/// All that a page shows.
+/// Pictures of a page.
 pub(super) struct Clips {
     pub clips: Vec<Clip>,
-    /// Lamp → the subject under it, photographed.
+    /// Lamp → photograph of the subject under it.
     pub references: BTreeMap<usize, Vec<u8>>,
     pub frames: Vec<usize>,
-    /// Frames that the project's network was trained on, if it is among the methods.
+    /// Number of these frames that the project's network was trained on, if it is compared.
     pub seen: usize,
     /// Method → minutes of training.
     pub minutes: BTreeMap<String, f64>,
 }
 
-/// Maker of a method's pictures.
+/// Source of a method's pictures.
 enum Maker {
     Network(Box<Predictor>),
     Prediction(Box<OlatPredictor>),
@@ -69,7 +70,7 @@ impl Maker {
         }
     }
 
-    /// A frame under each of `lamps`, and the light of its plate that is finer than that.
+    /// A frame under each of `lamps`, and the finer light of its plate.
     fn lit(&self, frame: &Frame, lamps: &[usize]) -> Result<(Vec<Image>, Option<FineField>)> {
         let (field, fine) = match self {
             Self::Network(predictor) => (predictor.predict(frame)?, None),
@@ -84,10 +85,10 @@ impl Maker {
     }
 }
 
-/// Makes them.
+/// Renders the clips.
 ///
 /// # Errors
-/// When a method lacks something, a lamp or a picture is missing, or it is stopped.
+/// When a method's requirements are missing, a lamp or picture is missing, or the user stops it.
 pub(super) fn make(
     project: &Project,
     calibration: &Calibration,
@@ -171,7 +172,7 @@ fn maker(
         }
         Method::Texler | Method::Sun => {
             let all = single_lamps(calibration.rig.lamps.len());
-            // In the order of their names, which is that of `lamps`.
+            // Sorted by name, which is the order of `lamps`.
             let named =
                 |(place, &lamp): (usize, &usize)| (format!("{place:04}"), all[lamp].clone());
             let lights = lamps.iter().enumerate().map(named).collect();
@@ -185,20 +186,20 @@ fn maker(
             Ok(Maker::Learnt(Box::new(compute.guarded(learn)?)))
         }
         _ => Err(Error::invalid(
-            "the true OLATs are known of single frames, not of a clip",
+            "the true OLATs exist for single frames, not for a clip",
             "Compare other methods: --with network,texler,sun",
         )),
     }
 }
 
-/// As many consecutive frames as wished for, from the middle of the interview.
+/// `count` consecutive frames from the middle of the interview.
 fn middle(all: usize, wished: usize) -> Range<usize> {
     let count = wished.min(all);
     let first = (all - count) / 2;
     first..first + count
 }
 
-/// The lamps that are asked for; else some spread over those that light more than the subject's rim.
+/// The named lamps, or else some spread over those that light more than the subject's rim.
 fn lamps(
     project: &Project,
     calibration: &Calibration,
@@ -238,7 +239,7 @@ fn lamps(
     Ok(chosen.indices.into_iter().map(|i| front[i]).collect())
 }
 
-/// A linear picture over black as a JPEG of at most [`SIDE_PX`] pixels.
+/// A linear picture over black as a JPEG of at most [`SIDE_PX`] pixels a side.
 fn jpeg(picture: &Image, mask: &Mask, gain: f32) -> Result<Vec<u8>> {
     let shown = display_picture(picture, mask, gain);
     let (width, height) = shown.0.size();
@@ -247,7 +248,7 @@ fn jpeg(picture: &Image, mask: &Mask, gain: f32) -> Result<Vec<u8>> {
         return jpeg_bytes(&shown, QUALITY);
     }
     let reduce = |length: usize| (length * SIDE_PX / longest).max(1);
-    // Codes are averaged, for a picture that is only looked at.
+    // Averaging codes is good enough for a picture that is only viewed.
     let small = resize_area(&shown.0, reduce(width), reduce(height));
     jpeg_bytes(&Encoded(small), QUALITY)
 }

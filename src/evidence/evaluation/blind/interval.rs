@@ -3,8 +3,9 @@
 /// Probability outside the interval, on both sides together.
 const OUTSIDE: f64 = 0.05;
 
-/// The interval that holds the true share in at least 95 of 100 such studies, where `chosen` of `of` independent answers
-/// chose: all shares under which neither so many nor so few would be rarer than 2.5 %. `[0, 1]` without answers.
+/// Interval that holds the true share in at least 95 of 100 such studies, where `chosen` out of `of` independent
+/// answers chose: all shares under which neither so many nor so few would be rarer than 2.5 %. `[0, 1]` without
+/// answers.
 pub fn exact_interval(chosen: u64, of: u64) -> [f64; 2] {
     let chosen = chosen.min(of);
     if of == 0 {
@@ -23,7 +24,7 @@ pub fn exact_interval(chosen: u64, of: u64) -> [f64; 2] {
     [low, high]
 }
 
-/// Largest share for which a condition of small shares holds.
+/// Largest share at which a condition holds that holds for all smaller ones.
 fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
@@ -37,7 +38,7 @@ fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// The probability of at most `most` of `of`, each with probability `share`.
+/// Probability of at most `most` successes out of `of`, each with probability `share`.
 fn at_most(most: u64, of: u64, share: f64) -> f64 {
     if share <= 0.0 || most >= of {
         return 1.0;
@@ -46,7 +47,7 @@ fn at_most(most: u64, of: u64, share: f64) -> f64 {
         return 0.0;
     }
     let (yes, no) = (share.ln(), (-share).ln_1p());
-    // Logarithms, since C(n, k) exceeds every float.
+    // In logarithms, since C(n, k) overflows a float.
     let mut term = of as f64 * no;
     let mut sum = term.exp();
     for i in 1..=most {
@@ -60,7 +61,7 @@ fn at_most(most: u64, of: u64, share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Bounds by bisection in rational arithmetic, without rounding, in another language.
+    /// Bounds by bisection in exact rational arithmetic, in another language.
     #[test]
     fn the_interval_is_the_exact_one() {
         let known = [
@@ -98,7 +99,7 @@ mod tests {
         assert!((high - low - 2.0 * 1.96 * (0.25e-5f64).sqrt()).abs() < 3e-5);
     }
 
-    /// Of many studies at a true share, how many have it in their interval.
+    /// At a true share, fraction of many studies whose interval contains it.
     #[test]
     fn at_least_95_of_100_studies_hold_the_truth() {
         for (of, truth) in [(12u64, 0.5), (40, 0.85), (61, 0.02)] {

@@ -1,4 +1,4 @@
-//! Method of each clip of a page: the key that stays in the project, in `blind/STUDY.toml`.
+//! The key that maps a page's clips to methods. It stays in the project, in `blind/STUDY.toml`.
 
 use super::super::Method;
 use base::error::{Error, Result};
@@ -7,24 +7,24 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The version of the key that this program writes and reads.
+/// Version of the key's format.
 const FORMAT: u32 = 1;
-/// Letters of a study's or person's name, at most.
+/// Longest name of a study or person, in letters.
 const MOST_LETTERS: usize = 32;
 
 /// Meaning of a page's codes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Key {
     format: u32,
-    /// The page's name.
+    /// Name of the page.
     pub study: String,
-    /// Frames of the interview that the clips show.
+    /// Interview frames in the clips.
     pub frames: Vec<usize>,
-    /// Of each method that was trained for the page, or whose network the project has: minutes of training.
+    /// Training minutes of each method that was trained for the page or belongs to the project.
     pub minutes: BTreeMap<String, f64>,
-    /// Trial → the two clips that are compared.
+    /// Trial → its two clips.
     pub trials: BTreeMap<String, [String; 2]>,
-    /// Clip → what it shows.
+    /// Clip → its content.
     pub clips: BTreeMap<String, Shown>,
 }
 
@@ -32,11 +32,11 @@ pub struct Key {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shown {
     pub method: Method,
-    /// The name of the lamp that the subject is lit by.
+    /// Name of the lamp that lights the subject.
     pub lamp: String,
 }
 
-/// True if this can be a study's, a trial's, a clip's or a person's name: it becomes the name of a file.
+/// True for a valid name of a study, trial, clip or person: it becomes a file name.
 pub fn is_name(text: &str) -> bool {
     let letters = text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit());
     letters && (1..=MOST_LETTERS).contains(&text.len())
@@ -66,7 +66,7 @@ impl Key {
         save_sealed(&Self::path(project, &self.study), self)
     }
 
-    /// The project's key of `study`; None if it has none.
+    /// The project's key of `study`; None if there is none.
     ///
     /// # Errors
     /// When it cannot be read or is damaged.
@@ -76,7 +76,7 @@ impl Key {
             return Ok(None);
         }
         let remedy =
-            "Take it from a copy of the project: without it nobody knows which clip is whose";
+            "Restore it from a copy of the project: only this key tells whose clip is whose";
         let text = read_sealed(&path, remedy)?;
         let key: Self = toml::from_str(&text)
             .map_err(|e| Error::codec("read", &path, e.message().trim(), remedy))?;

@@ -1,8 +1,8 @@
-//! A blind comparison, as the paper's user study: two clips side by side, in random order and on random sides, beside a
+//! Blind comparison after the paper's user study: two clips side by side, in random order and on random sides, beside a
 //! photograph of the subject in that light, and two questions.
 //!
-//! The page is one file that reads nothing else. Clips have codes in it; whose they are says the project's
-//! key, which is not in the page. Answers come back as files.
+//! The page is one file that loads nothing else. Its clips have codes; only the project's key, which is not in the
+//! page, tells whose they are. Answers come back as files.
 
 mod answers;
 mod clips;
@@ -35,25 +35,25 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Settings of the page's comparison.
+/// Settings of the comparison.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct BlindSettings {
-    /// The page to write [default: blind/STUDY.html in the project's folder].
+    /// Page to write [default: blind/STUDY.html in the project's folder].
     #[arg(long, value_name = "FILE.html")]
     pub page: Option<PathBuf>,
-    /// The methods, each beside each other.
+    /// Methods to compare, each with every other.
     #[arg(long = "with", value_enum, value_delimiter = ',', default_values = ["network", "texler", "sun"])]
     pub methods: Vec<Method>,
-    /// The lamps that light the subject, by name [default: some that light it from the front, evenly spread].
+    /// Lamps that light the subject, by name [default: some that light it from the front, evenly spread].
     #[arg(long, value_name = "LAMP,...", value_delimiter = ',')]
     pub lamps: Option<Vec<String>>,
-    /// Number of lamps that are chosen if none are named.
+    /// Number of lamps to choose if none are named.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = within(1..=41usize))]
     pub conditions: usize,
-    /// Consecutive frames of a clip, from the middle of the interview.
+    /// Number of consecutive frames of a clip, from the middle of the interview.
     #[arg(long, value_name = "N", default_value_t = 36, value_parser = within(1..=240usize))]
     pub frames: usize,
-    /// Minutes that texler and sun may learn, which happens now [default: as long as the project's network did, else 10].
+    /// Training minutes for texler and sun, which are trained now [default: as long as the project's network, else 10].
     #[arg(long, value_parser = within(super::evaluate::MINUTES))]
     pub minutes: Option<f64>,
     /// Part of the plate and resolution of the pictures.
@@ -64,21 +64,21 @@ pub struct BlindSettings {
     pub device: DeviceChoice,
 }
 
-/// The page that was written.
+/// The written page.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BlindReport {
-    /// Its name, which files of answers have.
+    /// Name of the study, as in files of answers.
     pub study: String,
     pub page: PathBuf,
     pub bytes: u64,
-    /// Path of the key that names each clip's method.
+    /// Path of the key to the clips.
     pub key: PathBuf,
     pub methods: Vec<Method>,
     /// Names of the lamps.
     pub lamps: Vec<String>,
-    /// Pairs that a person sees, with two questions each.
+    /// Number of pairs that a person sees, with two questions each.
     pub pairs: usize,
-    /// Frames of each clip, and how many of them the project's network was trained on.
+    /// Frames of each clip, and the number of them that the project's network was trained on.
     pub frames: usize,
     pub seen_frames: usize,
     /// Method → minutes of training.
@@ -88,7 +88,7 @@ pub struct BlindReport {
 /// Writes the page and its key.
 ///
 /// # Errors
-/// When there are fewer than two methods, something that they need is missing, or a file cannot be written.
+/// When there are fewer than two methods, a requirement of one is missing, or a file cannot be written.
 pub fn blind(
     project: &Project,
     settings: &BlindSettings,
@@ -131,12 +131,12 @@ pub fn blind(
 }
 
 impl BlindReport {
-    /// The figures in sentences.
+    /// Summary of the page.
     pub fn sentence(&self) -> String {
         let methods: Vec<String> = self.methods.iter().map(|m| result::name(*m)).collect();
         let mut text = format!(
-            "{} ({:.1} MB) compares {} in {} pairs of {} frames under {}. Open it in a browser, or give it away; which clip \
-             is whose says {}, which must stay here. Answers that come back: afterlight blind PROJECT --answers FILE...",
+            "{} ({:.1} MB) compares {} in {} pairs of {} frames under {}. Open it in a browser or pass it on. The key to the \
+             clips, {}, must stay here. Add returned answers with afterlight blind PROJECT --answers FILE...",
             self.page.display(),
             self.bytes as f64 / 1e6,
             methods.join(", "),
@@ -146,11 +146,11 @@ impl BlindReport {
             self.key.display()
         );
         for (method, minutes) in &self.minutes {
-            text += &format!("\n{method} learnt for {minutes:.1} min");
+            text += &format!("\n{method} was trained for {minutes:.1} min");
         }
         if self.seen_frames > 0 {
             text += &format!(
-                "\nThe network was trained on {} of the {} frames, which favours it: train with --exclude-frames",
+                "\nThe network was trained on {} of the {} frames, which gives it an advantage: train with --exclude-frames",
                 self.seen_frames, self.frames
             );
         }

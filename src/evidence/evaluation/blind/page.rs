@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// The page without its study.
 const PAGE: &str = include_str!("page.html");
-/// Place of the study in the page.
+/// Placeholder for the study in the page.
 const PLACE: &str = "{{STUDY}}";
 
 /// Input of the page's script.
@@ -26,7 +26,7 @@ struct Study {
     references: BTreeMap<String, String>,
     /// Clip → pictures.
     clips: BTreeMap<String, Vec<String>>,
-    /// Trial → what is compared with which reference.
+    /// Trial → its two clips and reference.
     trials: BTreeMap<String, Trial>,
 }
 
@@ -42,11 +42,11 @@ struct Trial {
     reference: String,
 }
 
-/// The page of these clips, and the key to it. Codes follow from the pictures alone: they tell nothing, and the same clips
-/// make the same page.
+/// Page of these clips, and its key. Codes are derived from the pictures alone: they reveal nothing, and the same clips
+/// give the same page.
 ///
 /// # Errors
-/// When the study cannot be written as JSON.
+/// When the study cannot be encoded as JSON.
 pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
     let mut order: Vec<(u64, usize)> = (clips.clips.iter().enumerate())
         .map(|(i, clip)| (clip.pictures.iter().fold(START, |hash, p| mark(hash, p)), i))
@@ -66,7 +66,7 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
             }
         }
     }
-    // Lamps are coded by the order in which their pairs come.
+    // Lamps are numbered in the order of their pairs.
     let mut references: BTreeMap<usize, String> = BTreeMap::new();
     for (_, lamp) in &pairs {
         let next = format!("r{:02}", references.len() + 1);
@@ -112,7 +112,7 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
     };
     let json = serde_json::to_string(&contents)
         .map_err(|e| Error::bug(format!("cannot write the study: {e}")))?;
-    // Nothing in it may end the script.
+    // Nothing in the JSON may close the script element.
     let json = json.replace('<', "\\u003c");
     Ok((key, PAGE.replace(PLACE, &json)))
 }

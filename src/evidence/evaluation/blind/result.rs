@@ -1,4 +1,4 @@
-//! Results of the answers: share of choices of each method, with the exact interval.
+//! Results: each method's share of choices, with the exact interval.
 
 use super::super::Method;
 use super::answers::{Answers, Keys, Question};
@@ -17,12 +17,12 @@ pub struct Share {
     pub of: u64,
     /// chosen / of; None without answers.
     pub share: Option<f64>,
-    /// The exact 95 % interval, if answers were independent.
+    /// Exact 95 % interval, assuming independent answers.
     pub low: f64,
     pub high: f64,
 }
 
-/// A method among all comparisons that it was in.
+/// A method over all its comparisons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodShare {
     pub method: Method,
@@ -30,7 +30,7 @@ pub struct MethodShare {
     pub share: Share,
 }
 
-/// Two methods beside each other: how often the first was chosen.
+/// Two methods compared: share of choices of the first.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PairShare {
     pub methods: [Method; 2],
@@ -54,14 +54,14 @@ pub struct StudyResult {
     pub people: usize,
     pub answers: usize,
     pub questions: Vec<QuestionResult>,
-    /// Share of choices of the left clip: about a half, since sides are drawn.
+    /// Share of choices of the left clip: about one half, since sides are random.
     pub left: Share,
 }
 
-/// All that a project has collected.
+/// Results of all collected answers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AnswersReport {
-    /// Answers in the given files that were not known yet.
+    /// Number of new answers in the given files.
     pub new: usize,
     /// Path of the collected answers.
     pub collected: PathBuf,
@@ -69,7 +69,7 @@ pub struct AnswersReport {
 }
 
 impl Share {
-    /// `chosen` of `of`, with its interval.
+    /// `chosen` out of `of`, with its interval.
     pub fn of(chosen: u64, of: u64) -> Self {
         let [low, high] = exact_interval(chosen, of);
         Self { chosen, of, share: (of > 0).then(|| chosen as f64 / of as f64), low, high }
@@ -91,10 +91,10 @@ impl Share {
     }
 }
 
-/// Adds the answers in `files` to those that the project has collected, and counts all of them.
+/// Adds the answers in `files` to the project's collection, and counts the whole collection.
 ///
 /// # Errors
-/// When a file or one of its lines cannot be used; then nothing is added. When there is no answer at all.
+/// When a file or one of its lines is invalid; then nothing is added. When there are no answers at all.
 pub fn answers(project: &Project, files: &[PathBuf]) -> Result<AnswersReport> {
     let mut keys = Keys::default();
     let mut all = Answers::collected(project, &mut keys)?;
@@ -172,7 +172,7 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
 }
 
 impl AnswersReport {
-    /// The figures in sentences.
+    /// Summary of the results.
     pub fn sentence(&self) -> String {
         let mut text =
             format!("{} answers were new; all are in {}", self.new, self.collected.display());
@@ -187,16 +187,16 @@ impl AnswersReport {
                 }
                 for PairShare { methods, first } in &question.pairs {
                     let [a, b] = methods.map(name);
-                    text += &format!("\n  {a} beside {b}: {}", first.text());
+                    text += &format!("\n  {a} against {b}: {}", first.text());
                 }
             }
             text += &format!("\nThe left clip was chosen in {}.", study.left.text());
         }
-        text + "\nThe intervals hold for answers that are independent: those of one person are not quite."
+        text + "\nThe intervals assume independent answers; those of one person are only nearly independent."
     }
 }
 
-/// A method's name as the command line has it.
+/// Name of a method on the command line.
 pub fn name(method: Method) -> String {
     let value = method.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())

@@ -1,4 +1,4 @@
-//! Pages, keys and answers, by clips that need no network, and on a small shoot.
+//! Pages, keys and answers on clips without a network, and on a small shoot.
 
 use super::answers::Answers;
 use super::clips::{Clip, Clips};
@@ -28,7 +28,7 @@ fn clips() -> Clips {
     }
 }
 
-/// A project that has the key of [`clips`], and the page.
+/// A project with the key of [`clips`], and the page.
 fn study(folder: &Path) -> (Project, Key, String) {
     let mut project = Project::without_shoot(folder);
     project.settings.shoot.lamps = (0..5).map(|lamp| format!("olat_{lamp:02}")).collect();
@@ -37,7 +37,7 @@ fn study(folder: &Path) -> (Project, Key, String) {
     (project, key, html)
 }
 
-/// A file of answers in which `choose` picks one of two clips.
+/// File of answers in which `choose` picks one of two clips.
 fn answered(key: &Key, person: &str, choose: impl Fn([&Shown; 2]) -> usize) -> String {
     let mut text = format!("{}\n", answers::HEADER);
     for (trial, pair) in &key.trials {
@@ -73,7 +73,7 @@ fn the_page_names_no_method_and_no_lamp_and_loads_nothing() {
     )
     .unwrap();
     assert_eq!((again.study, same), (key.study.clone(), html.clone()));
-    // Without the pictures' letters, which may spell anything.
+    // Without the picture data, which may contain any word.
     let mut text = String::new();
     for (i, part) in html.split("base64,").enumerate() {
         let part = if i == 0 { part } else { part.split_once('"').unwrap().1 };
@@ -107,7 +107,7 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
         });
         written(folder.path(), &format!("{person}.csv"), &text)
     };
-    // Three people always choose the network where it is shown, one always Sun.
+    // Three people always choose the network where it is shown; the fourth always chooses Sun.
     let mut files: Vec<PathBuf> =
         (["ann", "bob", "cy"].into_iter()).map(|person| likes(person, Method::Network)).collect();
     files.push(likes("dee", Method::Sun));
@@ -120,7 +120,7 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
             let mut all = question.methods.iter();
             all.find(|m| m.method == method).unwrap().share
         };
-        // Two lamps, two pairs with the network, four people; the fourth chose it beside Texler's by code.
+        // Two lamps, two pairs with the network, four people. For Texler against the network, the fourth chose by code.
         let network = of(Method::Network);
         assert_eq!(network.of, 16);
         assert!((12..=14).contains(&network.chosen), "{network:?}");
@@ -134,13 +134,13 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
         assert_eq!(sum, 24);
         assert_eq!([network.low, network.high], exact_interval(network.chosen, 16));
     }
-    // The same files again, and none: nothing new, and all is kept.
+    // The same files again, and then no files: nothing is new, and everything is kept.
     let again = answers(&project, &files[..2]).unwrap();
     assert_eq!((again.new, &again.studies), (0, &report.studies));
     files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
     assert_eq!(answers(&project, &[]).unwrap().studies, report.studies);
     let text = report.sentence();
-    for part in ["4 people, 48 answers", "network beside sun: 6 of 8 (75.0 %", "looks better?"] {
+    for part in ["4 people, 48 answers", "network against sun: 6 of 8 (75.0 %", "looks better?"] {
         assert!(text.contains(part), "{text}");
     }
     let json = serde_json::to_value(&report).unwrap();
@@ -183,7 +183,7 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
         (changed(7, "NaN"), "seconds is \"NaN\""),
         (changed(7, "-1"), "seconds is \"-1\""),
         (
-            // The same person, who chose the other one.
+            // The same person chose the other clip.
             with(&lines[1].replace(
                 &format!(",{},1.25", fields[6]),
                 &format!(",{},1.25", if fields[6] == fields[4] { fields[5] } else { fields[4] }),
@@ -201,14 +201,14 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
     std::fs::write(&bytes, [0xff, 0xfe, 0, 1]).unwrap();
     assert!(answers(&project, &[bytes]).is_err());
     assert!(answers(&project, &[folder.path().join("gone.csv")]).is_err());
-    // One bad line: nothing of the file is taken.
+    // One bad line: nothing from the file is added.
     let mixed = written(folder.path(), "mixed.csv", &(answered(&key, "eve", |_| 1) + "x\n"));
     assert!(answers(&project, &[mixed]).is_err());
     assert_eq!(std::fs::read(Answers::path(&project)).unwrap(), collected);
-    // Windows' line ends and a mark of the byte order.
+    // Windows line ends and a byte order mark.
     let dos = format!("\u{feff}{}", answered(&key, "dan", |_| 1).replace('\n', "\r\n"));
     assert_eq!(answers(&project, &[written(folder.path(), "dos.csv", &dos)]).unwrap().new, 12);
-    // A key that somebody changed.
+    // A key that was edited by hand.
     let path = Key::path(&project, &key.study);
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replacen("sun", "network", 1)).unwrap();
@@ -217,8 +217,8 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
     test_support::shown!(
         Strangers,
         "A file of answers to a blind comparison comes back damaged, made up or contradicting itself",
-        danger: "votes that nobody gave, or a path out of the project",
-        done: "names are letters and digits, each line must be an answer that the page can give; else nothing of the file counts",
+        danger: "invented votes, or a path out of the project",
+        done: "names are letters and digits, and each line must be a possible answer; otherwise the whole file is refused",
     );
 }
 

@@ -1,11 +1,11 @@
-//! Hashes of the files that a review depends on, which tell whether it is still up to date.
+//! Hashes of the files behind a review, which tell whether it is up to date.
 
 use base::error::{Error, Result};
 use base::files;
 use project::Project;
 use serde::{Deserialize, Serialize};
 
-/// Hashes of the files that the scores follow from.
+/// Hashes of the files that determine the scores.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
     network: String,
@@ -14,10 +14,10 @@ pub struct Fingerprint {
 }
 
 impl Fingerprint {
-    /// The fingerprint of a project as it is now.
+    /// Fingerprint of the project's current state.
     ///
     /// # Errors
-    /// When it has no calibration.
+    /// When the project has no calibration.
     pub fn of(project: &Project) -> Result<Self> {
         let read = |path: std::path::PathBuf, remedy: (&str, &str)| {
             let text = files::read_text(&path, files::MOST_TEXT);
@@ -26,7 +26,7 @@ impl Fingerprint {
         let mark = |text: &str| mark(text.as_bytes());
         let table = project.checkpoint_path().join("checkpoint.toml");
         Ok(Self {
-            // The table changes with every checkpoint, since it counts seconds. Empty before any training.
+            // The table counts seconds, so it changes with every checkpoint. Empty before any training.
             network: if table.exists() {
                 let remedy = ("Train this project first", "afterlight train PROJECT");
                 mark(&read(table, remedy)?)
@@ -43,14 +43,14 @@ impl Fingerprint {
                     ("Make a project first", "afterlight import PROJECT --shoot DIR"),
                 )?
                 .lines()
-                // Colours of exports and of the viewer, not of OLATs.
+                // Colours of exports and of the viewer do not affect OLATs.
                 .filter(|line| !line.starts_with("color_config = "))
                 .fold(String::new(), |text, line| text + line + "\n"),
             ),
         })
     }
 
-    /// Change since `self`, as the subject of a sentence; None without one.
+    /// Part that changed since `self`, as the subject of a sentence; None without a change.
     pub fn difference(&self, now: &Self) -> Option<&'static str> {
         let pairs = [
             (&self.shoot, &now.shoot, "the project"),
@@ -61,7 +61,7 @@ impl Fingerprint {
     }
 }
 
-/// FNV-1a of 64 bits, which stays the same from program to program.
+/// 64-bit FNV-1a, which is stable across program versions.
 fn mark(bytes: &[u8]) -> String {
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)

@@ -1,9 +1,8 @@
-//! A colour for an error.
+//! Colour scale for errors.
 
 use super::Metric;
 
-/// Dark purple to pale yellow, as FLIP's authors show errors: the colour map magma of matplotlib at nine
-/// points, as sRGB codes.
+/// Dark purple to pale yellow, as used by FLIP's authors: matplotlib's colour map magma at nine points, as sRGB codes.
 const MAGMA: [[u8; 3]; 9] = [
     [0, 0, 4],
     [28, 16, 68],
@@ -16,7 +15,7 @@ const MAGMA: [[u8; 3]; 9] = [
     [252, 253, 191],
 ];
 
-/// sRGB codes from 0 to 1 of an error from 0 to 1, interpolated linearly. NaN counts as 0.
+/// sRGB codes (0 to 1) for an error from 0 to 1, interpolated linearly. NaN counts as 0.
 pub fn heat(error: f32) -> [f32; 3] {
     let place = imaging::color::unit(error) * (MAGMA.len() - 1) as f32;
     let (low, share) = (place.floor() as usize, place.fract());
@@ -28,7 +27,7 @@ pub fn heat(error: f32) -> [f32; 3] {
 }
 
 impl Metric {
-    /// The scores that are drawn as no error and as the largest.
+    /// Scores drawn as no error and as the largest error.
     pub fn range(self) -> [f64; 2] {
         match self {
             Self::Psnr => [40.0, 20.0],
@@ -38,7 +37,7 @@ impl Metric {
     }
 }
 
-/// A score as an error from 0 to 1 within its metric's range.
+/// Maps a score to an error from 0 to 1 within its metric's range.
 pub fn badness(metric: Metric, value: f64) -> f32 {
     let [good, bad] = metric.range();
     (((value - good) / (bad - good)) as f32).clamp(0.0, 1.0)

@@ -1,21 +1,21 @@
-//! A contact sheet of lamps in which each picture stands where its lamp is.
+//! Contact sheet with each picture at its lamp's position.
 
 use glam::Vec3;
 use light::latlong::uv_from_direction;
 
-/// The sheet: squares on a plane, the top left corner of which is (0, 0).
+/// The sheet: squares on a plane with origin (0, 0) at the top left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SheetLayout {
     /// Side of each square.
     pub side: f32,
-    /// The top left corner of each lamp's square, in the order of the lamps.
+    /// Top left corner of each lamp's square, in lamp order.
     pub corners: Vec<[f32; 2]>,
 }
 
-/// Lays squares out over `width × height` as a lat-long panorama of their directions, as large as they can
-/// be without covering each other: azimuth to the right with what the camera sees in the middle, up at the
-/// top. Lamps of like elevation share a row and keep their order; within it they stand as near to their
-/// azimuth as the others let them. A lamp without a direction stands in the last row.
+/// Lays out squares over `width × height` as a lat-long panorama of their directions, as large as possible without
+/// overlap: azimuth to the right, with the camera's view in the middle, and up at the top. Lamps of similar elevation
+/// share a row and keep their order, as close to their azimuth as their neighbours allow. A lamp without a direction
+/// goes in the last row.
 pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> SheetLayout {
     let places: Vec<[f32; 2]> = directions
         .iter()
@@ -45,7 +45,7 @@ pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Sheet
             (0..places.len()).filter(|&i| row_of(places[i][1], rows) == row).collect();
         lamps.sort_by(|&a, &b| places[a][0].total_cmp(&places[b][0]));
         let y = (row as f32 + 0.5) * height / rows as f32 - 0.5 * side;
-        // To the right of the one before; then back to the left of the one after, from the edge.
+        // Push each square right of its predecessor, then back from the edge, left of its successor.
         let mut free = 0.0f32;
         for &lamp in &lamps {
             let x = (places[lamp][0] * width - 0.5 * side).max(free);

@@ -5,7 +5,7 @@ use base::files;
 use project::{Project, save_toml};
 use serde::{Deserialize, Serialize};
 
-/// The version of `review.toml` that this program writes and reads.
+/// Format version of `review.toml`.
 const FORMAT: u32 = 1;
 
 /// A verdict.
@@ -29,8 +29,8 @@ impl Mark {
     }
 }
 
-/// A verdict or a note on one lamp in one frame or pose. They are named by their files, so that
-/// marks survive another import.
+/// A verdict or note on one lamp in one frame or pose. They are identified by file name, so that marks survive a
+/// repeated import.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MarkedOlat {
     pub case: String,
@@ -39,18 +39,18 @@ pub struct MarkedOlat {
     pub mark: Option<Mark>,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
-    /// Entries of a later version, kept.
+    /// Entries of a later version, preserved.
     #[serde(flatten)]
     other: toml::Table,
 }
 
-/// All of them.
+/// All marks of a project.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Marks {
     format: u32,
     #[serde(default)]
     cells: Vec<MarkedOlat>,
-    /// Entries of a later version, kept.
+    /// Entries of a later version, preserved.
     #[serde(flatten)]
     other: toml::Table,
 }
@@ -75,7 +75,7 @@ impl MarkedOlat {
 }
 
 impl Marks {
-    /// Reads the project's marks; without a file there are none.
+    /// Reads the project's marks; none without a file.
     ///
     /// # Errors
     /// When the file cannot be read, is damaged, or has another format version.
@@ -103,22 +103,22 @@ impl Marks {
         Ok(marks)
     }
 
-    /// Writes them into the project.
+    /// Writes the marks into the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         save_toml(&project.marks_path(), self)
     }
 
-    /// Every lamp and frame that has a verdict or a note, in the order in which they were first marked.
+    /// All marks, in the order in which they were first set.
     pub fn all(&self) -> &[MarkedOlat] {
         &self.cells
     }
 
-    /// The mark of a lamp in a frame or pose.
+    /// Mark of a lamp in a frame or pose.
     pub fn of(&self, case: &str, lamp: &str) -> Option<&MarkedOlat> {
         self.cells.iter().find(|m| m.case == case && m.lamp == lamp)
     }
 
-    /// Sets verdict and note; with neither, the mark is removed.
+    /// Sets verdict and note; without either, removes the mark.
     pub fn set(&mut self, marked: MarkedOlat) {
         let same = |m: &MarkedOlat| m.case == marked.case && m.lamp == marked.lamp;
         match self.cells.iter().position(same) {

@@ -1,4 +1,4 @@
-//! One review: from a project to scores, and to a page if one is asked for.
+//! One review: from a project to scores, and to a page if requested.
 
 use super::super::Truth;
 use super::report::{WORST, write_report};
@@ -11,16 +11,16 @@ use project::Project;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Settings of a review and of its files.
+/// Settings of a review and its output files.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct ReviewSettings {
-    /// A folder with truth.json and truth/. Without it only poses are compared.
+    /// Folder with truth.json and truth/. Without it only poses are compared.
     #[arg(long, value_name = "DIR")]
     pub truth: Option<PathBuf>,
     /// Measure again even if nothing has changed since the last time.
     #[arg(long)]
     pub fresh: bool,
-    /// Also write a page for sharing, with its pictures inside.
+    /// Also write a self-contained page for sharing.
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
     /// Device of the network.
@@ -28,18 +28,18 @@ pub struct ReviewSettings {
     pub device: DeviceChoice,
 }
 
-/// A summary of the scores.
+/// Summary of the scores.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReviewReport {
-    /// Over what training has not seen; None if it has seen everything.
+    /// Means over cases held out of training; None if there are none.
     pub unseen: Option<Means>,
-    /// Over what training has seen.
+    /// Means over cases seen in training.
     pub seen: Option<Means>,
-    /// The OLATs with the largest visible difference, the worst first.
+    /// OLATs with the largest visible difference, the worst first.
     pub worst: Vec<WorstOlat>,
-    /// Verdicts and notes that a person left.
+    /// Number of verdicts and notes by a reviewer.
     pub marks: usize,
-    /// The page that was written.
+    /// The written page.
     pub report: Option<PathBuf>,
 }
 
@@ -52,18 +52,18 @@ pub struct WorstOlat {
     pub cell: OlatScore,
 }
 
-/// The truth that came with a shoot.
+/// Truth supplied with a shoot.
 pub fn own_truth(project: &Project) -> Option<PathBuf> {
     let folder = project.shoot_path("truth");
     Truth::open(project, &folder).is_ok().then_some(folder)
 }
 
-/// Measures the project's network unless the saved scores are up to date, saves the scores, and writes the
-/// page if one is asked for.
+/// Measures the project's network unless the saved scores are up to date, saves the scores, and writes the page if
+/// requested.
 ///
 /// # Errors
-/// When there is no calibration, network or pose and no truth, a file cannot be read or written, or a stop
-/// was asked for.
+/// When the calibration or network is missing, there is neither a pose nor a truth, a file cannot be read or written,
+/// or the user stops it.
 pub fn review(
     project: &Project,
     settings: &ReviewSettings,
@@ -71,16 +71,16 @@ pub fn review(
 ) -> Result<ReviewReport> {
     let basis = Fingerprint::of(project)?;
     let folder = settings.truth.as_ref().map(|folder| {
-        // The project may be opened from elsewhere next time.
+        // The project may be opened from another working directory next time.
         std::path::absolute(folder).unwrap_or_else(|_| folder.clone())
     });
-    // Scores that cannot be read are measured again.
+    // Unreadable scores are measured again.
     let kept = Review::load(project).ok().flatten().filter(|kept| {
         !settings.fresh && kept.truth == folder && kept.basis.difference(&basis).is_none()
     });
     if kept.is_some() && settings.report.is_none() {
         progress.advise(
-            "Nothing has changed since the last measurement, which is shown",
+            "Nothing has changed since the last measurement; showing its figures",
             "--fresh measures again",
         );
     }

@@ -1,5 +1,5 @@
-//! A review of a trained network: the score of each predicted OLAT, lamp by lamp and frame by frame, the marks
-//! of a reviewer, and a page to share.
+//! Review of a trained network: a score for each predicted OLAT by lamp and frame, a reviewer's marks, and a page to
+//! share.
 
 mod fingerprint;
 mod heat;
@@ -29,26 +29,26 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// The version of `measured.json` that this program writes and reads.
+/// Format version of `measured.json`.
 const FORMAT: u32 = 1;
 
-/// Bytes of `measured.json` that are read: a million scores.
+/// Size limit of `measured.json` in bytes: a million scores.
 const MOST_FIGURES: u64 = 128 << 20;
 
-/// Input on which a network is measured.
+/// Kind of case that a network is measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Case {
-    /// An interview frame whose true OLATs are known.
+    /// Interview frame with true OLATs.
     Frame(usize),
-    /// A pose of the OLAT session, relit as the interview.
+    /// Pose of the OLAT session, relit as the interview.
     Pose(usize),
 }
 
-/// The scores of one predicted OLAT.
+/// Scores of one predicted OLAT.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OlatScore {
-    /// PSNR of the encoded subject, at its case's exposure, in decibels.
+    /// PSNR of the encoded subject in decibels, at the exposure of its case.
     pub psnr_db: f64,
     /// Mean SSIM over the subject, −1 to 1.
     pub ssim: f64,
@@ -56,21 +56,21 @@ pub struct OlatScore {
     pub flip: f64,
 }
 
-/// A case under every lamp.
+/// A case with every lamp's scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CaseScores {
     pub case: Case,
-    /// The name of the frame or pose, as its files have it.
+    /// Name of the frame or pose, as in its files.
     pub name: String,
-    /// The network was trained on it.
+    /// True if the network was trained on it.
     pub seen: bool,
-    /// The factor on predictions: one for all frames, and one for all poses.
+    /// Factor on predictions: one for all frames, and one for all poses.
     pub scale: f64,
-    /// One for each lamp that the network learns.
+    /// One for each lamp of the network.
     pub cells: Vec<OlatScore>,
 }
 
-/// Mean scores over several cases under every lamp.
+/// Mean scores of several cases under every lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Means {
     pub cases: usize,
@@ -79,7 +79,7 @@ pub struct Means {
 }
 
 impl Means {
-    /// The means over all OLATs of `cases`. None if there is no case.
+    /// Means over all OLATs of `cases`; None without a case.
     pub fn of(cases: &[&CaseScores]) -> Option<Self> {
         Some(Self {
             cases: cases.len(),
@@ -92,34 +92,34 @@ impl Means {
     }
 }
 
-/// Everything that was measured, as in `measured.json`.
+/// All measurements, as in `measured.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Review {
-    /// Version of this file.
+    /// Format version of the file.
     format: u32,
-    /// The files that it was measured with.
+    /// Fingerprint of the files behind the scores.
     pub basis: Fingerprint,
-    /// The folder with the truth of frames, if one was given.
+    /// Folder with the truth of frames, if given.
     pub truth: Option<PathBuf>,
     /// Steps and seconds of the network's training.
     pub training_steps: u64,
     pub training_seconds: f64,
-    /// Flicker of the interview when it is relit. None if that cannot be said, and in files of older versions.
+    /// Flicker of the relit interview. None if unknown, and in files of older versions.
     #[serde(default)]
     pub flicker: Option<ClipFlicker>,
-    /// Names of the lamps that the network learns.
+    /// Names of the network's lamps.
     pub lamps: Vec<String>,
     /// Frames first, then poses. At least one.
     pub cases: Vec<CaseScores>,
 }
 
-/// A metric of a predicted OLAT.
+/// Metric of a predicted OLAT.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
     Psnr,
     Ssim,
-    /// The visible difference.
+    /// Visible difference.
     #[default]
     Flip,
 }
@@ -135,7 +135,7 @@ impl Metric {
         }
     }
 
-    /// The score by this metric.
+    /// Score by this metric.
     pub fn of(self, cell: &OlatScore) -> f64 {
         match self {
             Self::Psnr => cell.psnr_db,
@@ -144,7 +144,7 @@ impl Metric {
         }
     }
 
-    /// The score of several OLATs: the mean, or for PSNR that of the pooled error.
+    /// Score of several OLATs: the mean, or for PSNR the value of the pooled error.
     pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a OlatScore>) -> f64 {
         let count = cells.len();
         let values = cells.map(|cell| self.of(cell));
@@ -154,7 +154,7 @@ impl Metric {
         }
     }
 
-    /// Larger is worse.
+    /// Badness of a score: larger is worse.
     fn order(self, value: f64) -> f64 {
         match self {
             Self::Psnr | Self::Ssim => -value,
@@ -162,7 +162,7 @@ impl Metric {
         }
     }
 
-    /// The score with its unit.
+    /// Score with its unit.
     pub fn text(self, value: f64) -> String {
         match self {
             Self::Psnr => format!("{value:.1} dB"),
@@ -172,7 +172,7 @@ impl Metric {
 }
 
 impl Review {
-    /// The cases that count: those that the network was not trained on, or all if there are none.
+    /// Relevant cases: those held out of training, or all if there are none.
     pub fn judged(&self) -> Vec<&CaseScores> {
         let unseen: Vec<&CaseScores> = self.cases.iter().filter(|c| !c.seen).collect();
         if unseen.is_empty() { self.cases.iter().collect() } else { unseen }
@@ -190,8 +190,8 @@ impl Review {
         cells
     }
 
-    /// The next cell without a verdict: the worst of those that follow `after` in the order of [`Self::worst`], around its
-    /// end. None if every cell has a verdict.
+    /// Next cell without a verdict: the worst after `after` in the order of [`Self::worst`], wrapping around. None if
+    /// every cell has a verdict.
     pub fn next_unmarked(
         &self,
         metric: Metric,
@@ -208,7 +208,7 @@ impl Review {
         rest.iter().chain(before).copied().find(is_unmarked)
     }
 
-    /// Each lamp's score over the cases that count.
+    /// Score of each lamp over the relevant cases.
     pub fn lamp_means(&self, metric: Metric) -> Vec<f64> {
         let judged = self.judged();
         (0..self.lamps.len())
@@ -224,7 +224,7 @@ impl Review {
         lamps
     }
 
-    /// Each case's score over all lamps.
+    /// Score of each case over all lamps.
     pub fn case_means(&self, metric: Metric) -> Vec<f64> {
         let mean = |case: &CaseScores| metric.mean(case.cells.iter());
         self.cases.iter().map(mean).collect()
@@ -238,21 +238,20 @@ impl Review {
         cases
     }
 
-    /// The lamp under which a case is worst. None if there is no such case.
+    /// Lamp with the worst score in a case. None if there is no such case.
     pub fn worst_lamp(&self, metric: Metric, case: usize) -> Option<usize> {
         let cells = &self.cases.get(case)?.cells;
         let order = |lamp: usize| metric.order(metric.of(&cells[lamp]));
         (0..cells.len()).max_by(|&a, &b| order(a).total_cmp(&order(b)))
     }
 
-    /// The score over all OLATs of `cases`. None if there is no case.
+    /// Score over all OLATs of `cases`; None without a case.
     pub fn mean(metric: Metric, cases: &[&CaseScores]) -> Option<f64> {
         let cells: Vec<&OlatScore> = cases.iter().flat_map(|case| &case.cells).collect();
         (!cells.is_empty()).then(|| metric.mean(cells.into_iter()))
     }
 
-    /// Reads the last measurement. None if there is none. [`Fingerprint::difference`] tells whether it is still up
-    /// to date.
+    /// Reads the last measurement; None if there is none. [`Fingerprint::difference`] tells whether it is up to date.
     ///
     /// # Errors
     /// When the file cannot be read or is damaged.
@@ -286,7 +285,7 @@ impl Review {
         ))
     }
 
-    /// Writes it into the project.
+    /// Writes the review into the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = project.measured_path();
         let text = serde_json::to_string(self)
@@ -299,7 +298,7 @@ impl Review {
 pub(crate) mod tests {
     use super::*;
 
-    /// Three lamps; a frame and a held-out pose that training has not seen, and a pose that it has.
+    /// Three lamps; a frame and a pose held out of training, and a pose seen in training.
     pub fn example() -> Review {
         let cell = |psnr_db: f64, flip: f64| OlatScore { psnr_db, ssim: 1.0 - flip, flip };
         let measured = |case, name: &str, seen, cells: [OlatScore; 3]| CaseScores {

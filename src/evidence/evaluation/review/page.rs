@@ -1,33 +1,33 @@
-//! The HTML of a review's page. It reads no files; everything that people wrote is escaped.
+//! HTML of a review page. It loads no files, and all user text is escaped.
 
 use super::{Marks, Means, Metric, Review, badness, heat, place_by_direction};
 use glam::Vec3;
 use imaging::color::byte_from_unit;
 use std::fmt::Write;
 
-/// Everything that the page shows.
+/// Contents of the page.
 pub(super) struct Contents<'a> {
     pub name: &'a str,
     pub date: &'a str,
-    /// Facts about network and calibration: names and values.
+    /// Facts about network and calibration, as names and values.
     pub facts: Vec<(&'static str, String)>,
     pub review: &'a Review,
     pub marks: &'a Marks,
     /// Direction of each lamp.
     pub directions: Vec<Vec3>,
-    /// The worst OLATs first.
+    /// Worst OLATs first.
     pub worst: Vec<WorstPictures>,
     pub sheet: Sheet,
 }
 
-/// True and predicted OLAT and their FLIP, as data URIs.
+/// True OLAT, predicted OLAT and their FLIP, as data URIs.
 pub(super) struct WorstPictures {
     pub case: usize,
     pub lamp: usize,
     pub pictures: [String; 3],
 }
 
-/// A case's predicted picture under every lamp, as data URIs.
+/// Predicted picture of a case under every lamp, as data URIs.
 pub(super) struct Sheet {
     pub case: usize,
     pub pictures: Vec<String>,
@@ -133,7 +133,7 @@ fn summary(review: &Review) -> String {
 
 fn marked(contents: &Contents) -> String {
     let mut all: Vec<_> = contents.marks.all().iter().collect();
-    // Verdicts before notes alone, the bad ones first.
+    // Verdicts first, bad ones at the top, then notes without a verdict.
     all.sort_by_key(|m| (m.mark.is_none(), m.mark));
     let mut out = "<h2>The reviewer's marks</h2>\n".to_owned();
     if all.is_empty() {
@@ -152,7 +152,7 @@ fn marked(contents: &Contents) -> String {
     out + "</table>\n"
 }
 
-/// A map of all OLATs: lamps to the right, cases downward.
+/// Heat map of all OLATs: lamps to the right, cases downward.
 fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String {
     const LABEL: f32 = 130.0;
     const WIDTH: f32 = 1040.0;
@@ -245,7 +245,7 @@ fn worst(Contents { review, worst, marks, .. }: &Contents) -> String {
     out + "</div>\n"
 }
 
-/// A case's predicted pictures, each where its lamp is.
+/// Predicted pictures of a case, each at its lamp's position.
 fn sheet(Contents { review, directions, sheet, .. }: &Contents) -> String {
     const SIZE: [f32; 2] = [1000.0, 500.0];
     let [width, height] = SIZE;
@@ -272,7 +272,7 @@ fn sheet(Contents { review, directions, sheet, .. }: &Contents) -> String {
     out + "</svg>\n"
 }
 
-/// All lamps, the worst first.
+/// Table of all lamps, the worst first.
 fn lamps(Contents { review, directions, .. }: &Contents) -> String {
     let means = Metric::ALL.map(|metric| review.lamp_means(metric));
     let mut out = "<h2>Lamps, the worst first</h2>\n<p>Means over frames and poses that training has not seen, if there are any.</p>\n\
@@ -339,7 +339,7 @@ mod tests {
         })
     }
 
-    /// Every tag that is opened is closed, in order, and every attribute is quoted.
+    /// Checks that every tag is closed in order and every attribute is quoted.
     fn check_tags(text: &str) {
         const ALONE: [&str; 5] = ["!DOCTYPE", "meta", "img", "br", "circle"];
         let mut open: Vec<&str> = Vec::new();

@@ -1,4 +1,4 @@
-//! A case's predicted and true OLATs, and their pictures for a page and for the window.
+//! Predicted and true OLATs of a case, and their pictures for a page and for the window.
 
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
 use super::super::metrics::{Compared, encoded};
@@ -15,7 +15,7 @@ use std::path::Path;
 
 /// Longest side of a picture in a page.
 const SIDE_PX: usize = 256;
-/// Side of a picture in the contact sheet.
+/// Side of a thumbnail in the contact sheet.
 const SMALL_PX: usize = 96;
 
 /// A case under every lamp, predicted and true.
@@ -31,7 +31,7 @@ impl CasePictures {
     }
 }
 
-/// A case's pictures in the codes that were scored.
+/// Pictures of a case in the scored codes.
 pub struct ScoredPictures {
     pictures: CasePictures,
     exposure: f64,
@@ -39,8 +39,8 @@ pub struct ScoredPictures {
 }
 
 impl ScoredPictures {
-    /// Predicts a case by the project's network, and reads its truth: photographs of a pose, or what `truth` has of a frame.
-    /// `scale` is that of the case's scores.
+    /// Predicts a case with the project's network, and reads its truth: the photographs of a pose, or a frame's OLATs
+    /// in `truth`. `scale` is the scale of the case's scores.
     ///
     /// # Errors
     /// When there is no calibration, network or truth, or a file cannot be read.
@@ -56,7 +56,7 @@ impl ScoredPictures {
         Ok(Self::new(reviewer.predict(case)?, scale))
     }
 
-    /// `scale` brings predictions to the truth's units.
+    /// `scale` converts predictions to the truth's units.
     pub(super) fn new(pictures: CasePictures, scale: f64) -> Self {
         Self { exposure: pictures.compared().exposure(), pictures, scale }
     }
@@ -69,14 +69,14 @@ impl ScoredPictures {
         self.code(&self.pictures.predicted[lamp], self.scale)
     }
 
-    /// A lamp's true and predicted picture, and the FLIP of each pixel, 0 to 1.
+    /// True and predicted picture of a lamp, and the FLIP of each pixel, 0 to 1.
     ///
     /// # Errors
-    /// When there is no such lamp, or the pictures are of different sizes.
+    /// When there is no such lamp, or the pictures differ in size.
     pub fn of(&self, lamp: usize) -> Result<([Encoded; 2], Raster<f32>)> {
         let Some(truth) = self.pictures.truths.get(lamp) else {
             return Err(Error::missing(
-                format!("there is no lamp {lamp} in what was measured"),
+                format!("the measurement has no lamp {lamp}"),
                 "Measure again",
             ));
         };
@@ -86,7 +86,7 @@ impl ScoredPictures {
         Ok(([truth, predicted], errors))
     }
 
-    /// The same, FLIP as heat, each a data URI.
+    /// The same with FLIP as heat, as data URIs.
     pub(super) fn row(&self, lamp: usize) -> Result<[String; 3]> {
         let ([truth, predicted], errors) = self.of(lamp)?;
         let errors = Encoded(errors.map(heat));
@@ -97,7 +97,7 @@ impl ScoredPictures {
         ])
     }
 
-    /// A small predicted picture of every lamp, each a data URI.
+    /// Predicted thumbnail of every lamp, as data URIs.
     pub(super) fn sheet(&self) -> Result<Vec<String>> {
         (0..self.pictures.predicted.len())
             .map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX))
@@ -105,7 +105,7 @@ impl ScoredPictures {
     }
 }
 
-/// A PNG picture of at most `side` pixels, in the text of a page.
+/// PNG of at most `side` pixels a side, as a data URI.
 fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
     let (width, height) = picture.0.size();
     let longest = width.max(height).max(1);
@@ -113,7 +113,7 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
         png_bytes(picture)?
     } else {
         let reduce = |length: usize| (length * side / longest).max(1);
-        // Codes are averaged, for a picture that is only looked at.
+        // Averaging codes is good enough for a picture that is only viewed.
         let small = resize_area(&picture.0, reduce(width), reduce(height));
         png_bytes(&Encoded(small))?
     };

@@ -1,4 +1,4 @@
-//! The page of a review: one HTML file with its pictures inside.
+//! Review page: one HTML file with embedded pictures.
 
 use super::page::{Contents, Sheet, WorstPictures, page};
 use super::pictures::ScoredPictures;
@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// OLATs that are shown with their pictures.
+/// Number of OLATs shown with pictures.
 pub(super) const WORST: usize = 12;
 
 /// Writes the page.
@@ -33,7 +33,7 @@ pub(super) fn write_report(
     let mut pictures = vec![Default::default(); worst.len()];
     let mut sheet = Vec::new();
     for (done, (&case, lamps)) in wanted.iter().enumerate() {
-        progress.check("the figures are kept, the page was not written")?;
+        progress.check("the figures are saved; the page was not written")?;
         let scores = &review.cases[case];
         progress.step("pictures", done as u64, wanted.len() as u64, &scores.name);
         let case_pictures = ScoredPictures::new(reviewer.predict(scores.case)?, scores.scale);
@@ -63,7 +63,7 @@ pub(super) fn write_report(
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// The case of the contact sheet: of those that training has not seen, the one that differs most.
+/// Case of the contact sheet: the one with the largest difference among those held out of training.
 fn sheet_case(review: &Review) -> usize {
     let means = review.case_means(Metric::Flip);
     let rank = |&case: &usize| (u8::from(!review.cases[case].seen), means[case]);
@@ -108,9 +108,9 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
     facts
 }
 
-/// The date in UTC at a number of seconds since 1970, counted in the Gregorian calendar's cycles of 400 years.
+/// UTC date from seconds since 1970, by 400-year cycles of the Gregorian calendar.
 fn utc_date(seconds: u64) -> String {
-    // Years that begin in March have their leap day at the end.
+    // Years starting in March have their leap day at the end.
     let days = seconds / 86_400 + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);
     let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;

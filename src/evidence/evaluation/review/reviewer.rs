@@ -1,4 +1,4 @@
-//! Measures the prediction: every case beside its truth, under every lamp.
+//! Measures the prediction: every case against its truth, under every lamp.
 
 use super::super::flicker::{self, ClipFlicker};
 use super::super::metrics::{check, encoded, mean_inside, psnr, scale};
@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use transfer::OlatPredictor;
 
-/// Message shown if a person stops it.
+/// Message after a stop by the user.
 const KEPT: &str = "the figures measured before are kept";
 
-/// PSNR in dB of a pose's OLATs, predicted from the other poses: by the exemplars alone, and with the project's network. It says
-/// what training is worth if training did not see the pose.
+/// PSNR in dB of a pose's OLATs, predicted from the other poses: by the exemplars alone, and with the project's
+/// network. If training did not see the pose, the difference is the benefit of training.
 ///
 /// # Errors
 /// When there is no calibration, a file cannot be read, or the device fails.
@@ -36,7 +36,7 @@ pub fn with_and_without_network(
     Ok([reviewer.decibels(pose)?, with])
 }
 
-/// The prediction, and everything that it is measured on.
+/// The prediction and its test cases.
 pub(super) struct Reviewer<'a> {
     pub project: &'a Project,
     pub calibration: Calibration,
@@ -45,7 +45,7 @@ pub(super) struct Reviewer<'a> {
 }
 
 impl<'a> Reviewer<'a> {
-    /// Opens the project's exemplars and network, and the truth if one is given.
+    /// Opens the project's exemplars and network, and the truth if given.
     pub fn open(project: &'a Project, truth: Option<&Path>, device: DeviceChoice) -> Result<Self> {
         let compute = ComputeDevice::choose(device);
         let calibration = Calibration::load(project)?;
@@ -58,7 +58,7 @@ impl<'a> Reviewer<'a> {
         })
     }
 
-    /// All that the prediction can be measured on: frames with true OLATs, then all poses.
+    /// Available cases: frames with true OLATs, then all poses.
     fn cases(&self) -> Vec<Case> {
         let frames = self.truth.iter().flat_map(|truth| {
             let known = truth.frames.iter().copied().filter(|&f| truth.has_olats(f));
@@ -68,7 +68,7 @@ impl<'a> Reviewer<'a> {
         frames.chain(poses.map(Case::Pose)).collect()
     }
 
-    /// Predicts a case, and reads its truth. A pose is carried over from the others alone.
+    /// Predicts a case and reads its truth. A pose is carried over from the other poses only.
     pub fn predict(&self, case: Case) -> Result<CasePictures> {
         let response = &self.calibration.response;
         let (frame, truths) = match (case, &self.truth) {
@@ -136,7 +136,7 @@ impl<'a> Reviewer<'a> {
     /// Measures every case under every lamp.
     ///
     /// # Errors
-    /// When there is nothing to measure, a file cannot be read, or a stop was asked for.
+    /// When there is nothing to measure, a file cannot be read, or the user stops it.
     pub fn measure(
         &self,
         basis: Fingerprint,
@@ -162,8 +162,8 @@ impl<'a> Reviewer<'a> {
             progress.step("measuring", done, total, name(case));
             Ok(())
         };
-        // Two rounds, so that only one case is in memory at a time: one scale belongs to all frames, whose truth
-        // has its own units, and one to all poses.
+        // Two rounds, so that only one case is in memory at a time. One scale applies to all frames, whose truth has
+        // its own units, and one to all poses.
         let mut luminances = [[0f64; 2]; 2];
         for (done, &case) in cases.iter().enumerate() {
             step(done as u64, case)?;
@@ -206,7 +206,7 @@ fn was_seen(info: &CheckpointInfo, case: Case) -> bool {
     }
 }
 
-/// Each lamp's scores, with the predictions multiplied by `scale`.
+/// Scores of each lamp, with the predictions multiplied by `scale`.
 fn cells(pictures: &CasePictures, scale: f64, progress: &Progress) -> Result<Vec<OlatScore>> {
     let compared = pictures.compared();
     let exposure = compared.exposure();
@@ -242,7 +242,7 @@ mod tests {
         };
         let pictures = CasePictures {
             mask: Mask::filled(24, 24, 1.0),
-            // In units of their own: twice as bright as the truth.
+            // In its own units: twice as bright as the truth.
             predicted: vec![picture(2.0), picture(2.2), picture(0.0)],
             truths: vec![picture(1.0), picture(1.0), picture(1.0)],
         };

@@ -37,7 +37,7 @@ fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort
     picture::take(dome, pose, &grid, (size, size), request, effort)
 }
 
-/// Names and contents of all files below a folder.
+/// Names and contents of all files in a folder.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -177,7 +177,7 @@ fn what_is_left_out_would_not_have_changed_the_picture() {
         thrifty.banks.iter().chain(&thrifty.sums).zip(forced.banks.iter().chain(&forced.sums))
     {
         for (a, b) in a.pixels.iter().flatten().zip(b.pixels.iter().flatten()) {
-            // Rounding alone: the same terms, some of them exact zeros.
+            // Only rounding differs: the same terms, some of them exact zeros.
             assert!((a - b).abs() <= 1e-6 * (1.0 + b.abs()), "{a} and {b}");
         }
     }
@@ -202,7 +202,7 @@ fn a_lamp_in_front_lights_the_face_and_one_behind_leaves_it_dark() {
         let cosine = |i: &usize| dome.banks[*i].dot(towards);
         (0..dome.banks.len()).max_by(|a, b| cosine(a).total_cmp(&cosine(b))).unwrap()
     };
-    // The cheeks, either side of the nose, somewhat below the middle of the picture.
+    // The cheeks, on both sides of the nose, slightly below the middle of the picture.
     let face = |bank: usize| {
         luminance(pictures.banks[bank].at(21, 22)) + luminance(pictures.banks[bank].at(27, 22))
     };
@@ -222,7 +222,7 @@ fn nothing_of_the_subject_reflects_more_than_it_receives() {
     let request = Request { banks: false, sums: &[&weights], ..Request::default() };
     let pictures = take(&dome, &Pose::default(), 48, &request, Effort::Needed);
     let brightest = pictures.sums[0].pixels.iter().flatten().copied().fold(0.0, f32::max);
-    // Single lamps mirrored in eyes and gold stand out of the smooth sphere of light they sample.
+    // Single lamps mirrored in eyes and gold stand out from the smooth sphere of light that they sample.
     assert!((0.3..2.0).contains(&brightest), "{brightest}");
 }
 

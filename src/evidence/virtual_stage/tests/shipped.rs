@@ -8,8 +8,8 @@ use imaging::file::{read_encoded, read_mask};
 use imaging::resample::resize_area;
 use std::path::Path;
 
-/// The interview that comes with the program is what the stage would trace, so that it belongs to the demo's poses. If this
-/// fails after a change of the stage, `make demo-interview` makes it again.
+/// The interview that comes with the program equals what the stage traces now, so it matches the demo's poses. If this
+/// fails after a change of the stage, run `make demo-interview` again.
 #[test]
 fn the_shipped_interview_is_what_the_stage_traces() {
     let folder = tempfile::tempdir().unwrap();
@@ -36,7 +36,7 @@ fn the_shipped_interview_is_what_the_stage_traces() {
         let off =
             missed(&mut matte.pixels.iter().copied().zip(traced.coverage.pixels.iter().copied()));
         assert!(off < 0.01, "frame {i}: the matte is off by {off}");
-        // The exposure is set by poses that are not traced here, so the subject's level decides it.
+        // The exposure depends on poses that are not traced here, so the subject's level fixes it.
         let inside = |pixels: &[[f32; 3]]| -> f32 {
             let pairs = pixels.iter().zip(&traced.coverage.pixels);
             pairs.filter(|(_, alpha)| **alpha == 1.0).map(|(pixel, _)| pixel[1]).sum()

@@ -1,4 +1,4 @@
-//! Statements about shoots with trouble, and that a shoot without it is as ever.
+//! Properties of shoots with trouble; a shoot without trouble is unchanged.
 
 use super::*;
 use crate::ball_view::Surroundings;
@@ -26,7 +26,7 @@ fn picture(folder: &tempfile::TempDir, name: &str) -> Encoded {
     read_encoded(&folder.path().join(name)).unwrap()
 }
 
-/// A picture as linear light, by the shoot's own dual gamma.
+/// A picture as linear light, decoded by the shoot's own dual gamma.
 fn linear(folder: &tempfile::TempDir, name: &str) -> Image {
     let truth = truth(folder);
     let number = |key: &str| truth[key].as_f64().unwrap() as f32;
@@ -50,8 +50,8 @@ fn mean(image: &Image, of: impl Fn(usize, usize) -> bool) -> f32 {
 
 #[test]
 fn the_plain_stage_is_what_it_was() {
-    // Mean codes of pictures of the stage as it was before there was trouble. A code that another machine's libm rounds
-    // otherwise moves a mean by 1 / 3072.
+    // Mean codes of the stage's pictures before trouble was added. One code rounded differently by another machine's
+    // libm moves a mean by 1 / 3072.
     let folder = write(&SMALL);
     let mut checked = Vec::new();
     for name in [
@@ -134,7 +134,7 @@ fn a_changed_exposure_shows_on_the_subject_and_not_on_the_ball() {
             *sum += weight.as_f64().unwrap() as f32 * pixel[0];
         }
     }
-    // Where the ball is bright, the weights of the subject are too high by the change.
+    // Where the ball is bright, the subject's weights are too high by the exposure change.
     let (mut seen, mut weighted) = (0.0, 0.0);
     for (pixel, sum) in interview.pixels.iter().zip(&sum).filter(|(p, _)| p[0] > 0.05) {
         seen += pixel[0];
@@ -152,7 +152,7 @@ fn the_camera_has_the_response_that_was_asked_for() {
     let trouble = &truth(&log)["trouble"];
     assert_eq!(trouble["response"]["log"], 40.0);
     assert!(trouble["response_distance"].as_f64().unwrap() > 0.01);
-    // Middle tones are lifted.
+    // Midtones are lifted.
     let codes = |folder: &tempfile::TempDir| {
         let codes = picture(folder, "interview/frame_001.png");
         codes.0.pixels.iter().flatten().sum::<f32>()
@@ -231,7 +231,7 @@ fn a_subject_sways_while_the_lamps_go_round_and_tracking_frames_show_it() {
             let pairs = a.0.pixels.iter().flatten().zip(b.0.pixels.iter().flatten());
             pairs.map(|(a, b)| (a - b).powi(2)).sum::<f32>()
         };
-        // One is noise alone.
+        // Noise alone.
         assert!(change(&moved) > 4.0 * change(&still), "pose {pose}");
     }
     let sway = truth(&moved)["trouble"]["sway_px"].clone();
@@ -240,11 +240,11 @@ fn a_subject_sways_while_the_lamps_go_round_and_tracking_frames_show_it() {
         let at = |i: usize| p[i].as_f64().unwrap();
         at(0).hypot(at(1))
     };
-    // Six pixels of 256 are 0.75 of 32; the path's farthest point need not be where a lamp shines.
+    // Six pixels of 256 are 0.75 of 32; the path's farthest point need not coincide with a lamp.
     let farthest = sway.as_array().unwrap().iter().flat_map(|p| p.as_array().unwrap());
     let farthest = farthest.map(far).fold(0.0, f64::max);
     assert!((0.4..=0.76).contains(&farthest), "{farthest}");
-    // The truth and the matte are those of the still subject.
+    // Truth and matte show the still subject.
     let mask = "exemplar_masks/pose02.png";
     assert_eq!(
         read_mask(&moved.path().join(mask)).unwrap(),
@@ -310,7 +310,7 @@ fn the_ball_shows_dust_the_room_and_the_photographer() {
         image.map(|p| p.map(|v| v / density))
     };
     let lamp = "probes/olat_03.png";
-    // On the ball, which fills the middle; the median is between the lamps.
+    // On the ball, which fills the middle; the median pixel is between the lamps.
     let dark = |image: &Image| {
         let inside = |i: &usize| {
             let (x, y) = (i % 32, i / 32);

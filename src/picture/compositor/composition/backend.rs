@@ -1,4 +1,4 @@
-//! Backends, which make the passes that a composition has decided on.
+//! Backends, which execute the passes of a composition.
 
 use crate::background::Backdrop;
 use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
@@ -9,26 +9,26 @@ use base::error::Result;
 use imaging::{Encoded, Image};
 use scene::Pass;
 
-/// Makes the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
-/// that is computed fails if the device does.
+/// Executes the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Every
+/// computation fails if the device does.
 pub(crate) trait Backend {
-    /// A whole picture in linear light. To clone it costs nothing.
+    /// A picture in linear light. Cloning is free.
     type Light: Clone;
-    /// A whole picture in codes of a display.
+    /// A picture in display codes.
     type Codes;
-    /// Cached data besides pictures.
+    /// Other cached data.
     type Own: Clone + Default;
 
-    /// The cache of such a backend's pictures.
+    /// Cache of the backend's pictures.
     fn cache(reuse: &mut Reuse) -> &mut Cache<Self::Light, Self::Own>;
 
-    /// Begins a pass: all that follows belongs to it.
+    /// Starts a pass: later work belongs to it.
     fn begin(&mut self, pass: Pass);
 
     /// A subject without light.
     fn black(&self) -> Self::Light;
 
-    /// Makes one step of light.
+    /// Runs one step on light.
     fn light(
         &mut self,
         step: &LightStep,
@@ -36,7 +36,7 @@ pub(crate) trait Backend {
         picture: &mut Self::Light,
     ) -> Result<()>;
 
-    /// Makes codes of light; None if the codes stay.
+    /// Converts light to codes; None if the codes stay.
     fn encode(
         &mut self,
         step: &EncodeStep,
@@ -44,7 +44,7 @@ pub(crate) trait Backend {
         picture: &Self::Light,
     ) -> Result<Option<Self::Codes>>;
 
-    /// Makes one step of codes.
+    /// Runs one step on codes.
     fn codes(
         &mut self,
         step: &CodesStep,
@@ -53,16 +53,16 @@ pub(crate) trait Backend {
         codes: &mut Self::Codes,
     ) -> Result<()>;
 
-    /// The subject under even light as [`crate::Steady`] samples it.
+    /// The subject under even light, sampled by [`crate::Steady`].
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>>;
 
-    /// The subject under these weights, mended and premultiplied.
+    /// The subject under these weights, repaired and premultiplied.
     fn relight(&mut self, weights: &[[f32; 3]]) -> Result<Self::Light>;
 
-    /// Brings the subject, lit by lamps of these weights, to the plate's size, where its light multiplies the plate.
+    /// Brings the subject, lit with these weights, to the plate's size: its light multiplies the plate.
     fn plate(&mut self, subject: &mut Self::Light, weights: &[[f32; 3]]) -> Result<()>;
 
-    /// The guide of despill, and the spill.
+    /// Guide of despill, and the spill.
     fn guide(&mut self, subject: &Self::Light) -> Result<(Self::Light, Spill)>;
 
     fn despill(
@@ -73,13 +73,13 @@ pub(crate) trait Backend {
         amount: f32,
     ) -> Result<()>;
 
-    /// The background, whole.
+    /// The full background.
     fn behind(&mut self, backdrop: &Backdrop) -> Result<Self::Light>;
 
     /// Lays the subject over the background, which is drawn only where it shows.
     fn surround(&mut self, subject: &mut Self::Light, backdrop: &Backdrop) -> Result<()>;
 
-    /// Light that wrapping wholly would add to the rim, as a share of its light.
+    /// Light that full wrapping would add to the rim, as a share of the rim's light.
     fn wrap_need(&mut self, subject: &Self::Light, behind: &Self::Light) -> Result<f32>;
 
     fn light_wrap(
@@ -89,16 +89,16 @@ pub(crate) trait Backend {
         amount: f32,
     ) -> Result<()>;
 
-    /// Lays the subject over what is behind it.
+    /// Lays the subject over its background.
     fn over(&mut self, subject: &mut Self::Light, behind: &Self::Light) -> Result<()>;
 
     /// The largest value.
     fn brightest(&mut self, picture: &Self::Light) -> Result<f32>;
 
-    /// The grain that the picture has of itself.
+    /// The picture's own grain.
     fn grain_of(&mut self, codes: &Self::Codes) -> Result<Grain>;
 
-    /// Ends the picture: its codes if there are any, and its light if that is needed. What is on a GPU stays there if
+    /// Ends the picture: its codes if there are any, and its light if needed. A picture on a GPU stays there if
     /// it `may_stay` and a window can show it.
     fn finish(
         self,
@@ -109,7 +109,7 @@ pub(crate) trait Backend {
     ) -> Result<(FinishedPicture, Self::Own)>;
 }
 
-/// The picture that a backend leaves.
+/// Finished picture of a backend.
 pub(crate) enum FinishedPicture {
     InMemory(ReadPicture),
     OnGpu(DisplayTexture, Unread),
@@ -119,14 +119,14 @@ pub(crate) enum FinishedPicture {
 pub(crate) struct ReadPicture {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
-    /// Number of the subject's pixels that were NaN or infinite.
+    /// Number of subject pixels that were NaN or infinite.
     pub mended: usize,
-    /// Milliseconds of each pass, by its place in [`Pass::ALL`]; None if nothing tells the time.
+    /// Milliseconds of each pass, by its place in [`Pass::ALL`]; None without a clock.
     pub ms: Option<[f64; Pass::ALL.len()]>,
 }
 
 impl ReadPicture {
-    /// Of the light and the codes, as far as they were asked for, in this order.
+    /// Light and codes, as far as requested, in this order.
     pub fn of(mut read: Readback, has_codes: bool) -> Self {
         let display = has_codes.then(|| read.pictures.pop()).flatten();
         Self {

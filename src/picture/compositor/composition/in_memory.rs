@@ -18,15 +18,15 @@ use scene::Pass;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The processor.
+/// The CPU backend.
 pub(crate) struct InMemory<'a> {
     of: &'a Ingredients<'a>,
-    /// Stands for the frame.
+    /// Key of the frame.
     frame: u64,
     rim: Rim,
     mended: usize,
     ms: [f64; Pass::ALL.len()],
-    /// The running pass and when it began.
+    /// Running pass and its start.
     running: Option<(Pass, Instant)>,
 }
 

@@ -1,4 +1,4 @@
-//! Measurements of a picture while it is made, if the plan asks.
+//! Measurements of a picture in progress, if the plan needs them.
 
 use super::{Backend, Composition};
 use crate::descriptor::{PlannedPass, is_cut_out};
@@ -9,8 +9,8 @@ use base::error::Result;
 use scene::Pass;
 
 impl<B: Backend> Composition<'_, B> {
-    /// Measures whether the last of these passes is called for, if the scene asks for it and nothing else decides it.
-    /// Returns whether something was measured.
+    /// Measures the need for the last of these passes, if the scene requests it and nothing else decides it.
+    /// Returns true if something was measured.
     pub fn measure(&mut self, planned: &[PlannedPass]) -> Result<bool> {
         let [earlier @ .., this] = planned else {
             return Ok(false);
@@ -66,8 +66,8 @@ impl<B: Backend> Composition<'_, B> {
     }
 }
 
-/// Numbers that stand for what a picture is made of. Lamps and levels are few and are read themselves;
-/// for what is large, whoever asks has to answer.
+/// Hashes of a picture's ingredients. Lamps and levels are few and are hashed here;
+/// the caller provides the keys of large data.
 pub fn inputs(of: &Ingredients) -> Inputs {
     let bits = f32::to_bits;
     let identity = of.extra.identity;

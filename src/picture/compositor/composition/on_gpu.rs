@@ -1,4 +1,4 @@
-//! The passes on a GPU. Pictures stay there; in the end the one that was asked for is read.
+//! The passes on a GPU. Pictures stay there until the requested one is read.
 
 use super::backend::{Backend, FinishedPicture, ReadPicture};
 use crate::background::{Backdrop, draw_background};
@@ -14,17 +14,17 @@ use imaging::{Image, Mask};
 use reflectance::FieldBuffer;
 use scene::Pass;
 
-/// The GPU that the field is on.
+/// GPU of the field.
 pub(crate) struct OnGpu<'a> {
     of: &'a Ingredients<'a>,
     field: &'a FieldBuffer,
     passes: &'a PicturePasses,
     recording: Recording<'a>,
-    /// Stands for the frame.
+    /// Key of the frame.
     frame: u64,
     /// At the working size.
     matte: GpuMatte,
-    /// If the light has to be brought to its size.
+    /// At the picture's size, if the light is brought to it.
     plate: Option<GpuPlate>,
     uploads: Uploads,
 }
@@ -61,7 +61,7 @@ impl<'a> OnGpu<'a> {
         })
     }
 
-    /// The panorama on the GPU; None if it is larger than the GPU can bind.
+    /// The panorama on the GPU; None if it exceeds the GPU's binding size.
     fn panorama(&mut self) -> Result<Option<GpuPicture>> {
         let radiance = &self.of.environment.radiance;
         if self.passes.fits(radiance.width, radiance.height).is_err() {

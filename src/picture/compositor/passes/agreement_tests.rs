@@ -18,7 +18,7 @@ use imaging::{DisplayTable, Encoded, Image, Mask, Raster, resample::resize_area}
 use scene::{Channel, Scene, ViewTransform, Viewing};
 use std::sync::Arc;
 
-/// Sizes with nothing in common: a pixel, odd and even ones, one that halves many times.
+/// Various sizes: a single pixel, odd and even ones, one that halves many times.
 const SIZES: [(usize, usize); 4] = [(1, 1), (37, 61), (96, 96), (129, 64)];
 
 /// A picture and its matte, in memory and on a GPU.
@@ -29,7 +29,7 @@ pub struct Set {
     pub on_gpu: GpuPicture,
 }
 
-/// Runs on every size, with light from black to 1e6; nothing if there is no adapter.
+/// Runs on every size, with light from black to 1e6; does nothing without an adapter.
 pub fn on_every_size(test: impl Fn(&Set)) {
     let Some((device, queue)) = any_device() else {
         return;
@@ -65,8 +65,8 @@ impl Set {
         self.upload(&self.mask.map(|_| [0.0; 3]))
     }
 
-    /// The GPU's picture is the CPU's: no value is apart by more than `most`, in units of 1 and of the
-    /// value itself, whichever is larger. The fourth values are the matte.
+    /// Asserts that the GPU's picture matches the CPU's: values differ by at most `most`, relative to 1 or to the
+    /// value, whichever is larger. The fourth values are the matte.
     pub fn assert_same(&self, name: &str, there: &Rgba, here: &Image, most: f32) {
         assert_eq!(there.size(), here.size());
         let values = there.pixels.iter().zip(&here.pixels);
@@ -91,7 +91,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
         let module = naga::front::wgsl::parse_str(&shader.source()).unwrap();
         let params = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Params"));
         let naga::TypeInner::Struct { span, members } = &params.unwrap().1.inner else {
-            panic!("{name}: Params is no struct");
+            panic!("{name}: Params is not a struct");
         };
         let (size, offsets): (usize, &[usize]) = match name {
             "pyramid" => (size_of::<PyramidParams>(), &[0, 8, 16, 20, 24]),
@@ -123,7 +123,7 @@ fn the_subject_s_edge_agrees_with_its_twin() {
             let matte = set.passes.upload_matte(&set.mask).unwrap();
             let sum = set.passes.upload_opaque(&sum).unwrap();
             let there = set.there(|recording| recording.cut_out(&sum, &matte));
-            // Means of up to eight values, each of which may be such a mean.
+            // Means of up to eight values, each of which may itself be a mean.
             set.assert_same("edges", &there, &here, 1e-5);
             let mut recording = set.passes.begin();
             let cut = recording.cut_out(&sum, &matte).unwrap();
@@ -213,7 +213,7 @@ fn background_agrees_with_its_twin() {
                     recording.background(&set.on_gpu, &panorama, &backdrop, view, laid)
                 })
             };
-            // An angle's arc tangent is good to 1e-4 of a texel's weight on GPUs.
+            // An arc tangent is accurate to 1e-4 of a texel's weight on GPUs.
             set.assert_same("background", &draw(false), &here, 2e-3);
             assert!(draw(true).pixels.iter().all(|pixel| pixel[3] == 1.0));
         }
@@ -228,7 +228,7 @@ fn background_blur_agrees_with_its_twin() {
             cpu::background_blur(&mut here, radius);
             let there = set.passes.upload_opaque(&set.image).unwrap();
             let there = set.there(|recording| recording.background_blur(&there, radius));
-            // Up to a hundred terms of one sign, summed in one order and weighed in another.
+            // Up to a hundred terms of one sign, summed in a different order.
             for (there, here) in there.pixels.iter().zip(&here.pixels) {
                 for c in 0..3 {
                     assert!((there[c] - here[c]).abs() <= 1e-5 * here[c].abs().max(1.0));
@@ -350,7 +350,7 @@ fn dither_agrees_with_its_twin() {
         let codes = set.upload(&here.0);
         reference::dither(&mut here, &set.mask);
         let there = set.there(|recording| recording.dither(&codes, &set.matte()));
-        // The pattern enlarges rounding, and where it wraps it moves a code by a whole step.
+        // The pattern amplifies rounding, and where it wraps it moves a code by a full step.
         let values = there.pixels.iter().zip(&here.0.pixels);
         let apart: Vec<f32> =
             values.flat_map(|(there, here)| (0..3).map(|c| (there[c] - here[c]).abs())).collect();

@@ -2,18 +2,18 @@
 
 use crate::Pass;
 
-/// Dispatches that can be timed in one recording.
+/// Most dispatches that can be timed in one recording.
 const SPANS: u32 = 512;
 
-/// Memory where a GPU writes the begin and the end of each dispatch.
+/// Memory for the start and end times of each dispatch.
 #[derive(Debug)]
 pub(super) struct Clock {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    /// The pass of each span, in order.
+    /// Pass of each span, in order.
     spans: Vec<Pass>,
     ms_per_tick: f64,
-    /// There were more dispatches than there is room for.
+    /// True if there were more dispatches than room.
     overrun: bool,
 }
 
@@ -43,7 +43,7 @@ impl Clock {
         })
     }
 
-    /// Place for the next dispatch's times.
+    /// Slot for the next dispatch's times.
     pub fn span(&mut self, pass: Pass) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let index = 2 * self.spans.len() as u32;
         if index == 2 * SPANS {
@@ -58,7 +58,7 @@ impl Clock {
         })
     }
 
-    /// Asks for the times in [`Self::resolved`], once all spans are recorded.
+    /// Resolves the times into [`Self::resolved`], once all spans are recorded.
     pub fn resolve(&self, commands: &mut wgpu::CommandEncoder) {
         if !self.spans.is_empty() {
             let written = 0..2 * self.spans.len() as u32;
@@ -66,12 +66,12 @@ impl Clock {
         }
     }
 
-    /// Buffer that holds the times once the GPU has done what was recorded.
+    /// Buffer with the times, once the GPU has finished the recording.
     pub fn resolved(&self) -> &wgpu::Buffer {
         &self.resolved
     }
 
-    /// Milliseconds of each span, from what [`Self::resolved`] held; None if some have no time.
+    /// Milliseconds of each span, from the content of [`Self::resolved`]; None if some have no time.
     pub fn times(&self, ticks: &[u8]) -> Option<Vec<(Pass, f64)>> {
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(ticks);
         let pairs = ticks.as_chunks::<2>().0;

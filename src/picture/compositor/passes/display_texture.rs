@@ -1,4 +1,4 @@
-//! A finished picture as a texture, so that a window on the same GPU draws it without a copy through memory.
+//! A finished picture as a texture, which a window on the same GPU draws without a copy through memory.
 
 use super::pictures::{GpuPicture, PicturePasses, WORKGROUP, extent};
 use super::recording::{PlainParams, Recording};
@@ -11,7 +11,7 @@ pub(super) const DISPLAY_TEXTURE: Shader =
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// A picture's codes on a GPU: `Rgba8Unorm`, opaque, in the size of the picture.
+/// Codes of a picture on a GPU: `Rgba8Unorm`, opaque, in the size of the picture.
 #[derive(Clone, Debug)]
 pub struct DisplayTexture {
     texture: wgpu::Texture,
@@ -24,7 +24,7 @@ impl DisplayTexture {
         self.device == *device
     }
 
-    /// The view that a window binds.
+    /// Texture view that the window binds.
     pub fn view(&self) -> wgpu::TextureView {
         self.texture.create_view(&Default::default())
     }
@@ -38,7 +38,7 @@ impl PicturePasses {
 }
 
 impl Recording<'_> {
-    /// Records a texture of a display's codes.
+    /// Records a texture of display codes.
     pub(super) fn display_texture(&mut self, codes: &GpuPicture) -> Result<DisplayTexture> {
         let passes = self.passes();
         if !passes.has_texture(codes.size()) {
@@ -96,7 +96,7 @@ mod tests {
     use imaging::Image;
     use imaging::color::byte_from_unit;
 
-    /// The texture's bytes, four a pixel.
+    /// Bytes of the texture, four per pixel.
     fn bytes_of_texture(passes: &PicturePasses, shown: &DisplayTexture) -> Vec<u8> {
         let size = shown.texture.size();
         let row = (4 * size.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -128,7 +128,7 @@ mod tests {
             return;
         };
         let passes = PicturePasses::new(&device, &queue);
-        // Neither side is a multiple of what a workgroup or a row of the copy takes.
+        // Neither side is a multiple of a workgroup or of a row of the copy.
         let codes = Image::from_fn(67, 5, |x, y| {
             let at = (67 * y + x) as f32 / 255.0;
             [at - 0.1, (at + 0.3 / 255.0) % 1.0, 1.2 - at]

@@ -1,13 +1,13 @@
-//! Work on a GPU that is lost, because its driver failed or it was taken away: from then on it does nothing, mostly
+//! Work on a lost GPU, whose driver failed or which was unplugged. A lost GPU computes nothing, mostly
 //! without an error, and some calls of wgpu and burn panic.
 
 use super::PicturePasses;
 use base::error::{Error, Result};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-/// True if a device is lost. It takes microseconds and does not wait for the GPU.
+/// True if a device is lost. Takes microseconds and does not wait for the GPU.
 pub fn is_lost(device: &wgpu::Device) -> bool {
-    // wgpu says it once, to the one callback that burn has set. A lost device makes no buffer.
+    // wgpu reports a loss once, to the single callback that burn has set. A lost device makes no buffer.
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("sign of life"),
         size: 4,
@@ -17,7 +17,7 @@ pub fn is_lost(device: &wgpu::Device) -> bool {
     buffer.get_mapped_range_mut(..).is_err()
 }
 
-/// Does `work` on a device, see [`PicturePasses::guarded`].
+/// Runs `work` on a device, see [`PicturePasses::guarded`].
 pub(super) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) -> Result<T> {
     let done = catch_unwind(AssertUnwindSafe(work));
     if is_lost(device) {
@@ -32,11 +32,11 @@ impl PicturePasses {
         is_lost(&self.device)
     }
 
-    /// Does `work` that needs their GPU.
+    /// Runs `work` that needs their GPU.
     ///
     /// # Errors
-    /// When `work` fails; [`Error::GpuLost`] if the GPU is lost in the meantime, whatever `work` made of that: another
-    /// error, a panic, or values that nothing computed.
+    /// When `work` fails; [`Error::GpuLost`] if the GPU is lost in the meantime, whatever the outcome of `work`: another
+    /// error, a panic, or invalid values.
     pub fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         guarded(&self.device, work)
     }
@@ -58,10 +58,7 @@ mod tests {
         let said = passes.guarded(|| Err::<(), _>(own())).unwrap_err();
         assert_eq!(said.to_string(), own().to_string());
         let fault = || passes.guarded(|| -> Result<()> { panic!("on purpose") });
-        assert!(
-            catch_unwind(AssertUnwindSafe(fault)).is_err(),
-            "a bug of ours is no loss of the GPU"
-        );
+        assert!(catch_unwind(AssertUnwindSafe(fault)).is_err(), "our own bug is not a lost GPU");
 
         device.destroy();
         let lost = [

@@ -1,4 +1,4 @@
-//! Measurements for passes on the GPU. Full pictures stay there: they are brought to little data before reading.
+//! Measurements for passes on the GPU. Full pictures stay there: they are reduced before reading.
 
 use super::pictures::{GpuPicture, extent};
 use super::recording::{PlainParams, Recording};
@@ -9,12 +9,12 @@ use bytemuck::bytes_of;
 pub(crate) const MEASURE: Shader =
     Shader::new("measure", include_str!("../../../../shaders/measure.wgsl"));
 
-/// Values that a whole picture is brought to, as in the shader.
+/// Number of values that a picture is reduced to, as in the shader.
 const GROUPS: u32 = 64;
 
 /// Every function fails if the GPU cannot hold its pictures, or fails itself.
 impl Recording<'_> {
-    /// Every `step`-th pixel: at most as many as the picture has, divided by `step`.
+    /// Every `step`-th pixel: at most the picture's number of pixels divided by `step`.
     pub fn every(&mut self, picture: &GpuPicture, step: usize) -> Result<Vec<[f32; 4]>> {
         let count = (picture.width * picture.height).div_ceil(step);
         let params = PlainParams { size: extent((count, 1)), values: [step as u32, 0] };
@@ -24,7 +24,7 @@ impl Recording<'_> {
         Ok(picked.pixels)
     }
 
-    /// The result of an entry point of `measure` for a picture, in parts that are still to be put together: reads 1 KiB.
+    /// Partial results of an entry point of `measure` for a picture, still to be combined: reads 1 KiB.
     pub(crate) fn parts(
         &mut self,
         entry: &'static str,
@@ -38,7 +38,7 @@ impl Recording<'_> {
         Ok(parts.pixels)
     }
 
-    /// A picture of this size, each pixel the mean of what it covers.
+    /// A picture of this size; each pixel is the mean of its area.
     pub(crate) fn shrink(
         &mut self,
         picture: &GpuPicture,

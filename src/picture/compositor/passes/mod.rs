@@ -21,7 +21,7 @@ pub use relight::RelightPass;
 pub use shader::Shader;
 pub use subject::GpuMatte;
 
-/// The shaders that several passes stand on.
+/// Shaders shared by several passes.
 pub(crate) const SHARED: [&Shader; 5] = [
     &display_texture::DISPLAY_TEXTURE,
     &measures::MEASURE,

@@ -1,4 +1,4 @@
-//! One host for all passes from picture to picture: shaders over buffers of four values a pixel.
+//! Common host of the passes from picture to picture: shaders over buffers of four values per pixel.
 
 use super::relight::RelightPass;
 use super::shader::Shader;
@@ -11,17 +11,17 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 /// Pixels of a workgroup along each axis, as in the shaders.
 pub(super) const WORKGROUP: u32 = 8;
 
-/// All passes of one device. Each is compiled when it is first used.
+/// All passes of one device. Each is compiled at its first use.
 #[derive(Debug)]
 pub struct PicturePasses {
     pub(crate) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) layout: wgpu::BindGroupLayout,
-    /// By shader and entry point.
+    /// Compiled passes by shader and entry point.
     pipelines: Mutex<HashMap<[&'static str; 2], wgpu::ComputePipeline>>,
-    /// The table that was looked through last, by its identity.
+    /// Last table used, by its identity.
     table: Mutex<Option<(u64, GpuPicture)>>,
-    /// The sum of lamps.
+    /// Sum of lamps.
     pub relight: RelightPass,
 }
 
@@ -33,7 +33,7 @@ pub struct GpuPicture {
     pub(super) buffer: wgpu::Buffer,
 }
 
-/// Columns and rows as shaders are told them.
+/// Columns and rows in the shaders' type.
 pub(crate) fn extent((width, height): (usize, usize)) -> [u32; 2] {
     [width as u32, height as u32]
 }
@@ -44,14 +44,14 @@ impl GpuPicture {
         (self.width, self.height)
     }
 
-    /// The resource that a compute pass binds.
+    /// Resource that a compute pass binds.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         self.buffer.as_entire_binding()
     }
 }
 
 impl PicturePasses {
-    /// The passes of a device.
+    /// Passes of a device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -82,7 +82,7 @@ impl PicturePasses {
 
     /// The compiled entry point of a shader.
     pub(super) fn pipeline(&self, shader: &Shader, entry: &'static str) -> wgpu::ComputePipeline {
-        // The map is whole at any time, even if a lost GPU made a thread panic here.
+        // The map is consistent at any time, even if a lost GPU made a thread panic here.
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let compile = || {
             let device = &self.device;
@@ -108,20 +108,20 @@ impl PicturePasses {
         slot.or_insert_with(compile).clone()
     }
 
-    /// `width · height` pixels of RGBA f32 that this device has.
+    /// Buffer of `width · height` pixels of RGBA f32 on this device.
     pub(super) fn adopt(&self, width: usize, height: usize, buffer: wgpu::Buffer) -> GpuPicture {
         GpuPicture { width, height, buffer }
     }
 
-    /// Copies a picture and its coverage to the GPU. Both have one size.
+    /// Copies a picture and its coverage to the GPU. Both have the same size.
     ///
     /// # Errors
-    /// When the picture is empty or larger than what the GPU binds at once.
+    /// When the picture is empty or exceeds the GPU's binding size.
     pub fn upload(&self, image: &Image, alpha: &Mask) -> Result<GpuPicture> {
         self.upload_with(image, |i| alpha.pixels[i])
     }
 
-    /// Copies a picture that covers everything, as [`Self::upload`].
+    /// Copies an opaque picture, like [`Self::upload`].
     ///
     /// # Errors
     /// As [`Self::upload`].
@@ -129,7 +129,7 @@ impl PicturePasses {
         self.upload_with(image, |_| 1.0)
     }
 
-    /// A table on the GPU, copied there unless it is the one that was looked through last.
+    /// A table on the GPU, copied unless it is the last one used.
     ///
     /// # Errors
     /// When the GPU cannot hold it.
@@ -155,7 +155,7 @@ impl PicturePasses {
         Ok(self.adopt(image.width, image.height, buffer))
     }
 
-    /// Refuses a picture that is empty or that the GPU cannot bind at once.
+    /// Refuses a picture that is empty or exceeds the GPU's binding size.
     pub(crate) fn fits(&self, width: usize, height: usize) -> Result<()> {
         let limits = self.device.limits();
         let side = limits.max_compute_workgroups_per_dimension as usize * WORKGROUP as usize;

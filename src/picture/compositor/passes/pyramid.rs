@@ -1,4 +1,4 @@
-//! Halving and doubling on the GPU, on which wide blurs stand. The twins on the CPU are in [`crate::pyramid`].
+//! Halving and doubling on the GPU, the base of wide blurs. The twins on the CPU are in [`crate::pyramid`].
 
 use super::pictures::{GpuPicture, extent};
 use super::recording::Recording;

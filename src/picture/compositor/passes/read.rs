@@ -4,7 +4,7 @@ use base::error::{Error, Result};
 use imaging::Image;
 use rayon::prelude::*;
 
-/// Submits `commands`, waits for the GPU and gives the bytes of `sources` to `take`. All come by one
+/// Submits `commands`, waits for the GPU and passes the bytes of `sources` to `take`. All go through one
 /// buffer that is mapped once.
 pub(super) fn read_back<T>(
     (device, queue): (&wgpu::Device, &wgpu::Queue),
@@ -14,7 +14,7 @@ pub(super) fn read_back<T>(
 ) -> Result<T> {
     let fail = |cause: String| {
         Error::device(
-            format!("the GPU did not give the relit picture back: {cause}"),
+            format!("the GPU did not return the relit picture: {cause}"),
             ("Relight on the CPU", "--device cpu"),
         )
     };
@@ -48,7 +48,7 @@ pub(super) fn read_back<T>(
     Ok(take(&parts))
 }
 
-/// The light of RGBA f32.
+/// Light of RGBA f32.
 pub(super) fn image((width, height): (usize, usize), rgba: &[u8]) -> Image {
     let pixels = rgba.as_chunks::<16>().0.par_iter().with_min_len(4096);
     let light = |pixel: &[u8; 16]| {

@@ -1,4 +1,4 @@
-//! Passes of one picture as they are recorded for the GPU, and what is read of them in the end.
+//! Passes of one picture, recorded for the GPU, and their results.
 
 use super::clock::Clock;
 use super::display_texture::DisplayTexture;
@@ -13,18 +13,18 @@ use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::Image;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// Passes that are recorded, in order. The GPU begins when something is read: [`Self::read`], [`Self::pixel`] or
-/// [`Self::finish`], or shown: [`Self::show`].
+/// Recorded passes, in order. The GPU starts when something is read ([`Self::read`], [`Self::pixel`] or
+/// [`Self::finish`]) or shown ([`Self::show`]).
 pub struct Recording<'a> {
     passes: &'a PicturePasses,
     commands: wgpu::CommandEncoder,
     clock: Option<Clock>,
-    /// The shaders' count of mended pixels.
+    /// The shaders' count of repaired pixels.
     tally: wgpu::Buffer,
     pass: Pass,
 }
 
-/// Parameters of shaders that go by the size and two more values at most.
+/// Parameters of shaders that need the size and at most two more values.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(crate) struct PlainParams {
@@ -32,14 +32,14 @@ pub(crate) struct PlainParams {
     pub values: [u32; 2],
 }
 
-/// Data that was read of a recording.
+/// Data read from a recording.
 pub struct Readback {
-    /// The pictures that were asked for, without their fourth values.
+    /// Requested pictures, without their fourth values.
     pub pictures: Vec<Image>,
-    /// Number of the subject's pixels that were NaN or infinite.
+    /// Number of subject pixels that were NaN or infinite.
     pub mended: usize,
-    /// Milliseconds on the GPU's own clock of every dispatch and the pass that it belongs to, in order; None if it
-    /// has no such clock.
+    /// Milliseconds of every dispatch on the GPU's own clock, with its pass, in order; None without such a
+    /// clock.
     pub times: Option<Vec<(Pass, f64)>>,
 }
 
@@ -54,7 +54,7 @@ pub struct Unread {
 }
 
 impl PicturePasses {
-    /// Begins a picture.
+    /// Starts a picture.
     pub fn begin(&self) -> Recording<'_> {
         Recording::new(self)
     }
@@ -81,12 +81,12 @@ impl<'a> Recording<'a> {
         &mut self.commands
     }
 
-    /// Those of the GPU that this is for.
+    /// Passes of the recording's GPU.
     pub fn passes(&self) -> &'a PicturePasses {
         self.passes
     }
 
-    /// Begins a pass: all that follows belongs to it.
+    /// Starts a pass: later dispatches belong to it.
     pub fn begin(&mut self, pass: Pass) {
         self.pass = pass;
     }
@@ -121,8 +121,8 @@ impl<'a> Recording<'a> {
         Ok(self.passes.adopt(size.0, size.1, buffer))
     }
 
-    /// Records one shader over every pixel of a new picture of `size`. `params` is laid out as the shader's
-    /// `Params`. Where there is no `second`, the shader does not look at it.
+    /// Records one shader over every pixel of a new picture of `size`. `params` has the layout of the shader's
+    /// `Params`. Without a `second` picture the shader must not read it.
     pub(crate) fn run(
         &mut self,
         (shader, entry): (&Shader, &'static str),
@@ -138,7 +138,7 @@ impl<'a> Recording<'a> {
         Ok(result)
     }
 
-    /// Records a shader that goes by the size and two more values at most, over every pixel of the first picture. A
+    /// Records a shader that needs the size and at most two more values, over every pixel of the first picture. A
     /// second has the size of the first.
     pub(crate) fn plain(
         &mut self,
@@ -152,7 +152,7 @@ impl<'a> Recording<'a> {
         self.run(shader, bytes_of(&params), first, second, first.size())
     }
 
-    /// Records one shader over so many workgroups; `bound` are its first, its second and its result.
+    /// Records one shader over so many workgroups; `bound` are its first input, its second input and its result.
     pub(super) fn dispatch(
         &mut self,
         (shader, entry): (&Shader, &'static str),
@@ -184,8 +184,8 @@ impl<'a> Recording<'a> {
         });
     }
 
-    /// Has the GPU do what was recorded so far, and reads pictures of it: what decisions are made by while
-    /// a picture is made, and therefore small.
+    /// Runs the recording so far on the GPU, and reads pictures of it: small ones, on which decisions during the picture
+    /// depend.
     ///
     /// # Errors
     /// When the device fails.
@@ -204,7 +204,7 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Has the GPU do what was recorded so far, and reads the values of one pixel of each picture, counted row by
+    /// Runs the recording so far on the GPU, and reads the values of one pixel of each picture, counted row by
     /// row.
     ///
     /// # Errors
@@ -227,7 +227,7 @@ impl<'a> Recording<'a> {
         read_back(target, commands, &[&values], |parts| bytemuck::pod_collect_to_vec(parts[0]))
     }
 
-    /// Has the GPU do all that was recorded, and reads `pictures`, what was counted and how long it took,
+    /// Runs the whole recording on the GPU, and reads `pictures`, counts and times,
     /// in one copy.
     ///
     /// # Errors
@@ -237,8 +237,8 @@ impl<'a> Recording<'a> {
         unread.read_after(commands)
     }
 
-    /// Has the GPU do all that was recorded and make a texture of `codes`, and waits for it. Nothing is read: that
-    /// can be done later, of `pictures`.
+    /// Runs the whole recording on the GPU, makes a texture of `codes`, and waits. Nothing is read: `pictures`
+    /// can be read later.
     ///
     /// # Errors
     /// When the device fails, or has no texture of that size.
@@ -260,7 +260,7 @@ impl<'a> Recording<'a> {
         Ok((texture, unread))
     }
 
-    /// All commands, and what will be on the GPU once they are done.
+    /// All commands, and the data that they leave on the GPU.
     fn end(mut self, pictures: &[&GpuPicture]) -> (wgpu::CommandEncoder, Unread) {
         if let Some(clock) = &self.clock {
             clock.resolve(&mut self.commands);
@@ -277,7 +277,7 @@ impl<'a> Recording<'a> {
 }
 
 impl Unread {
-    /// Reads the pictures, what was counted and how long it took, in one copy.
+    /// Reads the pictures, counts and times in one copy.
     ///
     /// # Errors
     /// When the device fails; [`Error::GpuLost`] if it is lost.

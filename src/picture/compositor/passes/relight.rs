@@ -16,10 +16,10 @@ pub(crate) const RELIGHT: Shader =
 /// Pixels of one workgroup, as in the shader.
 const WORKGROUP: u32 = 64;
 
-/// Workgroups that look for the largest value of a field.
+/// Workgroups that search the largest value of a field.
 const SEARCHES: usize = 1024;
 
-/// The compiled pass, for one device.
+/// Compiled pass for one device.
 #[derive(Debug)]
 pub struct RelightPass {
     device: wgpu::Device,
@@ -31,7 +31,7 @@ pub struct RelightPass {
     halve: wgpu::ComputePipeline,
 }
 
-/// The shader's parameters besides the lamps.
+/// Parameters of the shader, without the lamps.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Shape {
@@ -42,7 +42,7 @@ struct Shape {
     padding: u32,
 }
 
-/// One lamp's entry in the shader's list.
+/// Entry of one lamp in the shader's list.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Share {
@@ -78,10 +78,10 @@ impl RelightPass {
         }
     }
 
-    /// Sums a field that is on this device and reads the picture back.
+    /// Sums a field on this device and reads the picture back.
     ///
     /// # Errors
-    /// When the field does not fit the weights, or the device fails.
+    /// When field and weights do not match, or the device fails.
     pub fn sum(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<Image> {
         self.check_binds(field, weights)?;
         let mut commands = self.device.create_command_encoder(&Default::default());
@@ -96,7 +96,7 @@ impl RelightPass {
     /// Uploads a field, sums it and reads the picture back.
     ///
     /// # Errors
-    /// When the field is too large for the device, does not fit the weights, or the device fails.
+    /// When the field is too large for the device, does not match the weights, or the device fails.
     pub fn run(&self, field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<Image> {
         check_lamps(field.lamps, weights)?;
         if field.values.is_empty() {
@@ -119,11 +119,11 @@ impl RelightPass {
         self.sum(&FieldBuffer::upload_half(field, &self.device), weights)
     }
 
-    /// A field in f32 on this device as one in f16, as [`HalfField`] has it, but that values below 2⁻²⁹ of the
-    /// largest may be 0. Nothing is read back or waited for.
+    /// Converts a field in f32 on this device to f16, like [`HalfField`], except that values below 2⁻²⁹ of the
+    /// largest may become 0. Nothing is read back or waited for.
     ///
     /// # Errors
-    /// When the field is larger than the device binds at once.
+    /// When the field exceeds the device's binding size.
     pub fn halve(&self, field: &FieldBuffer) -> Result<FieldBuffer> {
         self.check_bytes(field.bytes())?;
         let pixels = field.width * field.height;
@@ -137,7 +137,7 @@ impl RelightPass {
         };
         let bytes = HalfField::bytes(pixels, field.lamps) as u64;
         let values = buffer("reflectance field in f16", bytes);
-        // A new buffer holds zeros: the search begins with nothing.
+        // A new buffer holds zeros: the search starts at 0.
         let stored = buffer("scale of halves", 8);
         let shape = self.upload(
             bytemuck::bytes_of(&Shape {
@@ -167,7 +167,7 @@ impl RelightPass {
         Ok(field.halved(values, stored))
     }
 
-    /// Refuses a field that does not fit the weights or that the device cannot bind at once.
+    /// Refuses a field that does not match the weights or exceeds the device's binding size.
     pub(super) fn check_binds(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<()> {
         check_lamps(field.lamps, weights)?;
         self.check_bytes(field.bytes())
@@ -202,11 +202,11 @@ impl RelightPass {
         ))
     }
 
-    /// Records the sum of a field that is on this device already, and the buffer that it goes to: values of
+    /// Records the sum of a field on this device, and returns the buffer of the result: values of
     /// RGBA f32.
     ///
     /// # Errors
-    /// When the device has no room for the workgroups.
+    /// When the device has too little memory for the workgroups.
     pub(super) fn encode(
         &self,
         pass: &mut wgpu::ComputePass,
@@ -316,7 +316,7 @@ pub(crate) mod tests {
     use std::task::{Context, Poll, Waker};
     use test_support::{Need, found};
 
-    /// Waits for what wgpu finishes at once outside of browsers.
+    /// Waits for work that wgpu finishes at once outside browsers.
     fn wait<T>(future: impl Future<Output = T>) -> T {
         let mut future = pin!(future);
         loop {
@@ -329,13 +329,13 @@ pub(crate) mod tests {
         }
     }
 
-    /// Any adapter's device, even a software one, without any optional feature; None if there is none, and the test
+    /// Any adapter's device, even a software one, without optional features; None without an adapter: the test then
     /// returns.
     pub fn any_device() -> Option<(wgpu::Device, wgpu::Queue)> {
         device(false)
     }
 
-    /// Any adapter's device; if `timed`, one with timestamps.
+    /// Any adapter's device; with timestamps if `timed`.
     pub fn device(timed: bool) -> Option<(wgpu::Device, wgpu::Queue)> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapter = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
@@ -360,17 +360,17 @@ pub(crate) mod tests {
         for (name, size, offsets) in [
             ("Shape", size_of::<Shape>(), &[0, 4, 8, 12][..]),
             ("Share", size_of::<Share>(), &[0, 12]),
-            // What `halve` and `FieldBuffer::upload_half` make room for.
+            // Sizes that `halve` and `FieldBuffer::upload_half` reserve.
             ("Stored", 8, &[0, 4]),
             ("Search", 8, &[0, 4]),
         ] {
             let found = module.types.iter().map(|(_, found)| found);
             let found = found.filter(|found| found.name.as_deref() == Some(name));
             let [found] = found.collect::<Vec<_>>()[..] else {
-                panic!("there is one {name}");
+                panic!("there must be one {name}");
             };
             let naga::TypeInner::Struct { span, members } = &found.inner else {
-                panic!("{name} is no struct");
+                panic!("{name} is not a struct");
             };
             assert_eq!(*span as usize, size, "{name}");
             let found: Vec<u32> = members.iter().map(|member| member.offset).collect();
@@ -391,7 +391,7 @@ pub(crate) mod tests {
             let here = relight(&field, &weights, &lit_lamps(&weights));
             assert_eq!(there.size(), here.size());
             for (gpu, cpu) in there.pixels.iter().flatten().zip(here.pixels.iter().flatten()) {
-                // All terms are positive: the order of 41 additions and their fusing move less than this.
+                // All terms are positive: the order of 41 additions and their fusing change less than this.
                 assert!((gpu - cpu).abs() <= 1e-5 * cpu.abs(), "{gpu} is not {cpu}");
             }
         }
@@ -436,20 +436,20 @@ pub(crate) mod tests {
                 assert!(matches!(there.format(), FieldFormat::Half { .. }));
                 let there = pass.sum(&there, &weights).unwrap();
                 let here = pass.run_half(&HalfField::from(&field), &weights).unwrap();
-                // Denormals may be nothing in both the halves and f32.
+                // Denormals may be 0 both in halves and in f32.
                 let small: f32 = weights.iter().map(|w| w[2]).sum::<f32>()
                     * (brightness * 0.5f32.powi(29)).max(f32::MIN_POSITIVE);
                 for (there, here) in
                     (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten())
                 {
-                    // A half between two may be rounded to either.
+                    // A tie between two halves may be rounded either way.
                     let bound = 0.5f32.powi(10) * here + small;
                     assert!((there - here).abs() <= bound, "{there} is not {here}");
                 }
             }
         }
         test_support::shown!(Pictures, "A field that a GPU stores in f16",
- danger: "the GPU rounds or scales otherwise than memory", done: "the scale is chosen there in the same way, from the largest finite magnitude",
+ danger: "the GPU rounds or scales differently from memory", done: "the scale is chosen there in the same way, from the largest finite magnitude",
  bound: "as in memory", measured: "holds");
     }
 

@@ -1,4 +1,4 @@
-//! The subject on the GPU: the sum of lamps, mended, its edge extended and cut out by its matte.
+//! Subject on the GPU: the sum of lamps, repaired, edge-extended and cut out by its matte.
 
 use super::pictures::{GpuPicture, PicturePasses, extent};
 use super::recording::Recording;
@@ -10,15 +10,16 @@ use imaging::{Image, Mask};
 use reflectance::FieldBuffer;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-pub(crate) const EDGES: Shader = Shader::new("edges", include_str!("../../../../shaders/edges.wgsl"));
+pub(crate) const EDGES: Shader =
+    Shader::new("edges", include_str!("../../../../shaders/edges.wgsl"));
 
 /// A frame's matte on the GPU.
 #[derive(Clone, Debug)]
 pub struct GpuMatte {
     /// Black, with the matte as its fourth value.
     pub picture: GpuPicture,
-    /// In what order its partly covered pixels take the colour of the solid ones; laid out as the shader
-    /// `edges` says.
+    /// Order in which its partly covered pixels take the colour of solid ones, in the layout of the shader
+    /// `edges`.
     rings: wgpu::Buffer,
     ring_count: u32,
 }
@@ -32,10 +33,10 @@ pub(super) struct EdgeParams {
 }
 
 impl PicturePasses {
-    /// Copies a matte to the GPU, with the order in which its edge is extended.
+    /// Copies a matte to the GPU, with the order of its edge extension.
     ///
     /// # Errors
-    /// When the matte is empty or larger than what the GPU binds at once.
+    /// When the matte is empty or exceeds the GPU's binding size.
     pub fn upload_matte(&self, mask: &Mask) -> Result<GpuMatte> {
         let black = Image::filled(mask.width, mask.height, [0.0; 3]);
         let picture = self.upload(&black, mask)?;
@@ -66,7 +67,7 @@ impl PicturePasses {
 }
 
 impl Recording<'_> {
-    /// The light of one pixel, counted row by row, under each lamp at full power. Nothing else is read.
+    /// Light of one pixel, counted row by row, under each lamp at full power. Nothing else is read.
     ///
     /// # Errors
     /// As [`Self::sum`], or when the device fails.
@@ -76,17 +77,17 @@ impl Recording<'_> {
             weights[lamp] = [1.0; 3];
             weights
         };
-        // A sum of one lamp is what the field holds, however it holds it.
+        // A sum of one lamp is the content of the field, in any format.
         let lamps = (0..field.lamps).map(|lamp| self.sum(field, &alone(lamp)));
         let lamps: Vec<GpuPicture> = lamps.collect::<Result<_>>()?;
         let values = self.pixel(&lamps, pixel)?;
         Ok(values.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// The sum of a field's lamps as it is: NaN and infinite values stay.
+    /// The raw sum of a field's lamps: NaN and infinite values stay.
     ///
     /// # Errors
-    /// When the field does not fit the weights, is larger than the device can bind, or there is no room.
+    /// When field and weights do not match, the field exceeds the device's binding size, or memory runs out.
     pub fn sum(&mut self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<GpuPicture> {
         let passes = self.passes();
         passes.relight.check_binds(field, weights)?;
@@ -95,7 +96,7 @@ impl Recording<'_> {
     }
 
     /// Pass `relight`: the subject of a frame under its lamps, premultiplied, with its matte as the fourth
-    /// value. What is mended is counted.
+    /// value. Repaired pixels are counted.
     ///
     /// # Errors
     /// As [`Self::sum`].
@@ -109,12 +110,12 @@ impl Recording<'_> {
         self.cut_out(&sum, matte)
     }
 
-    /// Mends a sum of lamps, extends the colour of the solid subject over its edge and cuts it out, as
-    /// [`crate::reference::extend_edges`] does. Where a hole of NaN or infinite pixels is wider than one pixel, each takes
+    /// Repairs a sum of lamps, extends the colour of the solid subject over its edge and cuts it out, like
+    /// [`crate::reference::extend_edges`]. In a hole of NaN or infinite pixels wider than one pixel, each pixel takes
     /// the mean of the nearest finite ones, instead of ring by ring.
     ///
     /// # Errors
-    /// When the device has no room.
+    /// When memory on the device runs out.
     pub fn cut_out(&mut self, sum: &GpuPicture, matte: &GpuMatte) -> Result<GpuPicture> {
         let params = EdgeParams { size: extent(sum.size()), rings: matte.ring_count, solid: SOLID };
         let (params, second) = (bytes_of(&params), &matte.picture);

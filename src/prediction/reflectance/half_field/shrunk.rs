@@ -1,4 +1,4 @@
-//! A field with fewer pixels, for quick previews.
+//! Fields with fewer pixels, for quick previews.
 
 use super::{HalfField, TILE, widen};
 use half::f16;
@@ -7,10 +7,10 @@ use imaging::Mask;
 use rayon::prelude::*;
 
 impl HalfField {
-    /// The field and the matte that it is under (of its size) with a pixel for each block of `factor` × `factor`
-    /// pixels, or of what there is of a block at the right and at the bottom. Coverage is the mean; light is the mean
-    /// by coverage, so that the subject times its coverage is the mean of what it was. Where nothing is
-    /// covered it is black.
+    /// The field and its matte (of the same size) with one pixel for each block of `factor` × `factor`
+    /// pixels, or for a partial block at the right and at the bottom. Coverage is the mean. Light is the mean
+    /// weighted by coverage, so that the subject times its coverage is the mean of the original. Pixels without
+    /// coverage are black.
     pub fn shrunk(&self, mask: &Mask, factor: usize) -> (Self, Mask) {
         let [width, height] = [self.width, self.height].map(|n| n.div_ceil(factor));
         let block = |x: usize, y: usize| {
@@ -27,7 +27,7 @@ impl HalfField {
         let mut values = vec![0u16; pixels.div_ceil(TILE) * planes * TILE];
         let mean = |(tile, values): (usize, &mut [u16])| {
             let of_tile = (tile * TILE)..pixels.min((tile + 1) * TILE);
-            // What each pixel is made of: a tile, a place there and a share.
+            // Sources of each pixel: a tile, a place in it and a share.
             let mut parts = Vec::with_capacity(TILE * factor * factor);
             let ends: Vec<usize> = of_tile
                 .map(|pixel| {
@@ -52,7 +52,7 @@ impl HalfField {
                 values.reinterpret_cast_mut::<f16>().convert_from_f32_slice(&means);
             }
         };
-        // A mean is no larger than the largest: the scale serves.
+        // A mean is no larger than the maximum, so the scale still fits.
         values.par_chunks_mut((planes * TILE).max(1)).enumerate().for_each(mean);
         let small = Self { width, height, lamps: self.lamps, scale: self.scale, values };
         (small, coverage)
@@ -75,7 +75,7 @@ mod tests {
         let olat = |lamp: usize| {
             Image::from_fn(width, height, |x, y| {
                 let at = (x * 7 + y * 3 + lamp * 5) as f32;
-                // Pixels outside the matte are not seen.
+                // Pixels outside the matte are invisible.
                 let light = if mask.at(x, y) > 0.0 { 1.0 } else { f32::NAN };
                 [at.sin().abs(), at.cos().abs(), 0.1 + at / 2000.0].map(|v| v * light)
             })

@@ -1,4 +1,4 @@
-//! One step of Adam with everything about a parameter in one pass over memory, and the norm that
+//! One step of Adam in one pass over all data of a parameter, and the norm that
 //! limits its gradient.
 
 use crate::kernels::chunks::{WORTH_A_THREAD, each_chunk, each_index, vectorized};
@@ -19,7 +19,7 @@ pub struct AdamStep {
 }
 
 impl AdamStep {
-    /// Changes `parameter` and its two moments. All slices have one length.
+    /// Updates `parameter` and its two moments. All slices have the same length.
     pub fn apply(
         self,
         parameter: &mut [f32],
@@ -203,7 +203,7 @@ mod tests {
         let bound = 3.0 * 0.5 * f64::from(f32::EPSILON) * 100.0;
         assert!(worst <= bound, "{worst:e}");
         test_support::shown!(Network, "The running average of weights over 10⁵ steps",
-            danger: "a small share of a new value is less than a rounding of the old: the average stands still or drifts",
+            danger: "a small share of a new value is below the rounding of the old one: the average stops or drifts",
             done: "the average keeps 0.99 of itself, so that rounding errors fade with it",
             bound: "beside f64: three roundings of a hundred steps, 1.8e-5", measured: format!("{worst:.1e}"));
     }

@@ -1,10 +1,10 @@
 //! Bands: rows of a picture, copied so that a convolution becomes a matrix product.
 //!
-//! Nothing is unfolded. A band of rows is copied with its borders zeroed, the zeros to the right of
-//! one row being those to the left of the next. In that copy the pixel that a tap of the kernel reads
-//! lies at one distance from the pixel that it serves, whatever the pixel: a convolution becomes a
-//! matrix product whose right factor is read at shifted places, over all pixels of the band at once.
-//! What comes out between rows is thrown away.
+//! Nothing is unfolded. A band of rows is copied with zeroed borders; the zeros to the right of
+//! one row are those to the left of the next. In that copy a tap of the kernel reads its pixel at a
+//! constant distance from the output pixel: a convolution becomes a
+//! matrix product whose right factor is read at shifted positions, over all pixels of the band at once.
+//! Results between rows are discarded.
 
 use super::chunks::arch;
 use super::shape::Shape;
@@ -15,14 +15,14 @@ use std::cell::RefCell;
 
 /// Rows `from..from + rows` of one picture with the rows around them, borders zeroed.
 pub struct Band {
-    /// First row and number of rows that are computed.
+    /// First row and number of rows of the result.
     pub from: usize,
     pub rows: usize,
     /// Distance between rows in `values`.
     pub stride: usize,
     /// Distance between channels.
     pub plane: usize,
-    /// Distance of the pixel that tap (ky, kx) reads from the pixel that it serves.
+    /// Distance of the pixel read by tap (ky, kx) from the output pixel.
     pub taps: Vec<usize>,
 }
 
@@ -30,7 +30,7 @@ impl Band {
     pub fn new(shape: &Shape, from: usize, rows: usize) -> Self {
         let stride = shape.width + shape.radius();
         let used = rows * stride;
-        // The last tile may reach further, whatever its width.
+        // The last tile may read further, at any width.
         let plane = used + MAX_POSITIONS + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(16) | 1) * 16;
@@ -39,12 +39,12 @@ impl Band {
         Self { from, rows, stride, plane, taps }
     }
 
-    /// Positions that are computed, including those between rows.
+    /// Number of computed positions, including those between rows.
     pub fn positions(&self) -> usize {
         self.rows * self.stride
     }
 
-    /// Copies `channels` planes into `values`; `row(channel, y, into)` gives one row of a plane.
+    /// Copies `channels` planes into `values`; `row(channel, y, into)` fills one row of a plane.
     #[inline(always)]
     pub fn fill(
         &self,
@@ -70,36 +70,36 @@ impl Band {
 }
 
 thread_local! {
-    /// The bands of a thread's last task, whose memory the next one takes: taken, not borrowed, as a
-    /// thread that waits may begin another task.
+    /// Bands of a thread's last task, whose memory the next one reuses: taken, not borrowed, since a
+    /// waiting thread may start another task.
     pub static SCRATCH: RefCell<(Vec<f32>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
-/// Weights of more bytes do not stay in the second-level cache from one tile of positions to the next. Then all positions go
-/// through one block of them after the other: each sum is the same, but narrow tiles no longer read all weights again from
-/// farther away for every few positions.
+/// Size in bytes above which weights do not stay in the second-level cache between tiles of positions. Then all positions
+/// go through one block of weights after the other: the sums are the same, but narrow tiles no longer read all weights again
+/// from farther away for every few positions.
 const CACHED_WEIGHTS: usize = 1 << 20;
-/// So many bands pack the weights for themselves.
+/// Largest number of bands that pack the weights for themselves.
 const PACKED_IN_TURN: usize = 2;
 
-/// The matrix product of a band for some output channels: left factor the weights, right factor the
+/// Matrix product of a band for some output channels: left factor the weights, right factor the
 /// band, each sum written to its pixel.
 struct Product<'a, 'b> {
     band: &'a Band,
     values: &'a [f32],
     width: usize,
     bias: Option<&'a [f32]>,
-    /// The first output channel, a multiple of [`ROWS`].
+    /// First output channel, a multiple of [`ROWS`].
     first: usize,
-    /// The band's rows in each output plane.
+    /// Rows of the band in each output plane.
     out: &'a mut [&'b mut [f32]],
     weights: Left<'a>,
 }
 
-/// The weights as a product reads them, output channel by output channel.
+/// Weights in the order in which a product reads them, output channel by output channel.
 enum Left<'a> {
     Packed(&'a Packed),
-    /// They are packed block by block into the memory beside them, just before they are read.
+    /// Packed block by block into this memory, just before they are read.
     InTurn(&'a Weights<'a>, &'a mut [[f32; ROWS]]),
 }
 
@@ -220,13 +220,13 @@ pub fn split_bands<'a>(
 pub struct Share<'a, 'b> {
     /// Number of the band over all pictures.
     pub band: usize,
-    /// The first channel.
+    /// First channel.
     pub first: usize,
-    /// The band's rows in each channel.
+    /// Rows of the band in each channel.
     pub out: &'a mut [&'b mut [f32]],
 }
 
-/// Shares out bands, `part` channels at a time.
+/// Divides bands among tasks, `part` channels at a time.
 pub fn shares<'a, 'b>(split: &'a mut [Vec<&'b mut [f32]>], part: usize) -> Vec<Share<'a, 'b>> {
     let bands = split.iter_mut().enumerate();
     let shares = bands.flat_map(|(band, planes)| {
@@ -247,10 +247,10 @@ pub struct Weights<'a> {
 }
 
 impl Weights<'_> {
-    /// Packs a block of rows, as [`Packed`] holds it.
+    /// Packs a block of rows, in the layout of [`Packed`].
     #[inline(always)]
     fn pack(&self, block: usize, into: &mut [[f32; ROWS]]) {
-        // The last block's further rows repeat the last: their sums go nowhere.
+        // Surplus rows of the last block repeat the last row: their sums are discarded.
         let rows: [&[f32]; ROWS] = core::array::from_fn(|r| {
             &self.values[(block * ROWS + r).min(self.rows - 1) * self.row_stride..]
         });
@@ -273,8 +273,8 @@ impl Weights<'_> {
     }
 }
 
-/// The sums of a convolution over all bands. `row(picture, channel, y, into)` gives a row of the
-/// input, `finish` is applied to what a task has written.
+/// The sums of a convolution over all bands. `row(picture, channel, y, into)` fills a row of the
+/// input, `finish` is applied to the output of a task.
 pub fn convolve(
     shape: &Shape,
     weights: &Weights,
@@ -285,7 +285,7 @@ pub fn convolve(
 ) {
     let rows = shape.band_rows();
     let bands = shape.height.div_ceil(rows);
-    // Channels are shared out too where there are fewer bands than threads could take.
+    // Channels are divided too if there are fewer bands than threads.
     let wanted = 2 * rayon::current_num_threads();
     let parts = wanted.div_ceil(shape.batch * bands).min(shape.outputs.div_ceil(ROWS));
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);

@@ -4,14 +4,14 @@ use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The fewest elements worth a thread: with fewer, waking it costs more than it gains. Work of less than two
+/// Fewest elements worth a thread: with fewer, waking it costs more than it gains. Work of less than two
 /// such shares stays on the calling thread.
 pub const WORTH_A_THREAD: usize = 1 << 14;
 
-/// Vectors stay as narrow as without AVX-512.
+/// True if vectors stay as narrow as without AVX-512.
 static AVX2_ALONE: AtomicBool = AtomicBool::new(false);
 
-/// Keeps f32 kernels to AVX2 in this process, which is what most processors have. For benches.
+/// Limits f32 kernels to AVX2 in this process, the level of most processors. For benchmarks.
 pub fn keep_to_avx2() {
     AVX2_ALONE.store(true, Ordering::Relaxed);
 }
@@ -29,12 +29,12 @@ pub(super) fn arch() -> Arch {
 
 /// Runs `work` with the processor's widest vectors.
 ///
-/// Its loops are compiled once for each width, as far as they become part of this function: write
+/// Its loops are compiled once for each width, as far as they are inlined into this function: write
 /// `#[inline(always)]` before the closure and the functions that it calls, or they stay as narrow as
 /// the build's target.
 #[inline(always)]
 pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
-    // pulp takes closures as they are, but by `FnOnce`, and the compiler does not inline the step
+    // pulp takes closures directly, but by `FnOnce`, and the compiler does not inline the step
     // from there to a closure that could be called twice.
     struct Vectorized<F>(F);
 

@@ -9,22 +9,22 @@ use super::shape::{Shape, Sources};
 use super::tile::MAX_POSITIONS;
 use super::unfolded;
 
-/// The gradients of a convolution.
+/// Gradients of a convolution.
 pub struct Gradients {
-    /// `[batch, inputs, height, width]`, if it was asked for.
+    /// `[batch, inputs, height, width]`; None if not requested.
     pub input: Option<Vec<f32>>,
-    /// By the weights, `[outputs, inputs, kernel, kernel]`, and by the biases, `[outputs]`, where they
-    /// were asked for.
+    /// By the weights, `[outputs, inputs, kernel, kernel]`, and by the biases, `[outputs]`; None if not
+    /// requested.
     pub parameters: Option<(Vec<f32>, Vec<f32>)>,
 }
 
-/// Pixels of a picture up to which unfolding is faster than bands: for the products that read weights …
+/// Number of pixels up to which unfolding is faster than bands: for the products that read weights …
 const TINY: usize = 16;
-/// … and for the one that writes them.
+/// … and for the product that writes them.
 const SMALL: usize = 64;
 
 impl Shape {
-    /// The same shape on tile registers, where there are any, the precision allows it, and channels fill
+    /// The same shape on tile registers, if the processor has them, the precision allows it, and the channels fill
     /// them.
     pub fn with_precision(self, precision: Precision) -> Self {
         let fills = self.inputs.min(self.outputs) >= amx::MIN_CHANNELS && self.plane() > SMALL;
@@ -37,7 +37,7 @@ impl Shape {
         Self { tiles, ..self }
     }
 
-    /// True if pictures are unfolded, where that is faster up to so many pixels.
+    /// True if pictures are unfolded, given the number of pixels up to which that is faster.
     fn unfolds(&self, most: usize) -> bool {
         self.tiles.is_none() && self.plane() <= most && self.columns() >= MAX_POSITIONS
     }
@@ -70,8 +70,8 @@ pub fn forward(
     convolve(shape, &weights, Some(bias), out, row, |plane| activation.apply(plane));
 }
 
-/// The gradients of [`forward`], from its output and the gradient of its output. Those by the input and
-/// by the parameters cost about the same; only those that are asked for are computed.
+/// Gradients of [`forward`], from its output and the gradient of its output. Those by the input and
+/// by the parameters cost about the same; only the requested ones are computed.
 pub fn backward(
     shape: &Shape,
     x: Sources,
@@ -98,8 +98,8 @@ pub fn backward(
     Gradients { input, parameters }
 }
 
-/// The gradient by the input: a convolution of the output's gradient, whose kernel is the same turned
-/// by half a turn, with inputs and outputs exchanged.
+/// Gradient by the input: a convolution of the output's gradient, with the kernel rotated
+/// by half a turn and inputs and outputs exchanged.
 fn by_input(
     shape: &Shape,
     weight: &[f32],

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Gradients by weights and biases for large pictures: each weight is the correlation of an output's
-/// gradient with a shifted input. Groups of bands add up on their own and then in order, so that the
+/// gradient with a shifted input. Groups of bands are summed separately and then added in order, so that the
 /// sums do not depend on the number of threads.
 pub fn correlate(
     shape: &Shape,
@@ -22,7 +22,7 @@ pub fn correlate(
     let columns = shape.columns();
     let groups = (shape.plane() / 4096).clamp(1, 16);
     let groups: Vec<_> = bands.chunks(bands.len().div_ceil(groups)).collect();
-    // Where there are fewer groups than threads, each is shared out by output channels.
+    // With fewer groups than threads, each group is divided by output channels.
     let parts = rayon::current_num_threads().div_ceil(groups.len());
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
     let length = shape.outputs * columns;
@@ -40,7 +40,7 @@ pub fn correlate(
             let own = from..from + band.rows;
             let (mut left, mut right) = SCRATCH.take();
             band.fill(shape, bias.len(), &mut left, |c, y, into| {
-                // What lies around the band belongs to other bands.
+                // Pixels around the band belong to other bands.
                 if own.contains(&y) {
                     before(picture, first + c, y, into);
                 } else {
@@ -98,7 +98,7 @@ impl WithSimd for Correlation<'_> {
         let length = band.positions().next_multiple_of(16);
         let place =
             |column: usize| column / shape.taps() * band.plane + band.taps[column % shape.taps()];
-        // In the left factor the pixel itself lies behind the border; between rows it is zero.
+        // In the left factor the pixel itself comes after the border; between rows it is zero.
         let inner = shape.radius() * (band.stride + 1);
         for first in (0..self.bias.len()).step_by(ROWS) {
             let used = ROWS.min(self.bias.len() - first);
@@ -146,7 +146,7 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Adds to the columns from `column` on, `T` at a time, and returns the first that was left; a
+    /// Adds to the columns from `column` on, `T` at a time, and returns the first remaining one; a
     /// column's input begins at `place(column)` of the right factor.
     #[inline(always)]
     fn add_tiles<S: Simd, const T: usize>(

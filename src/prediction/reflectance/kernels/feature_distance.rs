@@ -1,9 +1,9 @@
-//! The distance between encoded pictures that the network is trained on, and its gradient.
+//! Training distance between encoded pictures, and its gradient.
 
 use crate::kernels::chunks::{each_index, vectorized};
 use crate::kernels::sums::{BLOCK, Lanes, sum_of};
 
-/// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
+/// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 instead of 0/0.
 /// In units of encoded values: far below one 8-bit step.
 pub const EPSILON: f64 = 1e-4;
 
@@ -29,7 +29,7 @@ pub struct FeatureDistance<'a> {
 }
 
 impl<'a> FeatureDistance<'a> {
-    /// Of one of `pictures`.
+    /// Settings for one of `pictures`.
     pub fn new(mask: &'a [f32], size: [usize; 2], pictures: usize) -> Self {
         assert_eq!(mask.len(), size[0] * size[1]);
         let norms = Norms {
@@ -39,7 +39,7 @@ impl<'a> FeatureDistance<'a> {
         Self { mask, size, norms }
     }
 
-    /// The share of one picture in the loss. `x` is what is predicted and becomes the gradient by it.
+    /// Contribution of one picture to the loss. `x` is the prediction; the gradient by it takes its place.
     pub fn replace_by_gradient(&self, x: &mut [f32], truth: &[f32]) -> f64 {
         subtract(truth, self.mask, x);
         let distance = distance(x, self.size, self.norms, SCALES);
@@ -48,8 +48,8 @@ impl<'a> FeatureDistance<'a> {
     }
 }
 
-/// The part of the loss that is due to the difference `x`, `[3, h, w]`, and the `scales` from there
-/// on. Leaves its gradient in the place of `x`.
+/// Part of the loss from the difference `x`, `[3, h, w]`, and the `scales` from there
+/// on. The gradient takes the place of `x`.
 fn distance(x: &mut [f32], [h, w]: [usize; 2], norms: Norms, scales: usize) -> f64 {
     let sums = SquareSums::of(x, [h, w]);
     let (mut distance, per_value) = norms.of(sums.values);
@@ -79,7 +79,7 @@ struct Norms {
 }
 
 impl Norms {
-    /// The part of the loss due to a Σ x², and the factor f that makes f·x its gradient.
+    /// Part of the loss for a Σ x², and the factor f that makes f·x its gradient.
     fn of(self, square_sum: f64) -> (f64, f32) {
         let norm = (square_sum / self.values + EPSILON * EPSILON).sqrt();
         (self.share * norm, (self.share / (norm * self.values)) as f32)
@@ -186,8 +186,8 @@ fn halved(x: &[f32], [h, w]: [usize; 2]) -> Vec<f32> {
     means
 }
 
-/// Puts the gradient in the place of `x`, `[3, h, w]`: `per_value`·x, `per_difference` times what
-/// x differs from its neighbours, and a quarter of the `coarser` gradient,
+/// Puts the gradient in the place of `x`, `[3, h, w]`: `per_value`·x, `per_difference` times the
+/// differences of x from its neighbours, and a quarter of the `coarser` gradient,
 /// `[3, ⌊h/2⌋, ⌊w/2⌋]` or empty.
 fn into_gradient(
     x: &mut [f32],
@@ -195,7 +195,7 @@ fn into_gradient(
     [per_value, per_difference]: [f32; 2],
     coarser: &[f32],
 ) {
-    // Rows that were overwritten or are about to be, with their outermost columns repeated, as a
+    // Rows that were overwritten or are about to be, with their outermost columns repeated: a
     // pixel does not differ from itself.
     let [mut above, mut here] = [vec![0.0; w + 2], vec![0.0; w + 2]];
     vectorized(
@@ -417,7 +417,7 @@ mod tests {
                 distance_of(&predicted, &truth, &vec![1.0; h * w], [h, w]).0
             };
             let (near, far) = (at(0.5 * error), at(error));
-            // Twice, but for the part of ε.
+            // Twice, except for the part of ε.
             prop_assert!(far > 1.5 * near && far < 2.001 * near);
         }
     }

@@ -1,15 +1,15 @@
-//! Both losses of a training step and their gradient, in two passes over the network's output: what
-//! lies between, the OLATs and their encoded form, never leaves the cache.
+//! Both losses of a training step and their gradient, in two passes over the network's output: the
+//! intermediate OLATs and their encoded form never leave the cache.
 
 use super::chunks::{each_chunk, vectorized};
 use super::feature_distance::FeatureDistance;
 use super::pointwise::encode;
 
-/// Meaning of the network's output, and the pictures that it is compared with.
+/// Meaning of the network's output, and the pictures for comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Losses<'a> {
     pub size: [usize; 2],
-    /// Linear light that an output of 1 stands for, `[3, h, w]`.
+    /// Linear light of an output of 1, `[3, h, w]`.
     pub light: &'a [f32],
     /// Matte of the subject, `[h, w]`.
     pub mask: &'a [f32],
@@ -25,7 +25,7 @@ pub struct Losses<'a> {
 /// The scalar settings of the losses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The factor on OLATs before they are encoded and compared.
+    /// Factor on OLATs before encoding and comparison.
     pub gain: f32,
     /// Columns to the right and rows down by which the true OLATs are shifted; new pixels are black.
     pub shift: [i64; 2],
@@ -35,7 +35,7 @@ pub struct Settings {
     pub rendering: f32,
 }
 
-/// The losses, unweighted; the reconstruction loss is 0 where it was skipped.
+/// The losses, unweighted; the reconstruction loss is 0 if skipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Values {
     pub reconstruction: f32,
@@ -43,7 +43,7 @@ pub struct Values {
 }
 
 impl Losses<'_> {
-    /// Of the network's output `[lamps, 3, h, w]`. `gradient`, of the same shape, becomes that of
+    /// Losses of the network's output `[lamps, 3, h, w]`. `gradient`, of the same shape, becomes that of
     /// λ1 · reconstruction + λ2 · rendering.
     pub fn of(&self, output: &[f32], gradient: &mut [f32]) -> Values {
         let picture = self.light.len();
@@ -83,7 +83,7 @@ impl Losses<'_> {
         Values { reconstruction: distances.iter().sum::<f64>() as f32, rendering: rendering as f32 }
     }
 
-    /// One lamp's share in the reconstruction loss, and λ1 times its gradient by the output.
+    /// Contribution of one lamp to the reconstruction loss, and λ1 times its gradient by the output.
     #[inline(always)]
     fn reconstruction(
         &self,

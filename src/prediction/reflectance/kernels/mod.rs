@@ -1,5 +1,5 @@
-//! The operations that the network and its losses are made of. On the CPU they are our own kernels,
-//! on other devices compositions of burn's operations; callers cannot tell which.
+//! Operations of the network and its losses. On the CPU they are our own kernels,
+//! on other devices compositions of burn's operations, behind the same functions.
 //!
 //! To add one: write it and its gradient as pure functions on slices in a file here, declare it in
 //! `operations::Kernels`, implement it there for `Flex` and, with its gradient, for
@@ -46,16 +46,16 @@ use serde::{Deserialize, Serialize};
 pub enum Precision {
     /// f32.
     Full,
-    /// Each factor as the sum of two where the processor has tile registers for bf16 (AMX): results differ from those of f32
+    /// Each factor as the sum of two bf16 if the processor has tile registers for them (AMX): results differ from those of f32
     /// by about 5e-6 of the largest. f32 elsewhere.
     #[default]
     Split,
-    /// Each factor rounded to bf16 where the processor has such registers: results differ by 3e-3 of the largest. f32
-    /// elsewhere, but for predictions on a GPU: f16 where it has that.
+    /// Each factor rounded to bf16 if the processor has such registers: results differ by 3e-3 of the largest. f32
+    /// elsewhere, except that predictions on a GPU use f16 where available.
     Half,
 }
 
-/// True if the processor has tile registers, so that [`Precision`] makes a difference on it.
+/// True if the processor has tile registers, so that [`Precision`] makes a difference.
 pub fn has_tiles() -> bool {
     amx::available()
 }
@@ -66,7 +66,7 @@ pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
     x.dtype() == DType::F32 && matches!(device.as_dispatch(), DispatchDevice::Flex(_))
 }
 
-/// A second source of no channels.
+/// A second source without channels.
 fn nothing(x: &Tensor<4>) -> Tensor<4> {
     let [n, _, h, w] = x.dims();
     Tensor::empty([n, 0, h, w], &x.device().without_autodiff())
@@ -85,7 +85,7 @@ pub fn convolution(
     convolve(x, skip, layer.weight.val(), bias, activation, precision)
 }
 
-/// Some outputs of a [`convolution`], in the given order; the others are not
+/// Only some outputs of a [`convolution`], in the given order; the others are not
 /// computed.
 pub fn some_outputs(
     x: Tensor<4>,
@@ -178,8 +178,8 @@ pub fn group_norm(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
     activation::leaky_relu(norm.forward(x), f64::from(slope))
 }
 
-/// Batch normalisation followed by a leaky ReLU of this slope. In training, and where `own` is set in use
-/// too, a picture's own statistics count; elsewhere the running ones.
+/// Batch normalisation followed by a leaky ReLU of this slope. In training, and in prediction if `own` is set,
+/// a picture's own statistics count; otherwise the running ones.
 pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32, own: bool) -> Tensor<4> {
     let [n, c, ..] = x.dims();
     let training = x.device().is_autodiff() && norm.training.is_enabled();
@@ -211,12 +211,12 @@ pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32, own: bool) -> Tens
     Tensor::from_dispatch(y)
 }
 
-/// Takes in the last update, which burn puts off until the next one: a checkpoint between them would lack it.
+/// Applies the last update, which burn defers until the next one: a checkpoint between them would lack it.
 fn sync(running: &RunningState<Tensor<1>>) {
     running.value_sync();
 }
 
-/// Each channel of each picture brought to mean 0 and variance 1, then scaled and shifted as `norm` says.
+/// Each channel of each picture normalised to mean 0 and variance 1, then scaled and shifted by `norm`.
 fn instance_norm(x: Tensor<4>, norm: &BatchNorm) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let planes = x.reshape([n, c, h * w]);
@@ -227,9 +227,9 @@ fn instance_norm(x: Tensor<4>, norm: &BatchNorm) -> Tensor<4> {
     y.reshape([n, c, h, w])
 }
 
-/// The inputs of the losses besides the network's output, `[1, 3, h, w]` unless noted.
+/// Inputs of the losses besides the network's output, `[1, 3, h, w]` unless noted.
 pub struct LossInputs<'a> {
-    /// Linear light that an output of 1 stands for.
+    /// Linear light of an output of 1.
     pub light: Tensor<4>,
     /// Matte of the subject, `[1, 1, h, w]`.
     pub mask: &'a Tensor<4>,
@@ -242,8 +242,8 @@ pub struct LossInputs<'a> {
     pub settings: LossSettings,
 }
 
-/// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
-/// by themselves, `[2]`; for tensors that [`serve`] names.
+/// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both separate
+/// losses, `[2]`; for tensors accepted by [`serve`].
 pub fn losses(output: Tensor<4>, with: &LossInputs) -> (Tensor<1>, Tensor<1>) {
     let olats = with.olats.cloned().unwrap_or_else(|| nothing(&output));
     let tensors = [&with.light, with.mask, &olats, with.plate, with.weights];
@@ -255,7 +255,7 @@ pub fn losses(output: Tensor<4>, with: &LossInputs) -> (Tensor<1>, Tensor<1>) {
 }
 
 /// A parameter and both its moments after step number `step` (from 1) of Adam, with β₁ = 0.9,
-/// β₂ = 0.999 and ε = 1e-8; for tensors that [`serve`] names.
+/// β₂ = 0.999 and ε = 1e-8; for tensors accepted by [`serve`].
 pub fn adam<const D: usize>(
     parameter: Tensor<D>,
     gradient: Tensor<D>,

@@ -1,4 +1,4 @@
-//! Group normalisation, fused with what follows it: a scale and a shift per channel and a leaky
+//! Group normalisation, fused with a scale and a shift per channel and a leaky
 //! ReLU. Batch normalisation of one picture is the case of one channel per group.
 
 use crate::kernels::chunks::{each_chunk, each_index};
@@ -8,8 +8,8 @@ use crate::kernels::sums::{BLOCK, sum_of, sum_of_pairs};
 /// channels of a picture's group (Wu and He, "Group Normalization").
 #[derive(Clone, Copy, Debug)]
 pub struct GroupNorm<'a> {
-    /// Groups of a picture, a divisor of the number of channels. As many as there are channels
-    /// normalises every channel by itself.
+    /// Groups of a picture, a divisor of the number of channels. With as many groups as channels
+    /// every channel is normalised separately.
     pub groups: usize,
     /// h·w
     pub pixels: usize,
@@ -19,12 +19,12 @@ pub struct GroupNorm<'a> {
     pub beta: &'a [f32],
     /// ε; PyTorch's and burn's is 1e-5.
     pub epsilon: f64,
-    /// The leaky ReLU's slope for negative values: 0 is a plain ReLU, 1 leaves them as they are.
+    /// The leaky ReLU's slope for negative values: 0 is a plain ReLU, 1 is the identity.
     pub slope: f32,
 }
 
 /// Mean and variance of a group, the variance with the number of values in its denominator. In f64,
-/// as a mean of 1000 rounded to f32 would be off by 1/300 of a deviation of 0.01.
+/// since a mean of 1000 rounded to f32 would be off by 1/300 of a deviation of 0.01.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     pub mean: f64,
@@ -72,7 +72,7 @@ impl GroupNorm<'_> {
     }
 
     /// The gradients of `x`, γ and β from that of `y`. `dy`, `x` and `dx` are `[n, c, h, w]`,
-    /// `moments` are those that [`forward`](Self::forward) returned, `dgamma` and `dbeta` are `[c]`.
+    /// `moments` are the result of [`forward`](Self::forward), `dgamma` and `dbeta` are `[c]`.
     ///
     /// With g = dy·leak′ and x̂ the normalised x: dβ = Σ g and dγ = Σ g·x̂ over pictures and pixels,
     /// and dx = (γ·g − mean(γ·g) − x̂·mean(γ·g·x̂))/√(variance + ε), the means over the group. The
@@ -254,7 +254,7 @@ impl Moments {
     }
 
     /// The moments of all of `x`, block by block: the mean first, then the squares about it while
-    /// the block is still in the nearest cache. Blocks are put together as in Chan et al.,
+    /// the block is still in the nearest cache. Blocks are combined as in Chan et al.,
     /// "Algorithms for computing the sample variance".
     #[inline(always)]
     fn of(x: &[f32]) -> Self {
@@ -265,7 +265,7 @@ impl Moments {
             |index| {
                 let block = &x[index * BLOCK..x.len().min((index + 1) * BLOCK)];
                 let count = block.len() as f64;
-                // Differences from any of the values are small where the values are alike.
+                // Differences from any of the values are small where the values are similar.
                 let pivot = block[0];
                 let near = (f64::from(pivot) + sum_of(block, |x| x - pivot) / count) as f32;
                 let rest = sum_of(block, |x| x - near);
@@ -504,7 +504,7 @@ mod tests {
             }
         }
 
-        /// Adding to all of a group changes nothing, so the gradient sums to zero.
+        /// Adding a constant to a whole group changes nothing, so the gradient sums to zero.
         #[test]
         fn the_gradient_of_a_group_has_no_mean(pixels in 1..300usize) {
             let case = Case::new(2, 6, 3, pixels, 0.2);

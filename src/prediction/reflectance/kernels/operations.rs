@@ -1,4 +1,4 @@
-//! The kernels as operations of burn: what they compute, and by hand what their gradients are.
+//! The kernels as operations of burn: their results, and their gradients derived by hand.
 
 use super::Precision;
 use super::adam::AdamStep;
@@ -21,7 +21,7 @@ use burn::tensor::{Bytes, DType, Shape};
 /// Operations of the network and its losses, for burn's CPU backend.
 #[backend_extension(Flex, Autodiff)]
 pub trait Kernels: Backend {
-    /// Convolution of the channels of `first` and then `second` (of no channels where there is but
+    /// Convolution of the channels of `first` and then `second` (without channels if there is only
     /// one source), bias and activation. See [`convolution::forward`].
     fn convolution(
         first: FloatTensor<Self>,
@@ -38,8 +38,8 @@ pub trait Kernels: Backend {
     /// See [`resample::upsample`]; `second` may have no channels.
     fn upsample(first: FloatTensor<Self>, second: FloatTensor<Self>) -> FloatTensor<Self>;
 
-    /// Group normalisation and leaky ReLU, see [`GroupNorm`]; with it the mean and the variance of
-    /// each group, `[2, n·groups]`, through which no gradient goes.
+    /// Group normalisation and leaky ReLU, see [`GroupNorm`]; also returns the mean and the variance of
+    /// each group, `[2, n·groups]`, which carry no gradient.
     fn normalize(
         x: FloatTensor<Self>,
         gamma: FloatTensor<Self>,
@@ -49,8 +49,8 @@ pub trait Kernels: Backend {
         slope: f32,
     ) -> (FloatTensor<Self>, FloatTensor<Self>);
 
-    /// λ1 · reconstruction + λ2 · rendering, `[1]`, and both losses by themselves, `[2]`; no gradient
-    /// goes through these, nor to any input but `output`. `olats` may be empty. See [`Losses`].
+    /// λ1 · reconstruction + λ2 · rendering, `[1]`, and both separate losses, `[2]`, which carry no
+    /// gradient, like all inputs but `output`. `olats` may be empty. See [`Losses`].
     fn losses(
         output: FloatTensor<Self>,
         light: FloatTensor<Self>,
@@ -62,7 +62,7 @@ pub trait Kernels: Backend {
     ) -> (FloatTensor<Self>, FloatTensor<Self>);
 }
 
-/// Changes of parameters once their gradients are known.
+/// Updates of parameters once their gradients are known.
 #[backend_extension(Flex)]
 pub trait Updates: Backend {
     /// The parameter and both moments after a step. See [`AdamStep`].
@@ -94,7 +94,7 @@ impl Updates for Flex {
         step: AdamStep,
     ) -> (FlexTensor, FlexTensor, FlexTensor) {
         let gradient = Values::new(&gradient);
-        // Written in place where nobody else holds them, into a copy otherwise.
+        // Written in place if there is no other owner, into a copy otherwise.
         let [mut p, mut m, mut v] = [parameter, first_moment, second_moment].map(whole);
         step.apply(p.storage_mut(), gradient.get(), m.storage_mut(), v.storage_mut());
         (p, m, v)
@@ -121,7 +121,7 @@ fn whole(tensor: FlexTensor) -> FlexTensor {
     self::tensor(values, tensor.shape())
 }
 
-/// A tensor's values in the order `[n, c, h, w]`, copied only where they lie otherwise.
+/// A tensor's values in the order `[n, c, h, w]`, copied only if their order differs.
 struct Values(FlexTensor);
 
 impl Values {
@@ -130,7 +130,7 @@ impl Values {
     }
 
     fn get(&self) -> &[f32] {
-        self.0.as_slice().expect("a contiguous tensor of f32, as the network's operations ask for")
+        self.0.as_slice().expect("a contiguous f32 tensor, as the network's operations require")
     }
 }
 
@@ -142,7 +142,7 @@ fn dims(tensor: &FlexTensor) -> [usize; 4] {
     tensor.shape().dims()
 }
 
-/// Two sources of the gradient of both, without a copy where there is but one.
+/// Gradient of both sources, without a copy if there is only one.
 fn split(gradient: Vec<f32>, [n, c1, c2]: [usize; 3], [h, w]: [usize; 2]) -> [FlexTensor; 2] {
     if c2 == 0 {
         return [tensor(gradient, [n, c1, h, w]), tensor(Vec::new(), [n, 0, h, w])];
@@ -163,7 +163,7 @@ fn convolution_shape(
 ) -> shape::Shape {
     let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
     let [outputs, inputs, kernel, _] = dims(weight);
-    assert_eq!(inputs, c1 + c2, "the weights' input channels are those of the sources");
+    assert_eq!(inputs, c1 + c2, "the weights' input channels must match the sources");
     let shape = shape::Shape { batch, inputs, outputs, height, width, kernel, tiles: None };
     shape.with_precision(precision)
 }
@@ -274,7 +274,7 @@ fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTenso
     )
 }
 
-/// Registers an operation: `state` is kept for `step` where a gradient will be asked for.
+/// Registers an operation: `state` is kept for `step` if a gradient is needed.
 macro_rules! record {
     ($step:expr, $guards:expr, $state:expr, $output:expr) => {
         match $step.prepare::<C>($guards).compute_bound().stateful() {

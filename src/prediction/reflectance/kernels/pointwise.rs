@@ -1,8 +1,8 @@
-//! Functions of single values: the display-like encoding, the sigmoid and the other activations, with their gradients.
+//! Pointwise functions: the display-like encoding, the sigmoid and the other activations, with their gradients.
 
 use super::chunks::vectorized;
 
-/// o in [`encode`]. It keeps the slope at black finite: 8.9, where a pure power has none.
+/// o in [`encode`]. It keeps the slope at black finite: 8.9; that of a pure power is infinite.
 const OFFSET: f32 = 0.01;
 
 /// The display-like encoding (max(x, 0) + o)^(1/2.2) − o^(1/2.2), with o = 0.01, and its slope, which
@@ -14,13 +14,13 @@ pub fn encode(x: f32) -> (f32, f32) {
     let light = lifted(x);
     let root = root_2_2(light);
     let slope = if x < 0.0 { 0.0 } else { root / light * (1.0 / 2.2) };
-    // The root reads the bits of a number; ∞ and NaN are none.
+    // The root reads the bits of a number; ∞ and NaN are excluded.
     let root = if light < f32::INFINITY { root } else { light };
     // By the same root, so that black becomes exactly 0.
     (root - root_2_2(OFFSET), slope)
 }
 
-/// The sigmoid 1/(1 + e^−x), within 1e-7. Below −87 it is 0, as e^x leaves the normal numbers there.
+/// The sigmoid 1/(1 + e^−x), within 1e-7. Below −87 it is 0, since e^x leaves the normal numbers there.
 #[inline(always)]
 pub fn sigmoid(x: f32) -> f32 {
     // Of −|x|, so that the power cannot overflow.
@@ -99,8 +99,8 @@ fn root_2_2(x: f32) -> f32 {
     const SQRT_HALF: u32 = std::f32::consts::FRAC_1_SQRT_2.to_bits();
     let exponent = (x.to_bits().wrapping_sub(SQRT_HALF) as i32) >> 23;
     let mantissa = f32::from_bits(x.to_bits().wrapping_sub((exponent << 23) as u32));
-    // e·5/11 in two parts, whole + fraction, both exact but for the division: the rounding of the
-    // sum itself would be seen in the result.
+    // e·5/11 in two parts, whole + fraction, both exact except for the division: the rounding of the
+    // sum itself would show in the result.
     let exponent = exponent as f32;
     let whole = nearest_whole(exponent * (5.0 / 11.0));
     let fraction = (5.0 * exponent - 11.0 * whole) * (1.0 / 11.0);
@@ -144,8 +144,8 @@ fn exp2(whole: f32, fraction: f32) -> f32 {
     power * (1.0 + fraction * polynomial(fraction, COEFFICIENTS))
 }
 
-/// Σ coefficients[i]·tⁱ. Multiplications and additions stay apart: fused ones are functions, and
-/// slow, on processors without them.
+/// Σ coefficients[i]·tⁱ. Multiplications and additions stay separate: fused ones are slow function calls
+/// on processors without them.
 #[inline(always)]
 fn polynomial<const N: usize>(t: f32, coefficients: [f32; N]) -> f32 {
     let lower = coefficients[..N - 1].iter().rev();
@@ -155,7 +155,7 @@ fn polynomial<const N: usize>(t: f32, coefficients: [f32; N]) -> f32 {
 /// At 1.5·2²³ the numbers of f32 are the integers: adding it rounds.
 const WHOLE: f32 = 12_582_912.0;
 
-/// x rounded to a whole number, for |x| < 2²². (`f32::round` calls a function where the build's
+/// x rounded to an integer, for |x| < 2²². (`f32::round` calls a function where the build's
 /// target has no instruction for it.)
 #[inline(always)]
 fn nearest_whole(x: f32) -> f32 {
@@ -186,7 +186,7 @@ mod tests {
         x.iter().map(|x| sigmoid(*x)).collect()
     }
 
-    /// The largest error of `values`, relative to what is `expected` of each of `x`.
+    /// Largest error of `values`, relative to the `expected` value of each of `x`.
     fn largest_relative_error(
         x: &[f32],
         values: impl IntoIterator<Item = f64>,

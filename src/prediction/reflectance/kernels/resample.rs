@@ -1,7 +1,7 @@
 //! The two changes of resolution in the network, with their gradients.
 //!
 //! Both filters are separable. A row of the result is combined from two or three rows of the source
-//! into one scratch row, which stays in the nearest cache, and from there along the row.
+//! in one scratch row, which stays in the nearest cache, and then filtered along the row.
 
 use crate::kernels::chunks::{WORTH_A_THREAD, each_chunk};
 
@@ -85,7 +85,7 @@ pub fn blur_pool_backward(dout: &[f32], [h, w]: [usize; 2], dx: &mut [f32]) {
 }
 
 /// Bilinear ×2 with half-pixel centres and repeated edges (PyTorch's `align_corners=False`) of one
-/// or two sources, whose channels stand one after the other in the result.
+/// or two sources, whose channels are concatenated in the result.
 ///
 /// `first` is `[n, c1, h, w]`, `second` is `[n, c2, h, w]` or empty, `out` is `[n, c1 + c2, 2h, 2w]`.
 /// An even pixel is ¾·x + ¼·previous, an odd one ¾·x + ¼·next.
@@ -149,7 +149,7 @@ pub fn upsample_backward(
                 let (plane, y) = (index / h, 2 * (index % h));
                 let plane = plane / channels * (c1 + c2) + skipped + plane % channels;
                 let read = |y: usize| line(dout, 2 * w, plane * 2 * h + y);
-                // The four results that a pixel gave to; at an edge the outermost gets it twice.
+                // The four results that a pixel contributed to; at an edge the outermost gets it twice.
                 let [a, b] = [read(y.saturating_sub(1)), read(y)];
                 let [c, d] = [read(y + 1), read((y + 2).min(2 * h - 1))];
                 let target = scratch[1..].iter_mut();
@@ -168,7 +168,7 @@ pub fn upsample_backward(
 }
 
 /// Calls `fill(index, row, scratch)` for each row of `width` elements of `out`, with `scratch`
-/// elements that it may use.
+/// elements of working memory.
 #[inline(always)]
 fn each_row(
     out: &mut [f32],

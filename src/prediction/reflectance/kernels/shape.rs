@@ -1,4 +1,4 @@
-//! The shape of a convolution, and where its inputs lie.
+//! Shape of a convolution, and layout of its inputs.
 
 use super::amx::Precision;
 
@@ -12,11 +12,11 @@ pub struct Shape {
     pub width: usize,
     /// Width and height of the kernel.
     pub kernel: usize,
-    /// Precision of the processor's tile registers, if they compute it.
+    /// Precision on the processor's tile registers, if they compute it.
     pub tiles: Option<Precision>,
 }
 
-/// Inputs whose channels follow one another: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the
+/// Concatenated inputs: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the
 /// convolution's inputs. The second may be empty.
 pub type Sources<'a> = [&'a [f32]; 2];
 
@@ -51,7 +51,7 @@ impl Shape {
         &values[start..start + self.width]
     }
 
-    /// One row of an input whose channels are those of two sources, one after the other.
+    /// One row of an input with the concatenated channels of two sources.
     pub(super) fn input_row<'a>(
         &self,
         sources: Sources<'a>,
@@ -66,12 +66,12 @@ impl Shape {
         }
     }
 
-    /// The same convolution seen from its output.
+    /// Shape of the transposed convolution.
     pub(super) fn reversed(&self) -> Self {
         Self { inputs: self.outputs, outputs: self.inputs, ..*self }
     }
 
-    /// Rows of a band, by the shape alone so that no result depends on the number of threads: few
+    /// Rows of a band. They depend only on the shape, so that no result depends on the number of threads: few
     /// enough that both factors stay in the second-level cache.
     pub(super) fn band_rows(&self) -> usize {
         const CACHED: usize = 256 * 1024;

@@ -1,11 +1,11 @@
 //! Sums in a fixed order, so that they are the same on every processor and number of threads.
 
-/// Elements that are added side by side: many vectors of any width, so that no addition waits for
+/// Elements added side by side: many vectors of any width, so that no addition waits for
 /// the one before it.
 const LANES: usize = 256;
 
-/// Elements after which a sum in f32 is handed on to f64: few additions a lane, whose rounding
-/// stays below 1e-6, and 16 KB, so that a second look at a block finds it in the nearest cache.
+/// Elements after which a sum in f32 is moved to f64: few additions per lane, whose rounding
+/// stays below 1e-6, and 16 KB, so that a second pass over a block finds it in the nearest cache.
 pub const BLOCK: usize = 4096;
 
 /// A running sum in f32, split over lanes. Element i of a slice goes to lane i mod 256.
@@ -15,7 +15,7 @@ pub struct Lanes([f32; LANES]);
 impl Lanes {
     pub const ZERO: Self = Self([0.0; LANES]);
 
-    /// Adds `term(a, b)` for all pairs of the two slices, which are of one length.
+    /// Adds `term(a, b)` for all pairs of the two slices, which have the same length.
     #[inline(always)]
     pub fn add(&mut self, a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) {
         assert_eq!(a.len(), b.len());

@@ -1,4 +1,4 @@
-//! Every operation against burn's own on the same backend: values and gradients.
+//! Comparison of every operation with burn's own on the same backend: values and gradients.
 
 use super::*;
 use burn::module::Param;
@@ -8,7 +8,7 @@ use burn::tensor::{Device, Distribution};
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-/// The bound on the largest difference over the largest value: f32 sums of some thousand terms in
+/// Bound on the largest difference over the largest value: f32 sums of some thousand terms in
 /// another order differ by about 1e-6.
 const CLOSE: f32 = 1e-5;
 
@@ -28,7 +28,7 @@ fn assert_within<const D: usize>(bound: f32, what: &str, ours: Tensor<D>, burns:
     assert_sums(bound, 1e-3, what, ours, burns);
 }
 
-/// `bound` is relative to the largest value, and to `size` at least: a sum of random terms may happen to be near 0.
+/// `bound` is relative to the largest value, and to at least `size`: a sum of random terms may happen to be near 0.
 fn assert_sums<const D: usize>(
     bound: f32,
     size: f32,
@@ -44,7 +44,7 @@ fn assert_sums<const D: usize>(
     }
 }
 
-/// The same pixels in memory in another order, seen through strides.
+/// The same pixels in another memory order, seen through strides.
 fn strided(x: &Tensor<4>) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let turned = x.clone().permute([3, 1, 0, 2]);
@@ -63,7 +63,7 @@ fn layer(inputs: usize, outputs: usize, kernel: usize, device: &Device) -> Conv2
 }
 
 /// A direction for gradients that leaves out pixels at the kink of an activation, where rounding decides
-/// on which side of it they lie.
+/// on the side.
 fn random_away_from_kinks(before_activation: &Tensor<4>) -> Tensor<4> {
     let direction = random(before_activation.dims(), &before_activation.device());
     let kinks = before_activation.clone().abs().lower_elem(1e-3);
@@ -133,7 +133,7 @@ fn check_within(bound: f32, case: Case, activation: Activation, precision: Preci
     assert_sums(bound, size, &format!("{what}, by the biases"), ours.2, burns.2);
 }
 
-/// On processors without tile registers this is the f32 path once more.
+/// On processors without tile registers this is the f32 path again.
 #[test]
 fn split_and_half_precision_are_as_close_as_they_say() {
     for (inputs, outputs, size) in [([64, 0], 123, [40, 40]), ([96, 32], 32, [17, 33])] {
@@ -164,7 +164,7 @@ fn convolution_and_its_gradients_are_those_of_burn() {
         case(1, [512, 0], 130, [4, 4], 3),
         case(1, [130, 0], 512, [2, 2], 3),
         case(3, [64, 64], 32, [32, 32], 3),
-        // Weights that one band packs for itself, and such as stay far away from many.
+        // Weights that one band packs for itself, and weights that stay far away from many bands.
         case(1, [90, 0], 70, [9, 11], 3),
         case(1, [256, 0], 130, [24, 20], 3),
         case(2, [7, 0], 6, [65, 66], 1),
@@ -285,7 +285,7 @@ fn normalization_and_its_gradients_are_those_of_burn() {
     }
 }
 
-/// One picture has no variance where it has one pixel, or pixels that are all alike.
+/// One picture has no variance if it has one pixel, or equal pixels.
 #[test]
 fn batch_normalisation_of_a_batch_of_one_is_finite_where_nothing_varies() {
     let device = Device::flex().autodiff();
@@ -304,7 +304,7 @@ fn batch_normalisation_of_a_batch_of_one_is_finite_where_nothing_varies() {
         for parameter in [&norm.gamma, &norm.beta] {
             assert!(finite(values(parameter.val().grad(&gradients).unwrap())));
         }
-        // A tenth of the way from 0 and 1 to what this picture has.
+        // A tenth of the way from 0 and 1 to this picture's statistics.
         let mean = norm.running_mean.value();
         assert_within(
             1e-4,
@@ -316,7 +316,7 @@ fn batch_normalisation_of_a_batch_of_one_is_finite_where_nothing_varies() {
         assert!(variances.iter().all(|v| (v - 0.9).abs() < 1e-4), "{variances:?}");
     }
     test_support::shown!(Network, "Batch normalisation of one picture, of one value, and of pictures of one colour",
- danger: "the variance is 0, and its root divides", done: "an ε is added to the variance; gradients of what does not vary are 0",
+ danger: "the variance is 0, and its root divides", done: "an ε is added to the variance; gradients of constant pictures are 0",
  bound: "outputs are the shift to 1e-3; all gradients finite", measured: "holds");
 }
 
@@ -400,7 +400,7 @@ fn some_outputs_are_those_of_all() {
 
 #[test]
 fn convolutions_at_once_do_not_disturb_each_other() {
-    // A thread that waits for a part of one may begin another, whose buffers must not be the same.
+    // A thread that waits for a part of one may start another, which must use other buffers.
     let device = Device::flex().autodiff();
     let layer = layer(48, 40, 3, &device);
     let inputs: Vec<_> = (0..24).map(|i| random([1, 48, 8 + i, 30], &device)).collect();

@@ -1,4 +1,4 @@
-//! The inner loops in which convolutions spend their time. Each keeps a block of sums in registers.
+//! Inner loops of convolutions. Each keeps a block of sums in registers.
 
 use super::chunks::WORTH_A_THREAD;
 use pulp::Simd;
@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 /// Rows of a tile of a [`Product`] and of a [`correlation`].
 pub const ROWS: usize = 4;
-/// Most positions that a tile of a [`Product`] covers, whatever the processor.
+/// Most positions in a tile of a [`Product`], on any processor.
 pub const MAX_POSITIONS: usize = 5 * 16;
 
-/// The left factor of products, block by block: of each element the values of a block's [`ROWS`] rows side by side, so
-/// that a tile reads it from start to end. The last block is filled up with its last row.
+/// Left factor of products, block by block: for each element the values of a block's [`ROWS`] rows side by side, so
+/// that a tile reads it from start to end. The last block is padded with its last row.
 pub struct Packed {
     values: Vec<[f32; ROWS]>,
     /// Elements of a row.
@@ -28,7 +28,7 @@ impl Packed {
             let first = block * ROWS;
             for (channel, values) in values.chunks_exact_mut(taps).enumerate() {
                 for (tap, values) in values.iter_mut().enumerate() {
-                    // The last block's further rows repeat the last: their sums go nowhere.
+                    // Surplus rows of the last block repeat the last row: their sums are discarded.
                     *values =
                         core::array::from_fn(|r| value((first + r).min(rows - 1), channel, tap));
                 }
@@ -61,7 +61,7 @@ impl Packed {
     }
 }
 
-/// The right factor of a product: element (channel, tap) of position `i` lies at `channel · channel_stride + taps[tap] + i`.
+/// Right factor of a product: element (channel, tap) of position `i` is at `channel · channel_stride + taps[tap] + i`.
 #[derive(Clone, Copy)]
 pub struct Factor<'a> {
     pub values: &'a [f32],
@@ -69,17 +69,17 @@ pub struct Factor<'a> {
     pub taps: &'a [usize],
 }
 
-/// A tile of sums, row by row, `MAX_POSITIONS` places for each.
+/// A tile of sums, row by row, with room for `MAX_POSITIONS` per row.
 pub type Tile = [[f32; MAX_POSITIONS]; ROWS];
 
-/// Positions that a tile of a [`Product`] covers on this processor.
+/// Positions in a tile of a [`Product`] on this processor.
 #[inline(always)]
 pub fn positions<S: Simd>() -> usize {
     vectors::<S>() * S::F32_LANES
 }
 
 /// Vectors side by side in a tile: with sums, right factors and a broadcast the tile fills 32 registers, or the 16 of
-/// AVX2, and there are sums enough that none waits for its last addition.
+/// AVX2, with enough sums that none waits for its last addition.
 #[inline(always)]
 fn vectors<S: Simd>() -> usize {
     if S::F32_LANES == 8 { 3 } else { 5 }
@@ -89,7 +89,7 @@ fn vectors<S: Simd>() -> usize {
 /// tap, position).
 #[derive(Clone, Copy)]
 pub struct Product<'a> {
-    /// A block of [`Packed`] rows, of as many elements as the right factor has channels times taps.
+    /// A block of [`Packed`] rows, with as many elements as the right factor has channels times taps.
     pub left: &'a [[f32; ROWS]],
     pub right: Factor<'a>,
     pub start: [f32; ROWS],
@@ -108,8 +108,8 @@ impl Product<'_> {
 
     #[inline(always)]
     fn fill_with<S: Simd, const V: usize>(&self, simd: S, position: usize, tile: &mut Tile) {
-        // With AVX2 sums, right factors and the broadcast take all registers. Whether the compiler keeps them there hangs on
-        // the shape of these loops: `make bench` shows it, a spill costs half the speed.
+        // With AVX2 sums, right factors and the broadcast take all registers. The compiler keeps them there only with
+        // this shape of the loops: check with `make bench`, since a spill costs half the speed.
         let Self { left, right, start } = *self;
         let Factor { values, channel_stride, taps } = right;
         let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];

@@ -1,6 +1,6 @@
-//! Convolution of small pictures, whose weights are many more than their pixels. The input is unfolded,
-//! for each pixel what each weight meets there, and all three products read the weights once and in
-//! the order in which they lie.
+//! Convolution of small pictures with many more weights than pixels. The input is unfolded:
+//! each pixel gets a row with the input of each weight. All three products then read the weights once and in
+//! memory order.
 
 use super::band::Band;
 use super::chunks::{WORTH_A_THREAD, arch};
@@ -11,7 +11,7 @@ use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-/// A picture unfolded: `[pixels, row_length]`, in a row the order of an output channel's weights.
+/// An unfolded picture: `[pixels, row_length]`, each row in the order of an output channel's weights.
 struct Unfolded {
     values: Vec<f32>,
     row_length: usize,
@@ -24,7 +24,7 @@ impl Unfolded {
         band.fill(shape, shape.inputs, &mut copy, |c, y, into| {
             into.copy_from_slice(shape.input_row(x, picture, c, y));
         });
-        // The last tile may reach further, whatever its width.
+        // The last tile may read further, at any width.
         let row_length = shape.columns() + MAX_POSITIONS;
         let mut values = vec![0.0; shape.plane() * row_length];
         let rows = values.par_chunks_mut(row_length).enumerate();
@@ -71,9 +71,9 @@ pub fn forward(
     }
 }
 
-/// A block of output channels: each sum is that of a row of weights and a row of the unfolded picture.
+/// A block of output channels: each sum is the product of a row of weights and a row of the unfolded picture.
 struct Outputs<'a> {
-    /// From the block's first channel on.
+    /// Output from the block's first channel on.
     weight: &'a [f32],
     columns: usize,
     unfolded: &'a Unfolded,
@@ -83,7 +83,7 @@ struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    /// The sums of the pixels from `pixel` on, `T` at a time; returns the first that was left.
+    /// Sums of the pixels from `pixel` on, `T` at a time; returns the first remaining one.
     #[inline(always)]
     fn tiles<S: Simd, const T: usize>(&mut self, simd: S, mut pixel: usize) -> usize {
         let used = self.out.len() / self.pixels;
@@ -119,7 +119,7 @@ impl WithSimd for Outputs<'_> {
 }
 
 /// A picture's gradient before the activation, `[outputs, pixels]`; `before(picture, channel, y, into)`
-/// gives a row of it.
+/// fills a row of it.
 fn gradient(
     shape: &Shape,
     picture: usize,
@@ -198,11 +198,11 @@ impl WithSimd for ByWeights<'_> {
     }
 }
 
-/// Columns that a task of [`by_input`] takes: so many that weights are read in runs of a kilobyte.
+/// Columns per task of [`by_input`]: enough that weights are read in runs of a kilobyte.
 const COLUMNS: usize = 3 * MAX_POSITIONS;
 
-/// The gradient by the input: what every pixel sends through each weight, `[columns, pixels]`, folded
-/// back to where it came from.
+/// Gradient by the input: the contribution of every pixel through each weight, `[columns, pixels]`, folded
+/// back to its source.
 pub fn by_input(
     shape: &Shape,
     weight: &[f32],
@@ -239,7 +239,7 @@ fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
             let column = channel * taps + tap;
             let spread = &spread[column / COLUMNS * pixels * COLUMNS + column % COLUMNS..];
             let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
-            // The pixels whose kernel reaches inside the picture with this tap.
+            // Pixels for which this tap lies inside the picture.
             let ys = radius.saturating_sub(ky)
                 ..(shape.height + radius).saturating_sub(ky).min(shape.height);
             let xs = radius.saturating_sub(kx)
@@ -276,8 +276,8 @@ impl WithSimd for SpreadGradient<'_> {
         let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
         let last = self.columns.min(self.first + COLUMNS);
         for column in (self.first..last).step_by(step) {
-            // The last tile of all is moved back so that it ends with the weights; what it then holds of
-            // columns before its own is left out.
+            // The very last tile is moved back to end with the weights; its results for
+            // earlier columns are left out.
             let from = column.min(self.columns - step);
             let (skipped, run) = (column - from, step.min(last - column));
             for pixel in (0..self.pixels).step_by(ROWS) {

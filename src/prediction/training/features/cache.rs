@@ -1,14 +1,14 @@
-//! Features of true pictures, kept for the next time the same picture is compared.
+//! Cache of the features of true pictures, for repeated comparisons.
 
 use super::network::FeatureNetwork;
 use crate::schedule::SampleSource;
 use burn::tensor::Tensor;
 use std::collections::HashMap;
 
-/// Most bytes that the cache takes; features that do not fit are computed each time.
+/// Most bytes of the cache; features that do not fit are computed each time.
 const MAX_BYTES: usize = 1 << 30;
 
-/// A true picture that does not change over a run.
+/// A true picture that is constant over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PictureId {
     pub source: SampleSource,
@@ -23,7 +23,7 @@ pub enum PictureKind {
     Olat(usize),
 }
 
-/// The layers of pictures that were compared before, `[1, channels, h, w]` each.
+/// Cached layers of pictures, `[1, channels, h, w]` each.
 #[derive(Default)]
 pub struct FeatureCache {
     kept: HashMap<PictureId, Vec<Tensor<4>>>,
@@ -31,7 +31,7 @@ pub struct FeatureCache {
 }
 
 impl FeatureCache {
-    /// The layers of `pictures`, `[n, 3, h, w]`, whose names are `names`.
+    /// Layers of `pictures`, `[n, 3, h, w]`, with the names `names`.
     pub fn layers(
         &mut self,
         network: &FeatureNetwork,
@@ -77,7 +77,7 @@ impl FeatureCache {
     }
 }
 
-/// The layers of one picture.
+/// Layers of one picture.
 fn row(layers: &[Tensor<4>], picture: usize) -> Vec<Tensor<4>> {
     let row = |layer: &Tensor<4>| layer.clone().narrow(0, picture, 1);
     layers.iter().map(row).collect()

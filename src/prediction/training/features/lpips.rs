@@ -1,8 +1,8 @@
-//! LPIPS: how different two pictures look to a network that recognises pictures.
+//! LPIPS: perceptual distance of two pictures, by a network that recognises pictures.
 //!
 //! Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of Deep Features as a Perceptual Metric"
-//! (CVPR 2018), version 0.1: at each place of seven layers of SqueezeNet 1.1 the channels are brought to length 1, their
-//! squared differences are weighted by `lpips.lin0` … `lpips.lin6` and added up; the distance is the sum of the layers'
+//! (CVPR 2018), version 0.1: at each place of seven layers of SqueezeNet 1.1 the channels are normalised to length 1, their
+//! squared differences are weighted by `lpips.lin0` … `lpips.lin6` and summed; the distance is the sum of the layers'
 //! means over all places.
 
 use super::network::{Architecture, FeatureNetwork};
@@ -12,12 +12,12 @@ use burn::tensor::{Device, Tensor, TensorData};
 use imaging::Encoded;
 use std::path::Path;
 
-/// Channels of the layers that are compared.
+/// Channels of the compared layers.
 const CHANNELS: [usize; 7] = [64, 128, 256, 384, 384, 512, 512];
-/// Guard against a division by zero at a place without any signal.
+/// Guard against a division by zero at a place without signal.
 const EPSILON: f32 = 1e-10;
 
-/// The measure, with its weights in memory.
+/// The LPIPS measure, with its weights in memory.
 pub struct Lpips {
     network: FeatureNetwork,
     /// `[1, channels, 1, 1]` each.
@@ -26,10 +26,10 @@ pub struct Lpips {
 }
 
 impl Lpips {
-    /// The measure of a file that holds SqueezeNet 1.1 under torchvision's names and the seven `lpips.lin` tensors.
+    /// Reads the measure from a file with SqueezeNet 1.1 under torchvision's names and the seven `lpips.lin` tensors.
     ///
     /// # Errors
-    /// When the file cannot be read, or lacks some of that.
+    /// When the file cannot be read, or lacks a tensor.
     pub fn open(path: &Path) -> Result<Self> {
         let device = Device::flex();
         let file = WeightFile::open(path)?;
@@ -52,7 +52,7 @@ impl Lpips {
         Ok(Self { weights: weights.collect::<Result<_>>()?, network, device })
     }
 
-    /// The distance of two pictures of one size, at least 16 pixels wide and high: 0 where they are equal, about 0.7 where
+    /// Distance of two pictures of equal size, at least 16 pixels wide and high: 0 where they are equal, about 0.7 where
     /// they have nothing in common.
     ///
     /// # Errors
@@ -63,7 +63,7 @@ impl Lpips {
             let (wide, high) = b.0.size();
             return Err(Error::invalid(
                 format!("LPIPS cannot compare {width} × {height} pixels with {wide} × {high}"),
-                "Give pictures of one size, at least 16 × 16",
+                "Give pictures of equal size, at least 16 × 16",
             ));
         }
         let layers = |picture: &Encoded| {
@@ -105,7 +105,7 @@ mod tests {
             }))
         };
         let reference = read("ex_ref.png");
-        // What NumPy gives for the same weights and pictures.
+        // NumPy's result for the same weights and pictures.
         for (name, expected) in [("ex_p0.png", 0.7112), ("ex_p1.png", 0.1479)] {
             let found = lpips.distance(&reference, &read(name)).unwrap();
             println!("{name}: {found:.4}");

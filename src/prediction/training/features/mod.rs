@@ -1,4 +1,4 @@
-//! Perceptual features: pictures compared by the layers of a network for recognising pictures, with weights
+//! Perceptual features: pictures compared by the layers of a recognition network, with weights
 //! from a file.
 
 mod cache;
@@ -25,21 +25,21 @@ use std::path::Path;
 /// 80 MB. A larger picture is computed alone.
 const PIXELS_AT_ONCE: usize = 1 << 16;
 
-/// The features of a network from a file.
+/// Features of a network from a file.
 pub struct Features {
     architecture: Architecture,
     network: FeatureNetwork,
-    /// The inverse of each layer's root mean square over a fixed picture. The layers' levels differ by up
-    /// to fifty; with these they count alike.
+    /// Inverse of each layer's root mean square over a fixed picture. The layers' levels differ by up
+    /// to a factor of fifty; these factors make them count alike.
     gains: Vec<f32>,
     known: FeatureCache,
 }
 
 impl Features {
-    /// The network in a `.safetensors` or `.pth` file.
+    /// Reads the network in a `.safetensors` or `.pth` file.
     ///
     /// # Errors
-    /// When the file cannot be read, or holds another network than VGG-16, VGG-19 or SqueezeNet 1.1.
+    /// When the file cannot be read, or holds a network other than VGG-16, VGG-19 or SqueezeNet 1.1.
     pub fn open(path: &Path, device: &Device) -> Result<Self> {
         let file = WeightFile::open(path)?;
         let architecture = Architecture::of(&file)?;
@@ -60,10 +60,10 @@ impl Features {
     }
 
     /// Mean distance between encoded pictures `[n, 3, h, w]` and true ones, where `mask`,
-    /// `[1, 1, h, w]`, is not 0; h and w are at least 3. True pictures with the same name must be the
-    /// same each time, and so must their masks.
+    /// `[1, 1, h, w]`, is not 0; h and w are at least 3. True pictures with the same name must be
+    /// identical each time, and so must their masks.
     ///
-    /// A layer counts by √(Σ (mask · difference)² / values + ε²), where `values` is the subject's share
+    /// The term of a layer is √(Σ (mask · difference)² / values + ε²), where `values` is the subject's share
     /// of the layer's values, in units of the layer's level; the distance is the mean over layers.
     pub fn distance(
         &mut self,
@@ -101,14 +101,14 @@ impl Features {
             slopes.push(slope.unwrap_or_else(|| x.clone().inner().zeros_like()));
         }
         if !slopes.is_empty() {
-            // Value and gradient are known, so the layers between need not be kept for all pictures.
+            // Value and gradient are known, so the intermediate layers of all pictures need not be kept.
             let tangent = (predicted * Tensor::from_inner(Tensor::cat(slopes, 0))).sum();
             distance = distance + (tangent.clone() - tangent.detach());
         }
         distance / pictures as f32
     }
 
-    /// The sum of the distances of pictures.
+    /// Sum of the distances of pictures.
     fn distances(
         &self,
         predicted: Tensor<4>,

@@ -1,4 +1,4 @@
-//! The networks whose features are compared, up to the last layer that is needed, with frozen weights.
+//! Feature networks, up to the last compared layer, with frozen weights.
 
 use super::weights::WeightFile;
 use base::error::Result;
@@ -9,15 +9,15 @@ use burn::nn::pool::{MaxPool2d, MaxPool2dConfig};
 use burn::tensor::{Device, Tensor, activation};
 use reflectance::kernels::{self, Activation, Precision};
 
-/// Mean and standard deviation of ImageNet's pictures, which torchvision's networks expect to be removed.
+/// Mean and standard deviation of ImageNet's pictures, by which torchvision's networks normalise their input.
 const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
 const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 
 const RELU: Activation = Activation::LeakyRelu(0.0);
-/// Its error is far below the differences between features.
+/// Precision whose error is far below the differences between features.
 const PRECISION: Precision = Precision::Split;
 
-/// A network that is recognised by its tensors.
+/// Architecture, recognised by its tensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Architecture {
     Vgg16,
@@ -26,12 +26,12 @@ pub enum Architecture {
 }
 
 impl Architecture {
-    /// The network that `file` holds.
+    /// Architecture of the network in `file`.
     ///
     /// # Errors
-    /// When it holds none of these networks.
+    /// When the file holds none of these networks.
     pub fn of(file: &WeightFile) -> Result<Self> {
-        // Where the others have their third pooling, VGG-19 has its eighth convolution.
+        // VGG-19 has its eighth convolution where the others have their third pooling.
         let known = [
             ("features.3.squeeze.weight", Self::SqueezeNet),
             ("features.16.weight", Self::Vgg19),
@@ -43,7 +43,7 @@ impl Architecture {
             .ok_or_else(|| file.unknown())
     }
 
-    /// Its name, as people write it.
+    /// Common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Vgg16 => "VGG-16",
@@ -53,10 +53,10 @@ impl Architecture {
     }
 }
 
-/// A network cut behind the last layer that is compared.
+/// A network up to its last compared layer.
 #[derive(Module, Debug)]
 pub struct FeatureNetwork {
-    /// The last layer of each stage is compared.
+    /// Stages; the last layer of each is compared.
     stages: Vec<Vec<Layer>>,
 }
 
@@ -64,7 +64,7 @@ pub struct FeatureNetwork {
 #[derive(Module, Debug)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "a network has a dozen layers, and their weights lie elsewhere"
+    reason = "a network has a dozen layers, and their weights are on the heap"
 )]
 pub enum Layer {
     /// Stride 1, and the picture keeps its size.
@@ -84,10 +84,10 @@ pub struct Fire {
 }
 
 impl FeatureNetwork {
-    /// The network in `file`.
+    /// Reads the network in `file`.
     ///
     /// # Errors
-    /// When a tensor is missing or has another shape than the architecture gives it.
+    /// When a tensor is missing or does not have the architecture's shape.
     pub fn load(architecture: Architecture, file: &WeightFile, device: &Device) -> Result<Self> {
         let stages = match architecture {
             // Up to relu4_3, and up to relu4_4.
@@ -98,7 +98,7 @@ impl FeatureNetwork {
         Ok(Self { stages: stages? })
     }
 
-    /// The layers that are compared, of pictures `[n, 3, h, w]` as a display shows them, 0 black and 1
+    /// Compared layers of pictures `[n, 3, h, w]` in display codes, 0 black and 1
     /// white: `[n, channels, h', w']` each. Pictures too small for a pooling have fewer.
     pub fn forward(&self, pictures: Tensor<4>) -> Vec<Tensor<4>> {
         let device = pictures.device();
@@ -178,7 +178,7 @@ fn vgg(convolutions: [usize; 4], file: &WeightFile, device: &Device) -> Result<V
     Ok(stages)
 }
 
-/// The first convolution, and fire modules 4, 7 and 9 to 12 of torchvision's list: what LPIPS compares.
+/// The first convolution, and fire modules 4, 7 and 9 to 12 of torchvision's list: the layers of LPIPS.
 fn squeezenet(file: &WeightFile, device: &Device) -> Result<Vec<Vec<Layer>>> {
     let fire = |index: usize, [inputs, squeezed, expanded]: [usize; 3]| {
         let layer = |part: &str, shape| {

@@ -53,7 +53,7 @@ fn squeezenet_shapes() -> Vec<(String, Vec<usize>)> {
         .collect()
 }
 
-/// A safetensors file of these tensors with deterministic values, such as a fresh network has.
+/// A safetensors file of these tensors with deterministic values, like a fresh network's.
 fn safetensors(tensors: &[(String, Vec<usize>)]) -> Vec<u8> {
     let (mut header, mut data) = (serde_json::Map::new(), Vec::new());
     let mut state = 1u32;
@@ -75,7 +75,7 @@ fn safetensors(tensors: &[(String, Vec<usize>)]) -> Vec<u8> {
     [&length, header.as_bytes(), &data].concat()
 }
 
-/// A file in a folder of its own.
+/// A file in its own folder.
 fn file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -88,11 +88,11 @@ fn squeezenet(device: &Device) -> Features {
     Features::open(&path, device).unwrap()
 }
 
-/// The sentence with which a file is refused.
+/// The message with which a file is refused.
 fn refusal(name: &str, bytes: &[u8]) -> String {
     let (_folder, path) = file(name, bytes);
     let refused = Features::open(&path, &Device::flex()).err();
-    let sentence = refused.expect("no such file is taken").for_terminal();
+    let sentence = refused.expect("such a file is refused").for_terminal();
     assert!(sentence.contains(name) && sentence.contains("--features"), "{sentence}");
     sentence
 }
@@ -170,7 +170,7 @@ fn files_that_are_no_such_network_are_refused_with_sentences() {
     for name in ["letter.safetensors", "letter.pth"] {
         refusal(name, b"Dear reader, this is no network at all.");
     }
-    // A pickle that would run a command where it is unpickled as Python does.
+    // A pickle that would run a command when Python unpickles it.
     refusal("program.pth", b"cos\nsystem\n(S'true'\ntR.");
     assert!(refusal("letter.txt", b"Dear reader").contains("not in .safetensors or .pth"));
 
@@ -246,11 +246,11 @@ fn the_gradient_is_that_of_finite_differences() {
     let step = Tensor::from_inner(gradient) * h;
     let mut value = |x: Tensor<4>| distance(x).into_scalar::<f32>();
     let slope = (value(start.clone() + step.clone()) - value(start - step)) / (2.0 * h);
-    // ReLU and maximum have kinks, which differences step over.
+    // Differences step over the kinks of ReLU and maximum.
     assert!((slope / square - 1.0).abs() < 0.03, "{slope} against {square}");
 }
 
-/// Pictures in one batch have the same layers as alone, bit for bit, so that the cache cannot change a run.
+/// Pictures in a batch have the same layers as alone, bit for bit, so that the cache cannot change a run.
 #[test]
 fn remembered_pictures_have_the_layers_of_new_ones() {
     use crate::schedule::SampleSource;

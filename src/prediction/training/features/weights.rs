@@ -1,7 +1,7 @@
 //! Tensors by name from `.safetensors` and `.pth` files.
 //!
 //! A `.pth` file is a pickle, which Python runs as a program. The reader used here interprets the calls
-//! that rebuild tensors and containers and keeps every other one as a name: nothing in the file is run.
+//! that rebuild tensors and containers and keeps all others as names: nothing in the file is run.
 
 use base::error::{Error, Result};
 use base::files;
@@ -12,13 +12,13 @@ use burn::tensor::{DType, Device, Tensor, TensorData};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Remedy for a file that cannot be used, and the option that names it.
+/// Remedy for an unusable file, and its option.
 const REMEDY: (&str, &str) = (
-    "Give a whole .safetensors or .pth file of torchvision's VGG-16, VGG-19 or SqueezeNet 1.1, or leave it out",
+    "Give a complete .safetensors or .pth file of torchvision's VGG-16, VGG-19 or SqueezeNet 1.1, or leave it out",
     "--features FILE",
 );
 
-/// A file of named tensors, whose values are read when they are asked for.
+/// A file of named tensors, whose values are read on demand.
 pub struct WeightFile {
     path: PathBuf,
     tensors: BTreeMap<String, burn_pack::Tensor>,
@@ -26,10 +26,10 @@ pub struct WeightFile {
 
 impl WeightFile {
     /// # Errors
-    /// When the file is of another kind, cannot be read or is incomplete.
+    /// When the file has another format, cannot be read or is incomplete.
     pub fn open(path: &Path) -> Result<Self> {
         let refuse = |cause: &dyn std::fmt::Display| Error::codec("read", path, cause, REMEDY);
-        // Each reader words a missing file differently; the system's words are known.
+        // Each reader words a missing file differently; the system's message is uniform.
         files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let tensors = match extension.to_ascii_lowercase().as_str() {
@@ -96,7 +96,7 @@ impl WeightFile {
         Ok(Param::from_tensor(tensor).no_grad())
     }
 
-    /// The error for a file with an unknown network.
+    /// Error for a file with an unknown network.
     pub fn unknown(&self) -> Error {
         let mut names: Vec<&str> = self.tensors.keys().map(String::as_str).collect();
         let count = names.len();

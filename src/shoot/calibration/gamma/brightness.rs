@@ -1,22 +1,22 @@
-//! Brightness of the interview, per channel, beside the sum of the lamps that the mirror balls tell.
+//! Brightness of the interview per channel, relative to the sum of lamps from the mirror balls.
 //!
-//! The exposure may have been changed. And the balls themselves tell brightness and colour only so well: small glints
-//! lose their colour in a JPEG file and their light where they clip, and light from between the lamps is shared out by
-//! expectation. The subject shows both, so the three factors are fitted with it under each response.
+//! The exposure may have been changed. The balls also measure brightness and colour with limited accuracy: small
+//! glints lose colour in a JPEG file and light to clipping, and light between lamps is distributed by expectation.
+//! The subject shows both, so three factors are fitted to it under each response.
 
 use glam::{DMat3, DVec3};
 
 /// An assumption about the exposure between the photographs of the balls and the filming.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ExposurePrior {
-    /// Nearly always nobody touched the cameras, and a few hundredths of a stop remain.
+    /// The usual case: untouched cameras, with a few hundredths of a stop of variation.
     LeftAlone,
-    /// Now and then somebody changed the exposure, by about half a stop.
+    /// The exposure was changed, by about half a stop.
     Changed,
 }
 
 impl ExposurePrior {
-    /// Prior probability that it holds.
+    /// Prior probability of the assumption.
     const fn chance(self) -> f64 {
         match self {
             Self::LeftAlone => 0.9,
@@ -24,7 +24,7 @@ impl ExposurePrior {
         }
     }
 
-    /// The standard deviation of ln exposure if it holds.
+    /// Standard deviation of ln exposure under the assumption.
     pub const fn deviation(self) -> f64 {
         match self {
             Self::LeftAlone => 0.03,
@@ -33,18 +33,19 @@ impl ExposurePrior {
     }
 }
 
-/// One of several accounts of what the balls get wrong of the light's brightness: a chance, and a normal distribution of
-/// the error of ln light per channel. Together they are a distribution of long tails: mostly little, sometimes much.
+/// One component of the balls' brightness error: a probability, and a normal distribution of the error of ln light
+/// per channel. Together the components have long tails: mostly small errors, sometimes large ones.
 pub(super) struct BallError {
     chance: f64,
     middle: DVec3,
     covariance: DMat3,
 }
 
-/// The errors of balls, beside those that are `expected` of their lamps' weights. Clipped balls lose light, so their
+/// Errors of balls, besides the `expected` errors of their lamps' weights. Clipped balls lose light, so their
 /// lamps' weights come out too large.
 pub(super) fn ball_errors(is_clipped: bool, expected: DMat3) -> Vec<BallError> {
-    // How often, and the mean and the deviation of what all channels share; how often, and the deviation of each.
+    // Probability, mean and deviation of the common part of all channels; probability and deviation of each
+    // channel.
     let common: &[(f64, [f64; 2])] = if is_clipped {
         &[(0.5, [0.0, 0.03]), (0.5, [-0.3, 0.4])]
     } else {
@@ -63,36 +64,36 @@ pub(super) fn ball_errors(is_clipped: bool, expected: DMat3) -> Vec<BallError> {
 /// The common part of all channels, as a covariance.
 pub(super) const ONES: DMat3 = DMat3::from_cols(DVec3::ONE, DVec3::ONE, DVec3::ONE);
 
-/// The cost of the subject's pictures near some ln factors on its light: −2·ln of their probability, half its gradient,
-/// and half its curvature (Gauss and Newton).
+/// Cost of the subject's pictures near some ln factors on its light: −2·ln of their probability, half its gradient,
+/// and half its curvature (Gauss–Newton).
 pub(super) struct LocalCost {
     pub cost: f64,
     pub gradient: DVec3,
     pub curvature: DMat3,
 }
 
-/// Brightness of the interview beside the sum of the lamps, under one response.
+/// Brightness of the interview relative to the sum of lamps, under one response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Brightness {
-    /// −2·ln of the probability of the pictures, whatever the brightness.
+    /// −2·ln of the probability of the pictures, over all brightnesses.
     pub cost: f64,
     /// ln of the factors on the sum of the lamps, per channel.
     pub log_factors: DVec3,
-    /// The part of them that is the exposure, and its standard deviation.
+    /// The exposure part of the factors, and its standard deviation.
     pub log_exposure: f64,
     pub exposure_deviation: f64,
 }
 
 impl Brightness {
-    /// The brightness that explains the pictures best, and how well all together do.
+    /// The brightness that explains the pictures best, with the total probability over all brightnesses.
     pub fn find(
         exposure: ExposurePrior,
         errors: &[BallError],
         pictures: impl Fn(DVec3) -> LocalCost,
     ) -> Self {
-        /// From here on, ln light has room for two minima.
+        /// From this distance on, ln light may have two minima.
         const FAR: f64 = 0.2;
-        // What the pictures say almost by themselves is a start for each account, its own middle another.
+        // The optimum of the pictures alone is one start for each account, the account's own middle another.
         let free = Account::new(
             ExposurePrior::Changed,
             &BallError { chance: 1.0, middle: DVec3::ZERO, covariance: DMat3::IDENTITY * 0.25 },
@@ -134,11 +135,11 @@ impl Brightness {
 
 /// A normal distribution of the three ln factors.
 struct Account {
-    /// −2·ln of its chance and of its density's norm.
+    /// −2·ln of its probability and of its density's norm.
     norm: f64,
     middle: DVec3,
     precision: DMat3,
-    /// The variance of ln exposure.
+    /// Variance of ln exposure.
     exposure: f64,
 }
 
@@ -161,9 +162,9 @@ impl Account {
         }
     }
 
-    /// The place of least cost that Gauss's and Newton's steps reach from a start.
+    /// Place of least cost reached by Gauss–Newton steps from a start.
     fn climb(&self, pictures: &impl Fn(DVec3) -> LocalCost, start: DVec3) -> Place {
-        /// A step of ln light after which another one would be too small to be seen.
+        /// Step of ln light below which a further step would be invisible.
         const STILL: f64 = 2e-3;
         let total = |local: &LocalCost, at: DVec3| {
             let off = at - self.middle;
@@ -194,13 +195,13 @@ impl Account {
         let certainty = local.curvature + self.precision;
         Place {
             at,
-            // Laplace's approximation.
+            // Laplace approximation.
             cost: total(&local, at) + certainty.determinant().ln() + self.norm,
             covariance: certainty.inverse(),
         }
     }
 
-    /// Mean and variance of ln exposure: its share of what the channels have in common.
+    /// Mean and variance of ln exposure: its share of the common part of the channels.
     fn exposure(&self, place: &Place) -> [f64; 2] {
         let along = self.precision * DVec3::splat(self.exposure);
         let off = place.at - self.middle;
@@ -216,7 +217,7 @@ impl Account {
 mod tests {
     use super::*;
 
-    /// Pictures that say `log_factors`, to a standard deviation.
+    /// Pictures that indicate `log_factors`, with a standard deviation.
     fn pictures(log_factors: [f64; 3], deviation: f64) -> impl Fn(DVec3) -> LocalCost {
         move |at| {
             let off = at - DVec3::from_array(log_factors);
@@ -249,7 +250,7 @@ mod tests {
         let found = Brightness::find(ExposurePrior::LeftAlone, &usual, &colour);
         assert!((found.log_factors - DVec3::new(0.3, 0.0, -0.3)).length() < 0.02);
         assert!(found.log_exposure.abs() < 0.01 && found.exposure_deviation < 0.04);
-        // Without it the pictures are more probable, and brightness alone says that the exposure was changed.
+        // Pictures without a colour error are more probable. A pure brightness error indicates a changed exposure.
         let plain = Brightness::find(ExposurePrior::LeftAlone, &usual, pictures([0.0; 3], 0.01));
         assert!(plain.cost + 2.0 < found.cost);
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]

@@ -1,18 +1,18 @@
-//! The accounts of the pictures that are considered, and the intervals that follow from both.
+//! Accounts of the pictures, and credible intervals over both.
 
 use crate::Trial;
 use imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 
-/// One account of the pictures: the exposure of the camera was left alone between the balls and the filming, or it
-/// was changed.
+/// One account of the pictures: the exposure of the camera was either unchanged or changed between the balls and
+/// the filming.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
-    /// The exposure was changed.
+    /// True if the exposure was changed.
     pub changed: bool,
-    /// From 0 to 1; both add up to 1.
+    /// Probability, 0 to 1; the two cases add up to 1.
     pub probability: f32,
-    /// The most probable response and exposure.
+    /// Most probable response and exposure.
     pub gamma1: f32,
     pub gamma2: f32,
     pub exposure: f32,
@@ -22,21 +22,21 @@ pub struct Case {
 }
 
 impl Case {
-    /// The most probable response.
+    /// Most probable response.
     pub fn response(&self) -> Response {
         Response::Dual(DualGamma { gamma1: self.gamma1, gamma2: self.gamma2 })
     }
 
-    /// Values that are tried and saved if this account is chosen: its response and exposure, within the bounds of both.
+    /// Response and exposure of this account, clamped to their bounds, for trial and saving.
     pub fn trial(&self) -> Trial {
         Trial { response: self.response(), exposure: self.exposure }.nudged([0.0; 3])
     }
 }
 
-/// The central intervals that hold the truth with a probability, both cases considered.
+/// Central intervals that contain the true value with a probability, over both cases.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
-    /// From 0 to 1.
+    /// Probability, 0 to 1.
     pub probability: f32,
     pub gamma1: [f32; 2],
     pub gamma2: [f32; 2],
@@ -44,10 +44,10 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The probabilities that intervals are given for.
+    /// Probabilities of the intervals.
     const LEVELS: [f32; 3] = [0.5, 0.9, 0.99];
 
-    /// The intervals of 50, 90 and 99 %; nothing if there are no cases.
+    /// The intervals of 50, 90 and 99 %; empty without cases.
     pub(crate) fn of(cases: &[Case]) -> Vec<Self> {
         if cases.is_empty() {
             return vec![];
@@ -62,7 +62,7 @@ impl Interval {
     }
 }
 
-/// The value of an unknown (γ1, γ2 or ln exposure) below which a share of the cases' probability lies.
+/// Quantile of an unknown (γ1, γ2 or ln exposure) over the cases.
 fn quantile(cases: &[Case], unknown: usize, below: f64) -> f64 {
     let parts = || {
         cases.iter().map(|case| {
@@ -92,7 +92,7 @@ fn quantile(cases: &[Case], unknown: usize, below: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The share of a normal distribution below `x` deviations, to 2·10⁻⁷ (Abramowitz and Stegun 1964, 7.1.26).
+/// Cumulative normal distribution at `x` deviations, to 2·10⁻⁷ (Abramowitz and Stegun 1964, 7.1.26).
 fn normal(x: f64) -> f64 {
     let z = x.abs() / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * z);

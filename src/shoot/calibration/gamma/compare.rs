@@ -1,4 +1,4 @@
-//! Comparison of other curves with the dual gamma, by the fit to the pictures.
+//! Comparison of other curves with the dual gamma, by their fit to the pictures.
 
 use super::brightness::ExposurePrior;
 use super::objective::Score;
@@ -12,12 +12,12 @@ use imaging::Response;
 pub struct CurveFit {
     /// The curve with its fitted exponents.
     pub response: Response,
-    /// Number of its fitted parameters.
+    /// Number of fitted parameters.
     pub parameters: usize,
-    /// Its best exposure.
+    /// Best exposure.
     pub exposure: f32,
-    /// Evidence against the curve: −2·ln of how probable it makes the pictures, relative to the dual gamma, without
-    /// the priors of the exponents. 10 is strong evidence; below 0, the curve is better than the dual gamma.
+    /// Evidence against the curve: −2·ln of the pictures' probability, relative to the dual gamma, without the
+    /// priors of the exponents. 10 is strong evidence; below 0, the curve is better than the dual gamma.
     pub evidence: f32,
     /// Root-mean-square encoded distance of the subject: of its quantiles, or of its pixels if a frame shows a
     /// pose.
@@ -27,7 +27,7 @@ pub struct CurveFit {
 }
 
 impl CurveFit {
-    /// A curve's score beside the least cost.
+    /// A curve's score relative to the least cost.
     pub(super) fn of(response: Response, parameters: usize, score: &Score, least: f64) -> Self {
         Self {
             response,
@@ -39,25 +39,25 @@ impl CurveFit {
         }
     }
 
-    /// The balls' distance as a peak signal-to-noise ratio in decibels.
+    /// Peak signal-to-noise ratio of the balls in decibels.
     pub fn ball_psnr(&self) -> f32 {
         psnr(self.ball)
     }
 
-    /// The subject's distance as a peak signal-to-noise ratio in decibels.
+    /// Peak signal-to-noise ratio of the subject in decibels.
     pub fn subject_psnr(&self) -> f32 {
         psnr(self.subject)
     }
 }
 
-/// −20·log10 of a root-mean-square distance of a millionth or more.
+/// −20·log10 of a root-mean-square distance, clamped to at least a millionth.
 fn psnr(distance: f32) -> f32 {
     -20.0 * distance.max(1e-6).log10()
 }
 
 impl InspectableFit<'_> {
-    /// Fit of a curve against the cost `least`, and its own cost. The exposure is that of the more probable
-    /// case, which need not be that of the fit: a wrong curve makes the exposure look changed.
+    /// Fit of a curve relative to the cost `least`, and its own cost. The exposure is that of the more probable
+    /// case, which may differ from the fit's: a wrong curve makes the exposure look changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
         let linear = self.objective.linearize_by(&response);
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
@@ -66,7 +66,8 @@ impl InspectableFit<'_> {
         (CurveFit::of(response, parameters, &score, least), score.cost)
     }
 
-    /// The dual gamma first, then a fitted power, sRGB, Rec. 709, linear, and the log curve of the usual K or the best.
+    /// Returns the dual gamma first, then a fitted power, sRGB, Rec. 709, linear, and the log curve with the usual
+    /// or the best K.
     ///
     /// # Errors
     /// When the job was stopped.
@@ -91,7 +92,7 @@ impl InspectableFit<'_> {
         Ok(fits)
     }
 
-    /// The exponent of the best plain power, by ever finer rows around the best value so far.
+    /// Exponent of the best plain power, by ever finer rows around the best value so far.
     fn best_power(&self) -> f32 {
         const PLACES: usize = 9;
         let (mut low, mut high) = bounds();

@@ -1,21 +1,21 @@
-//! Covariance of the errors of several numbers that belong together.
+//! Covariance of related errors.
 
 use crate::cholesky::Cholesky;
 
-/// A covariance of errors, ready for use.
+/// A covariance of errors, factored for use.
 pub(super) struct Covariance {
     factor: Cholesky,
     size: usize,
-    /// By what deviations are larger than the factor says.
+    /// Factor on the deviations.
     wider: f64,
 }
 
-/// Degrees of freedom of the errors' size: how large they are is only known from about so many.
+/// Degrees of freedom of the errors' size, which is only known from about this many.
 const FREEDOM: f64 = 20.0;
 
 impl Covariance {
-    /// The covariance of `size` errors: the sum of the squares of `parts`, and an independent error of deviation
-    /// `own` in each. `None` if a part is NaN or infinite.
+    /// Covariance of `size` errors: the sum of the outer products of `parts`, plus an independent error of
+    /// deviation `own` in each. `None` if a part is NaN or infinite.
     pub fn new(size: usize, parts: &[Vec<f64>], own: f64) -> Option<Self> {
         let mut covariance = vec![0.0; size * size];
         for row in 0..size {
@@ -25,7 +25,7 @@ impl Covariance {
             }
         }
         let trace: f64 = (0..size).map(|i| covariance[i * size + i]).sum();
-        // Beside errors that are far larger, an error needs to be as large as their rounding.
+        // Next to far larger errors, an independent error is at least as large as their rounding.
         let own = (own * own).max(1e-12 * trace);
         for i in 0..size {
             covariance[i * size + i] += own;
@@ -33,7 +33,7 @@ impl Covariance {
         Some(Self { factor: Cholesky::new(covariance, size)?, size, wider: 1.0 })
     }
 
-    /// Independent combinations of the errors, each over its deviation.
+    /// Independent combinations of the errors, each divided by its deviation.
     pub fn whitened(&self, errors: &[f64]) -> Vec<f64> {
         let mut whitened = self.factor.forward(errors);
         for error in &mut whitened {
@@ -42,15 +42,15 @@ impl Covariance {
         whitened
     }
 
-    /// Widens the covariance until it explains errors that are seen: by Birge's ratio of χ² to their number.
+    /// Widens the covariance until it explains the observed errors: by Birge's ratio of χ² to their number.
     pub fn widen(&mut self, errors: &[f64]) {
         let square: f64 = self.whitened(errors).iter().map(|w| w * w).sum();
         self.wider *= (square / self.size as f64).max(1.0).sqrt();
     }
 
-    /// −2·ln of how probable errors are whose whitened squares add up to `square`, up to a constant, and its slope.
-    /// Errors that are larger than all parts together explain come from something that the model leaves out, and tell
-    /// less: Student's distribution, ν·ln(1 + χ²/ν).
+    /// −2·ln of the probability of errors whose whitened squares add up to `square`, up to a constant, and its
+    /// slope. Errors larger than the parts can explain come from effects outside the model and carry less
+    /// information: Student's distribution, ν·ln(1 + χ²/ν).
     pub fn cost(&self, square: f64) -> [f64; 2] {
         [FREEDOM * (square / FREEDOM).ln_1p(), 1.0 / (1.0 + square / FREEDOM)]
     }

@@ -1,25 +1,25 @@
-//! Basis of the fitted response, and its certainty.
+//! Basis and certainty of the fitted response.
 
 use super::{Case, Comparison, GAMMA_PRIOR, GammaFit, Interval};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Basis of the fitted response, as kept in `calibration.toml`. Files without it give the default, which
-/// warns of nothing.
+/// Basis of the fitted response, stored in `calibration.toml`. Files without it use the default, which gives no
+/// warning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Evidence {
-    /// The response was set by hand: nothing was fitted, and the deviations are 0.
+    /// Response set by hand: nothing was fitted, and the deviations are 0.
     pub by_hand: bool,
-    /// The comparison made between the relit poses and the interview.
+    /// Comparison between the relit poses and the interview.
     pub comparison: Comparison,
-    /// The poses that a frame shows: the names of pose and frame.
+    /// Poses shown by a frame: the names of pose and frame.
     pub same_poses: Vec<[String; 2]>,
     /// Standard deviation of ln exposure.
     pub exposure_deviation: f32,
-    /// The probability that the exposure was changed between the balls and the filming; the response is
-    /// that of the more probable case.
+    /// Probability that the exposure was changed between the balls and the filming. The response is that of the
+    /// more probable case.
     pub changed_exposure: f32,
     /// Exposure, γ1 and γ2 in the other case.
     pub other_case: [f32; 3],
@@ -29,14 +29,14 @@ pub struct Evidence {
     pub brightest: f32,
     /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
     pub ball_residual: f32,
-    /// A standard or log curve that explains the pictures better than any dual gamma, by name.
+    /// Name of a standard or log curve that explains the pictures better than any dual gamma.
     pub better_curve: Option<String>,
-    /// Both accounts of the pictures, the more probable one first; empty if nothing was fitted or a standard curve is
+    /// Both accounts of the pictures, the more probable first; empty if nothing was fitted or a standard curve is
     /// better.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cases: Vec<Case>,
-    /// The intervals of 50, 90 and 99 % that follow from both and from other curves that may be the camera's, by the
-    /// dual gammas nearest to them.
+    /// Intervals of 50, 90 and 99 % over both accounts and over other plausible curves, represented by their
+    /// nearest dual gammas.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<Interval>,
 }
@@ -61,7 +61,7 @@ impl Default for Evidence {
 }
 
 impl Evidence {
-    /// The evidence of a fit to a shoot.
+    /// Evidence of a fit to a shoot.
     pub(crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let [_, other] = fit.cases;
         let cases = match fit.better_curve {
@@ -97,18 +97,18 @@ impl Evidence {
         }
     }
 
-    /// From this deviation on, the pictures do not determine an exponent: less than half of what is known comes
-    /// from them, the rest is the prior.
+    /// Deviation from which the pictures do not determine an exponent: less than half of the information comes from
+    /// them, the rest from the prior.
     pub const UNDETERMINED: f32 = (GAMMA_PRIOR.1 * std::f64::consts::FRAC_1_SQRT_2) as f32;
-    /// From this deviation on, an exponent is only roughly known: at an encoded value of 0.2, a tenth of an
-    /// exponent is a quarter of a stop.
+    /// Deviation from which an exponent is only roughly known: at an encoded value of 0.2, a tenth of an exponent
+    /// is a quarter of a stop.
     pub const ROUGH: f32 = 0.1;
-    /// Beyond this ln exposure, the camera's exposure was changed.
+    /// Size of ln exposure that counts as a changed exposure.
     pub const OTHER_EXPOSURE: f32 = 0.08;
-    /// From this probability on, a changed exposure is warned of.
+    /// Smallest probability of a changed exposure that gives a warning.
     pub const DOUBT: f32 = 0.05;
 
-    /// Both accounts of the pictures if both are plausible, else none.
+    /// Both accounts of the pictures if both are plausible, else empty.
     pub fn open_cases(&self) -> &[Case] {
         match &self.cases[..] {
             cases @ [_, second] if second.probability > Self::DOUBT => cases,
@@ -116,7 +116,7 @@ impl Evidence {
         }
     }
 
-    /// Sentence that names the poses compared with a frame pixel by pixel; `None` if distributions were compared.
+    /// Sentence with the poses compared pixel by pixel with a frame; `None` if distributions were compared.
     pub fn same_poses_sentence(&self) -> Option<String> {
         let pairs: Vec<String> =
             self.same_poses.iter().map(|[pose, frame]| format!("{frame} shows {pose}")).collect();
@@ -143,7 +143,7 @@ impl Evidence {
                  a weaker filter",
             ),
         ];
-        // An exponent that is assumed makes the other one rough too; the cause alone is said.
+        // An assumed exponent makes the other one rough too; only the cause is reported.
         let is_assumed = deviation.iter().any(|d| *d >= Self::UNDETERMINED);
         for (deviation, (exponent, tone, extent, remedy)) in deviation.into_iter().zip(tones) {
             if deviation >= Self::UNDETERMINED {
@@ -153,13 +153,13 @@ impl Evidence {
                 ));
             } else if deviation >= Self::ROUGH && !is_assumed {
                 warnings.push(format!(
-                    "the camera's {exponent}, which shapes the {tone} tones, is known only to ± {deviation:.2} \
+                    "the camera's {exponent}, which shapes the {tone} tones, is uncertain by ± {deviation:.2} \
                      ({extent}, on a scale from 0 to 1). {remedy}"
                 ));
             }
         }
         if let Some(curve) = &self.better_curve {
-            // Warnings about the dual gamma's fit would only follow from this.
+            // Warnings about the dual gamma's fit would only follow from this one.
             return vec![format!(
                 "the camera encodes like {curve}, which no dual gamma matches, so {curve} is used. If you know \
                  better, set a dual gamma by hand"

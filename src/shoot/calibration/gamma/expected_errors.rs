@@ -1,5 +1,5 @@
-//! Expected distance between the quantiles of the relit poses and of the interview, even under the right
-//! response: poses are not frames, and the weights that the poses are relit with are not exact.
+//! Expected distance between the quantiles of the relit poses and of the interview under the right response. It is
+//! not zero, because poses differ from frames and the relighting weights are not exact.
 
 use super::brightness::ONES;
 use super::objective::{LinearPictures, Objective};
@@ -8,27 +8,27 @@ use crate::code_values::ResponseTable;
 use glam::{DMat3, DVec3};
 use std::ops::Range;
 
-/// The smallest relative error of a lamp's weight: what 8 bits and the blur of the comparison leave where the truth
-/// is known.
+/// Smallest relative error of a lamp's weight: the effect of 8 bits and of the comparison's blur, measured with
+/// known truth.
 const WEIGHT_ERROR: f32 = 0.005;
-/// The largest where the light is no sum of lamps, so that pixels one by one say little about a weight.
+/// Largest relative error where the light is not a sum of lamps, so that single pixels say little about a weight.
 const WEIGHT_ERROR_BESIDE_REMAINDER: f32 = 0.1;
-/// Light between several lamps makes errors of all of them alike. They make the subject too bright or too dark by so many
-/// times as much as errors that are independent would, beside these: measured on random shoots at the true response.
+/// Brightness error of the subject from errors common to several lamps, relative to that of independent errors and
+/// added to it. Light between lamps causes common errors. Measured on random shoots at the true response.
 const SHARED_BRIGHTNESS: f64 = 1.5;
-/// A step of ln exposure.
+/// Step of ln exposure.
 const BRIGHTER: f64 = 0.02;
-/// By how much the spread of a handful of poses and frames underestimates that of all: the deviation of Student's
-/// distribution of five degrees of freedom, to which the covariance is widened.
+/// Factor for the underestimated spread of a few poses and frames: the deviation of Student's distribution with
+/// five degrees of freedom, to which the covariance is widened.
 const FEW_PICTURES: f64 = 1.3;
-/// Differences between poses and frames that those at hand do not show, relative to those that they show.
+/// Differences between poses and frames not present in the sample, relative to the present ones.
 const UNSEEN_DIFFERENCE: f64 = 0.4;
-/// Distance between encoded quantiles of one pose and one frame, where no others tell: heads that are turned by 20°.
+/// Distance between encoded quantiles of a single pose and a single frame: heads rotated by 20°.
 const ONE_POSE_AND_FRAME: f64 = 0.02;
 
 impl Objective<'_> {
-    /// Expected distance between quantiles, even under the right response, because poses and frames
-    /// differ: the differences of each from their mean, as parts of the error of that mean.
+    /// Expected distance between quantiles under the right response, because poses and frames differ: the
+    /// differences of each from their mean, as parts of the error of that mean.
     pub fn differences(
         &self,
         table: &ResponseTable,
@@ -37,7 +37,7 @@ impl Objective<'_> {
     ) -> Vec<Vec<f64>> {
         let frames = &self.subject.frame_quantiles;
         let poses = self.pose_quantiles(table, weights, log_factors);
-        // A single picture is assumed to vary as much as a single one of the others does.
+        // A single picture is assumed to vary as much as one of the others.
         let of = |pictures: &[Quantiles], others: &[Quantiles]| match pictures.len() {
             0 | 1 => from_mean(others, (others.len() as f64).sqrt()),
             _ => from_mean(pictures, 1.0),
@@ -56,9 +56,9 @@ impl Objective<'_> {
         differences
     }
 
-    /// Errors of the interview's light, which all pixels share: what the lamps leave unexplained on the ball (see
-    /// [`Probes::weight_errors`]), and each lamp's own error, the difference between the weight from its whole light and
-    /// the weight from its pixels one by one.
+    /// Errors of the interview's light, common to all pixels: the light on the ball that the lamps do not explain
+    /// (see [`Probes::weight_errors`]), and each lamp's own error, the difference between the weight from its full
+    /// light and the weight from its single pixels.
     pub fn light_errors(&self, linear: &LinearPictures, log_factors: DVec3) -> LightErrors {
         let here = linear.encoded(log_factors);
         let moved = |change: &[[f32; 3]]| -> Vec<f64> {
@@ -83,7 +83,7 @@ impl Objective<'_> {
             let mut change = vec![[0.0; 3]; linear.weights.len()];
             change[lamp] = [0, 1, 2].map(|c: usize| {
                 let weight = linear.weights[lamp][c];
-                // A lamp without pixels of its own has no weight there.
+                // A lamp without its own pixels has no weight there.
                 let is_known = weight > 0.0 && other[c] > 0.0;
                 let difference = if is_known { other[c] / weight - 1.0 } else { 0.0 };
                 weight * difference.abs().clamp(WEIGHT_ERROR, largest)
@@ -94,17 +94,17 @@ impl Objective<'_> {
     }
 }
 
-/// Errors of the interview's light, and what they do to the subject's encoded quantiles. What they do to the brightness
-/// of each channel is fitted with the subject, so it is taken out of them.
+/// Errors of the interview's light and their effect on the subject's encoded quantiles. The effect on each
+/// channel's brightness is fitted with the subject, so it is removed here.
 pub(super) struct LightErrors {
     /// Independent errors of the quantiles.
     pub quantiles: Vec<Vec<f64>>,
-    /// The covariance of ln light that they make together.
+    /// Covariance of ln light from all errors together.
     pub brightness: DMat3,
 }
 
 impl LightErrors {
-    /// Adds an error, given what a step of ln light does.
+    /// Adds an error, given the effect of a step of ln light.
     fn add(&mut self, mut error: Vec<f64>, slope: &[f64]) {
         let brighter = take_brightness(&mut error, slope);
         self.brightness +=
@@ -113,8 +113,8 @@ impl LightErrors {
     }
 }
 
-/// Takes out of an error of encoded quantiles what is a change of each channel's brightness, given what a step of ln light
-/// does to them, and returns that change.
+/// Removes each channel's brightness change from an error of encoded quantiles, given the effect of a step of ln
+/// light, and returns that change.
 fn take_brightness(error: &mut [f64], slope: &[f64]) -> DVec3 {
     let mut change = [0.0; 3];
     let channels = error.chunks_exact_mut(QUANTILES).zip(slope.chunks_exact(QUANTILES));
@@ -128,8 +128,8 @@ fn take_brightness(error: &mut [f64], slope: &[f64]) -> DVec3 {
     DVec3::from_array(change)
 }
 
-/// The differences of several pictures' quantiles from their mean, such that the sum of their squares is the
-/// variance of the mean times `factor`²; nothing for a single picture.
+/// Differences of several pictures' quantiles from their mean, scaled so that the sum of their squares is the
+/// variance of the mean times `factor`²; empty for a single picture.
 fn from_mean(pictures: &[Quantiles], factor: f64) -> Vec<Vec<f64>> {
     let n = pictures.len() as f64;
     if n < 2.0 {
@@ -149,8 +149,8 @@ fn from_mean(pictures: &[Quantiles], factor: f64) -> Vec<Vec<f64>> {
     pictures.iter().map(from).collect()
 }
 
-/// Smooth errors along the quantiles, of all channels together and of each: so few pictures do not show all ways in
-/// which they can differ. Together they have about this deviation everywhere, twice.
+/// Smooth errors along the quantiles, common to all channels and per channel, because a few pictures do not show
+/// every possible difference. Both groups have about this deviation everywhere.
 fn waves(deviation: f64) -> Vec<Vec<f64>> {
     const WAVES: usize = 6;
     let part = |wave: usize, channels: Range<usize>| {

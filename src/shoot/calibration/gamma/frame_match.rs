@@ -1,4 +1,4 @@
-//! Detection of interview frames that show a pose, so that the two can be compared pixel by pixel.
+//! Detection of interview frames that show a pose, for a comparison pixel by pixel.
 
 use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::matte::{SOLID, margin};
@@ -7,27 +7,27 @@ use imaging::Mask;
 /// A pose and a frame that may show it.
 #[derive(Clone)]
 pub(crate) struct FrameMatch {
-    /// Numbers of both in the project.
+    /// Indices of both in the project.
     pub pose: usize,
     pub frame: usize,
-    /// The pose's pixels that are the subject in the frame too.
+    /// Pixels of the pose that are also the subject in the frame.
     pub pixels: Vec<MatchedPixel>,
-    /// Disagreement under a provisional response: the distance of the two pictures over the distance of the
-    /// pose from the frame shifted by the matte's margin. At 0 they agree; at 1 a shift makes no difference.
+    /// Mismatch under a provisional response: the distance of the two pictures, divided by the distance of the pose
+    /// from the frame shifted by the matte's margin. 0 is a perfect match; at 1 a shift makes no difference.
     pub mismatch: f32,
 }
 
 impl FrameMatch {
-    /// Above this mismatch, a frame shows another pose. Being off by a third of the shift, less than a pixel in
-    /// pictures of 256 pixels, already gives as much.
+    /// Largest mismatch of a match. An offset by a third of the shift, less than a pixel in pictures of 256 pixels,
+    /// already reaches it.
     pub const MAX_MISMATCH: f32 = 0.3;
 
-    /// The mismatch under a response, given the pose's samples relit under it, in light.
+    /// Mismatch under a response, given the pose's samples relit under it, in light.
     pub fn mismatch_under(&self, relit: &[[f32; 3]], table: &ResponseTable) -> f32 {
         let sum = |pixel: [f32; 3]| f64::from(pixel[0] + pixel[1] + pixel[2]);
         let light =
             |pixel: &MatchedPixel| relit.get(pixel.sample as usize).copied().unwrap_or([0.0; 3]);
-        // One factor removes the exposure, and most of what is wrong with a provisional response.
+        // One factor removes the exposure and most of the error of a provisional response.
         let seen: f64 = self.pixels.iter().map(|p| sum(table.rgb(p.here))).sum();
         let expected: f64 = self.pixels.iter().map(|p| sum(light(p))).sum();
         if !(seen > 0.0 && expected > 0.0) {
@@ -59,21 +59,21 @@ impl FrameMatch {
 /// A pixel of a pose in the frame.
 #[derive(Clone)]
 pub(crate) struct MatchedPixel {
-    /// Its place among the pose's samples.
+    /// Index among the pose's samples.
     pub sample: u32,
-    /// Its place in the picture, row by row.
+    /// Index in the picture, row by row.
     pub place: u32,
-    /// The frame's code values there, and on four sides at the distance of the matte's margin.
+    /// Code values of the frame at the pixel, and on four sides at the distance of the matte's margin.
     pub here: CodeValues,
     aside: [CodeValues; 4],
 }
 
-/// A pose's samples, to find the frame that shows the pose.
+/// Samples of a pose for the search of its frame.
 pub(super) struct PoseSamples {
     pose: usize,
     size: (usize, usize),
     places: Vec<usize>,
-    /// The relit pixels in light.
+    /// Relit pixels in light.
     relit: Vec<[f32; 3]>,
 }
 

@@ -1,16 +1,16 @@
-//! Pixels of a matte that are the subject alone.
+//! Pixels of a matte that show only the subject.
 
 use imaging::Mask;
 
-/// Above this coverage a pixel shows the subject alone.
+/// Smallest coverage of a pixel that shows only the subject.
 pub(super) const SOLID: f32 = 0.98;
 
-/// Distance in pixels that a picture's samples keep from the matte's edge.
+/// Distance in pixels between a picture's samples and the matte's edge.
 pub(super) fn margin(width: usize) -> usize {
     width.div_ceil(128)
 }
 
-/// Up to about `count` places, spread over the subject, whose whole neighbourhood is the subject.
+/// Up to about `count` places, spread over the subject, with a neighbourhood fully inside it.
 pub(super) fn inside(mask: &Mask, count: usize) -> Vec<usize> {
     let (width, height) = mask.size();
     let margin = margin(width);
@@ -24,7 +24,7 @@ pub(super) fn inside(mask: &Mask, count: usize) -> Vec<usize> {
         })
         .map(|(x, y)| y * width + x)
         .collect();
-    // Two neighbours at a time: their difference tells noise from a misfit.
+    // Two neighbours at a time: their difference separates noise from misfit.
     let step = places.len().div_ceil(count).max(1);
     places
         .into_iter()

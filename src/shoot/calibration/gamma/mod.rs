@@ -1,18 +1,18 @@
-//! The fit of the camera's dual gamma (the curve itself is [`imaging::DualGamma`]).
+//! Fit of the camera's dual gamma (the curve itself is [`imaging::DualGamma`]).
 //!
-//! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's weights, must
-//! look like the interview: pixel for pixel where a frame shows the pose itself, and else, as the poses differ from
-//! the frames, by their quantiles. And on the mirror balls, where nothing moves, the sum of the lamps must be the
-//! interview's ball pixel for pixel. The first determines the power of the curve, the second its shape.
+//! Two things must agree under the right curve. First, the OLATs of the poses, summed with the interview's weights,
+//! must look like the interview: pixel for pixel if a frame shows the pose itself, otherwise by their quantiles.
+//! Second, on the mirror balls, where nothing moves, the sum of the lamps must equal the interview's ball pixel for
+//! pixel. The first determines the power of the curve, the second its shape.
 //!
-//! The interview's light need not be a sum of the lamps. What the lamps leave unexplained on its ball (the remainder)
-//! widens the errors of the weights that the subject is relit with, and takes its say from the comparison of the
-//! balls' pixels, which would otherwise bend the response until lamps look like something that they are not.
+//! The interview's light may not be a sum of the lamps. The light on its ball that the lamps do not explain (the
+//! remainder) widens the errors of the relighting weights. It also lowers the influence of the balls' pixels, which
+//! would otherwise bend the response to make lamps look like something else.
 //!
 //! A brighter interview and a higher power look alike, so the data hardly determine the exposure. It is assumed to
-//! be close to 1, because the balls share one filter and nobody touched the cameras (the paper's section 3.1). That
-//! the exposure was changed is a second case. Both cases are explored and kept with their probabilities: the more
-//! probable one is the answer, and deviations and intervals are those of the mixture.
+//! be close to 1, because the balls share one filter and the cameras were left untouched (the paper's section 3.1).
+//! A changed exposure is a second case. Both cases are explored and stored with their probabilities. The more
+//! probable one is the answer; deviations and intervals are those of the mixture.
 
 mod brightness;
 mod case;
@@ -54,11 +54,11 @@ pub use surface::Surface;
 /// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
-/// The comparison between the relit poses and the interview.
+/// Comparison between the relit poses and the interview.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Comparison {
-    /// Frequency of each level in the subject: works for any poses.
+    /// Frequency of each level in the subject; works for any poses.
     #[default]
     Distribution,
     /// Pixel by pixel, if a frame shows one of the poses.
@@ -72,9 +72,9 @@ pub struct GammaFit {
     pub response: DualGamma,
     /// Interview = exposure · Σ weights · OLAT.
     pub exposure: f32,
-    /// Per lamp and channel, what the balls and the subject show of the interview's light.
+    /// Interview weight of each lamp per channel, from the balls and the subject.
     pub weights: Vec<[f32; 3]>,
-    /// The comparison made.
+    /// Comparison used.
     pub comparison: Comparison,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
     pub residual: f32,
@@ -82,26 +82,27 @@ pub struct GammaFit {
     pub ball_residual: f32,
     /// Standard deviations of γ1, γ2 and ln exposure.
     pub deviation: [f32; 3],
-    /// Both accounts of the exposure, the more probable one, which the fit is of, first.
+    /// Both accounts of the exposure, first the more probable one, used by the fit.
     pub cases: [Case; 2],
-    /// Curves that are no dual gamma, each as the nearest one, and how probable it is beside all dual gammas.
+    /// Curves other than dual gammas, each as its nearest dual gamma, with its probability relative to all dual
+    /// gammas.
     pub others: Vec<Case>,
     /// The 1 % and the 99 % quantile of the compared values.
     pub extent: [f32; 2],
-    /// Poses that a frame shows: pose and frame by their numbers in the project.
+    /// Poses shown by a frame: indices of pose and frame in the project.
     pub same_poses: Vec<[usize; 2]>,
     /// A standard or log curve that explains the pictures better than the dual gammas.
     pub better_curve: Option<CurveFit>,
 }
 
 impl GammaFit {
-    /// The probability that the exposure was changed between the balls and the filming.
+    /// Probability that the exposure was changed between the balls and the filming.
     pub fn changed_exposure(&self) -> f32 {
         let changed = self.cases.iter().find(|case| case.changed);
         changed.map_or(0.0, |case| case.probability)
     }
 
-    /// Adds an error of both exponents that the fit does not know of. A standard curve has none.
+    /// Adds an error of both exponents from effects outside the fit. A standard curve has none.
     pub(super) fn widen(&mut self, deviation: f32) {
         let cases = self.cases.iter_mut().chain(&mut self.others);
         let deviations = cases.map(|case| &mut case.deviation).chain([&mut self.deviation]);
@@ -112,7 +113,7 @@ impl GammaFit {
         }
     }
 
-    /// All accounts of the pictures with their probabilities, which add up to 1.
+    /// All accounts of the pictures with probabilities that add up to 1.
     fn accounts(&self) -> Vec<Case> {
         let others: f32 = self.others.iter().map(|other| other.probability).sum();
         let duals = self
@@ -123,13 +124,13 @@ impl GammaFit {
     }
 }
 
-/// The response that a calibration uses: the fitted one, a standard curve that beats the fit, or one set by hand.
+/// Response used by a calibration: the fitted one, a standard curve that beats the fit, or one set by hand.
 pub(super) struct ChosenResponse {
     pub response: Response,
     /// Standard deviations of γ1 and γ2; 0 if the response was not fitted.
     pub deviation: [f32; 2],
     pub exposure: f32,
-    /// Per lamp and channel, what the balls and the subject show of the interview's light.
+    /// Interview weight of each lamp per channel, from the balls and the subject.
     pub weights: Vec<[f32; 3]>,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
     pub residual: f32,
@@ -182,15 +183,14 @@ impl ChosenResponse {
     }
 }
 
-/// A fit with the data that it was made from, for a closer look: [`InspectableFit::surface`] and
-/// [`InspectableFit::compare`].
+/// A fit with its data, for [`InspectableFit::surface`] and [`InspectableFit::compare`].
 pub struct InspectableFit<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
 }
 
-/// Fits γ1, γ2 and the exposure with the wanted comparison; with `None`, pixel by pixel if a frame shows a pose,
+/// Fits γ1, γ2 and the exposure with the given comparison; with `None`, pixel by pixel if a frame shows a pose,
 /// else by distributions.
 ///
 /// # Errors
@@ -205,7 +205,7 @@ pub(super) fn fit<'a>(
     if wanted == Some(Comparison::Distribution) {
         return Ok(found);
     }
-    // Whether a frame shows a pose can only be told under a response that is about right.
+    // Matching a frame to a pose needs a roughly right response.
     let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.weights(&table));
     let same: Vec<_> =
@@ -274,12 +274,12 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
             best = found;
         }
     }
-    // The best place of the grid tells roughly what is noise; the best of the searches tells it well.
+    // The best place of the grid gives a rough noise estimate; the best search gives a good one.
     if let Some(linear) = objective.linearize(best.0) {
         objective.weigh(&linear);
     }
     objective.profile_again(&mut grid);
-    // Each case has its own best place, which the grid may show better than the search under the other.
+    // Each case has its own best place, which the grid may show better than the search under the other case.
     let mut cases = Vec::new();
     for prior in [ExposurePrior::LeftAlone, ExposurePrior::Changed] {
         progress.check("nothing was changed")?;
@@ -330,13 +330,13 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     Ok(fitted)
 }
 
-/// A probability of one of two cases, given that one time in fifty the model itself is wrong and tells nothing.
+/// Probability of one of two cases, allowing for a wrong model in one of fifty shoots.
 fn doubted(probability: f64) -> f64 {
     const WRONG: f64 = 0.02;
     (1.0 - WRONG) * probability + 0.5 * WRONG
 }
 
-/// The most probable curve.
+/// Most probable curve.
 fn curve_of(posterior: &Posterior) -> Result<DualGamma> {
     DualGamma::new(posterior.gammas[0] as f32, posterior.gammas[1] as f32)
 }
@@ -355,9 +355,9 @@ fn case_of(posterior: &Posterior, prior: ExposurePrior, probability: f64) -> Res
 }
 
 impl InspectableFit<'_> {
-    /// Compares the dual gammas, whose cases have these costs, with other curves, and takes the most probable one.
+    /// Compares the dual gammas, whose cases have these costs, with other curves, and uses the most probable one.
     fn compare_rivals(&mut self, duals: [f64; 2]) {
-        /// From this probability on a standard curve is exact.
+        /// Smallest probability of a standard curve that counts as exact.
         const SURE: f64 = 0.99;
         let rivals = Rival::all(&self.objective);
         let probabilities = rivals::probabilities(&rivals, duals);
@@ -392,7 +392,7 @@ impl InspectableFit<'_> {
 }
 
 impl Objective<'_> {
-    /// The cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
+    /// Cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
     fn total(&self, gammas: [f64; 2]) -> f64 {
         self.linearize(gammas)
             .map_or(f64::INFINITY, |linear| self.score(&linear).cost + gamma_prior(gammas))
@@ -405,14 +405,14 @@ fn bounds() -> (f64, f64) {
     (f64::from(*bounds.start()), f64::from(*bounds.end()))
 }
 
-/// The minimum near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and the cost there.
+/// Minimum near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and the cost there.
 fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2], f64)> {
     let (low, high) = bounds();
     let search = Search {
         start,
         low: [low; 2],
         high: [high; 2],
-        // From half the spacing of the grid to a tenth of what any picture can resolve.
+        // From half the grid spacing to a tenth of the resolution of any picture.
         first_step: 0.2,
         last_step: 5e-4,
         evaluations: 120,

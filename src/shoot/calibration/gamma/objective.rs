@@ -1,5 +1,5 @@
-//! The cost of a response: how far, under it, the relit poses are from the interview, and the sum of the lamps'
-//! balls is from the interview's ball.
+//! Cost of a response: the distance from the relit poses to the interview, and from the sum of the lamps' balls to
+//! the interview's ball.
 
 use super::super::code_values::{ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
@@ -12,7 +12,7 @@ use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use glam::{DMat3, DVec3};
 use imaging::{DualGamma, Response};
 
-/// The root-mean-square distance that rounding to 8 bits leaves; nothing smaller can be measured.
+/// Root-mean-square rounding error of 8 bits, the smallest measurable distance.
 pub(super) fn rounding() -> f64 {
     1.0 / 255.0 / 12f64.sqrt()
 }
@@ -30,7 +30,7 @@ impl Pairs {
         if self.of_pixels { i % 3 } else { i / QUANTILES }
     }
 
-    /// The encoded values of the light times factors, given by their logarithms.
+    /// Encoded values of the light times factors, given by their logarithms.
     pub fn encoded(&self, table: &ResponseTable, log_factors: DVec3) -> Vec<f64> {
         let factors = log_factors.to_array().map(|x| x.exp() as f32);
         let lights = self.values.iter().enumerate();
@@ -50,7 +50,7 @@ pub(super) struct LinearPictures {
 }
 
 impl LinearPictures {
-    /// The subject's encoded values under ln factors on its light.
+    /// Encoded values of the subject under ln factors on its light.
     pub fn encoded(&self, log_factors: DVec3) -> Vec<f64> {
         self.pairs.encoded(&self.table, log_factors)
     }
@@ -70,7 +70,7 @@ impl LinearPictures {
     }
 }
 
-/// Score of a response, whatever the brightness of the interview.
+/// Score of a response over all brightnesses of the interview.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Score {
     /// −2·ln of its probability, up to a constant and without the priors of the exponents.
@@ -82,13 +82,13 @@ pub(super) struct Score {
 }
 
 impl Score {
-    /// The factors on the lamps' weights that are not the exposure.
+    /// Factors on the lamps' weights, without the exposure.
     fn gains(&self) -> [f32; 3] {
         let Brightness { log_factors, log_exposure, .. } = self.brightness;
         (log_factors - log_exposure).to_array().map(|gain| gain.exp() as f32)
     }
 
-    /// The lamps' weights, with the brightness and the colour that the subject shows.
+    /// Lamp weights with the brightness and colour of the subject.
     pub fn weights(&self, linear: &LinearPictures) -> Vec<[f32; 3]> {
         let gains = self.gains();
         let mended = |weight: &[f32; 3]| [0, 1, 2].map(|c| gains[c] * weight[c]);
@@ -96,28 +96,28 @@ impl Score {
     }
 }
 
-/// Measure by which responses are compared.
+/// Cost function for comparing responses.
 pub(super) struct Objective<'a> {
     pub subject: &'a Subject,
     pub probes: &'a Probes,
-    /// Poses that are compared with their frames pixel by pixel; empty if distributions are compared.
+    /// Poses compared pixel by pixel with their frames; empty if distributions are compared.
     pub matched: Vec<&'a Pose>,
     /// Covariance of the errors of the pairs; `None` if pixels are compared.
     errors: Option<Covariance>,
-    /// The covariance of ln light, per channel, that errors of the lamps' weights make.
+    /// Covariance of ln light per channel from errors of the lamps' weights.
     light_error: DMat3,
     /// Number of independent errors among the compared pixels, and on the balls.
     pixel_count: f64,
     ball_count: f64,
-    /// The variance of the light on the interview's ball that is no sum of lamps, see [`Probes::profile`].
+    /// Variance of the light on the interview's ball that is not a sum of lamps; see [`Probes::profile`].
     pub remainder: f64,
     /// Assumption about the exposure.
     pub exposure: ExposurePrior,
 }
 
 impl<'a> Objective<'a> {
-    /// Compares a subject and its probes: by the pixels of `matched`, poses that a frame shows, or by distributions
-    /// if there are none.
+    /// Compares a subject and its probes by the pixels of `matched` (poses shown by a frame), or by distributions
+    /// if `matched` is empty.
     pub fn new(subject: &'a Subject, probes: &'a Probes, matched: Vec<&'a Pose>) -> Self {
         let mut objective = Self {
             subject,
@@ -140,10 +140,10 @@ impl<'a> Objective<'a> {
         objective
     }
 
-    /// Learns from the best response so far which errors to expect. As far as noise explains the distance on the
-    /// balls, each pixel is an independent error. The rest, such as a ball that was moved, is one error for each
-    /// lamp; if the interview's light is no sum of the lamps, it says nothing about the response. Likewise for the
-    /// pixels of a pose and its frame, where the rest is one error for each of [`BLOCKS`].
+    /// Learns the expected errors from the best response so far. On the balls, the part of the distance explained
+    /// by noise counts as an independent error per pixel. The rest, such as a moved ball, is one error per lamp; if
+    /// the interview's light is not a sum of the lamps, it carries no information about the response. The pixels of
+    /// a pose and its frame are treated likewise, with one error for each of [`BLOCKS`].
     pub fn weigh(&mut self, best: &LinearPictures) {
         let noise_share = |square: f64, noise: f64| {
             let noise = noise.max(rounding().powi(2));
@@ -153,7 +153,8 @@ impl<'a> Objective<'a> {
         let ball = self.probes.profile(&best.table, self.remainder);
         let pixels = self.probes.profile_pixels() as f64;
         let others = if self.remainder > 0.0 { 0.0 } else { pixels.min(self.subject.lamps as f64) };
-        // Part of the misfit looks like noise. With this power, measured on random shoots, intervals hold what they say.
+        // Part of the misfit looks like noise. With this power, measured on random shoots, intervals have their
+        // stated probability.
         let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
         let count = own * pixels + (1.0 - own) * others;
         let shared = NOISE_BIAS * ball.noise.sqrt();
@@ -188,7 +189,7 @@ impl<'a> Objective<'a> {
         channels.iter().map(NeighbourDifferences::noise).sum::<f64>() / 3.0
     }
 
-    /// The pixels by which a pose is compared with its frame: two thousand in all are enough.
+    /// Pixels that compare a pose with its frame; two thousand in total are enough.
     fn matched_pixels(&self, pose: &'a Pose) -> impl Iterator<Item = &'a MatchedPixel> {
         let pixels = pose.frame_match.as_ref().map_or(&[][..], |frame_match| &frame_match.pixels);
         let step = (pixels.len() * self.matched.len()).div_ceil(MATCHED_PIXELS).max(1);
@@ -212,8 +213,8 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
-    /// The interview's light under a response that is not fitted: the lamps' weights, and the root-mean-square encoded
-    /// distances of the subject and on the balls at an exposure.
+    /// The interview's light under a response that is not fitted: the lamps' weights, and the root-mean-square
+    /// encoded distances of the subject and on the balls at an exposure.
     pub fn light_of(
         subject: &'a Subject,
         probes: &'a Probes,
@@ -232,13 +233,13 @@ impl<'a> Objective<'a> {
         (score.weights(&linear), distances.map(|square| square.sqrt() as f32))
     }
 
-    /// The pictures under two exponents; `None` if no camera can have their curve.
+    /// Pictures under two exponents; `None` if their curve is invalid.
     pub fn linearize(&self, [gamma1, gamma2]: [f64; 2]) -> Option<LinearPictures> {
         let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).ok()?;
         Some(self.linearize_by(&Response::Dual(curve)))
     }
 
-    /// The pictures under any response.
+    /// Pictures under any response.
     pub fn linearize_by(&self, response: &Response) -> LinearPictures {
         let table = ResponseTable::of(response);
         let (weights, ball) = rayon::join(
@@ -248,14 +249,14 @@ impl<'a> Objective<'a> {
         LinearPictures { pairs: self.pairs(&table, &weights), weights, table, ball }
     }
 
-    /// Compares the balls of pictures again, under the remainder that was last found.
+    /// Compares the balls of the pictures again, under the latest remainder.
     pub fn profile_again(&self, grid: &mut [([f64; 2], LinearPictures)]) {
         for (_, linear) in grid {
             linear.ball = self.probes.profile(&linear.table, self.remainder);
         }
     }
 
-    /// The relit subject beside the interview.
+    /// The relit subject paired with the interview.
     pub fn pairs(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Pairs {
         if !self.matched.is_empty() {
             let pairs = |pose: &&'a Pose| self.matched_pairs(pose, table, weights);
@@ -297,10 +298,10 @@ impl<'a> Objective<'a> {
         ball.square / self.probes.profile_pixels().max(1) as f64
     }
 
-    /// Cost of the subject's pictures under ln factors on its light: by errors of known covariance, or
-    /// independent errors of unknown size between pixels.
+    /// Cost of the subject's pictures under ln factors on its light: from errors of known covariance, or from
+    /// independent pixel errors of unknown size.
     fn subject_cost(&self, linear: &LinearPictures, log_factors: DVec3) -> LocalCost {
-        /// A step of ln light for slopes.
+        /// Step of ln light for slopes.
         const STEP: f64 = 0.01;
         let errors = linear.errors(log_factors);
         let brighter = linear.encoded(log_factors + STEP);
@@ -338,17 +339,17 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// The same for the balls: independent errors of unknown size.
+    /// Cost of the balls: independent errors of unknown size.
     fn ball_cost(&self, linear: &LinearPictures) -> f64 {
         self.ball_count * (self.ball_square(&linear.ball) + rounding().powi(2)).ln()
     }
 
-    /// The score of all brightnesses together.
+    /// Score over all brightnesses.
     pub fn score(&self, linear: &LinearPictures) -> Score {
         self.score_under(self.exposure, linear)
     }
 
-    /// The same with another prior of the exposure.
+    /// Score under another prior of the exposure.
     pub fn score_under(&self, prior: ExposurePrior, linear: &LinearPictures) -> Score {
         let is_clipped = self.probes.clipped_pixels() > 0;
         let errors = ball_errors(is_clipped, self.light_error);
@@ -362,7 +363,7 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// The encoded quantiles of each relit pose.
+    /// Encoded quantiles of each relit pose.
     pub fn pose_quantiles(
         &self,
         table: &ResponseTable,
@@ -381,14 +382,15 @@ impl<'a> Objective<'a> {
     }
 }
 
-/// Independent errors of encoded quantiles that nothing else explains: a third of an 8-bit code.
+/// Unexplained independent error of encoded quantiles: a third of an 8-bit code.
 const MODEL_ERROR: f64 = 0.0015;
-/// Noise of deviation σ makes codes I decode brighter than they are, by about (γ − 1)/2·σ²/I in the code. All pixels of the
-/// balls share that error, so however many there are, they do not average it out. At I = 0.2 it is so many times σ².
+/// Bias from noise. Noise of deviation σ makes codes I decode brighter, by about (γ − 1)/2·σ²/I in the code. All
+/// pixels of the balls share that error, so their number does not average it out. The factor on σ² holds at I =
+/// 0.2.
 const NOISE_BIAS: f64 = 3.0;
-/// Pixels by which all poses and their frames are compared.
+/// Number of pixels that compare all poses with their frames.
 const MATCHED_PIXELS: usize = 2000;
-/// Parts of the compared pixels whose errors are taken to be independent.
+/// Number of groups of compared pixels with independent errors.
 pub(super) const BLOCKS: usize = 20;
 
 /// −2·ln of the weak prior of both exponents.

@@ -1,30 +1,31 @@
 //! Probability of each pair of exponents under one assumption about the exposure.
 //!
-//! The cost is a parabola only near its minimum, so it is sampled: first its curvature, then a grid along and across
-//! its valley that reaches as far as the pictures leave it open.
+//! The cost is a parabola only near its minimum, so it is sampled: first its curvature, then a grid along and
+//! across its valley, over the range left open by the pictures.
 
 use super::objective::{Objective, gamma_prior};
 use super::{GAMMA_PRIOR, bounds, minimise};
 use base::error::Result;
 use glam::{DMat2, DVec2};
 
-/// Steps of the exponents for the curvature: the first, and the smallest and largest later. With smaller ones the
-/// roughness of 8-bit data shows; with larger ones the cost is not a parabola.
+/// Steps of the exponents for the curvature: the first, and the smallest and largest later. Smaller steps show the
+/// roughness of 8-bit data; with larger ones the cost is not a parabola.
 const STEPS: [f64; 3] = [0.03, 0.01, 0.3];
-/// Places of the grid on either side of the middle, and how many deviations apart they are.
+/// Places of the grid on either side of the middle, and their spacing in deviations.
 const REACH: i32 = 2;
 const SPACING: f64 = 1.25;
 
 /// The exponents and ln exposure under one assumption about the exposure.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Posterior {
-    /// The most probable place, and ln exposure there.
+    /// Most probable place, and ln exposure there.
     pub gammas: [f64; 2],
     pub log_exposure: f64,
     /// Mean and standard deviation of γ1, γ2 and ln exposure.
     pub mean: [f64; 3],
     pub deviation: [f64; 3],
-    /// −2·ln of the probability of the pictures under the assumption, up to a constant; its chance is included.
+    /// −2·ln of the probability of the pictures under the assumption, up to a constant, including the assumption's
+    /// prior.
     pub cost: f64,
 }
 
@@ -37,7 +38,7 @@ struct Place {
 }
 
 impl Posterior {
-    /// Explores the surroundings of the best of some places to start from, under the objective's assumption.
+    /// Explores the surroundings of the best start place under the objective's assumption.
     ///
     /// # Errors
     /// When the search cannot start.
@@ -50,7 +51,7 @@ impl Posterior {
                 .unwrap_or(DMat2::from_diagonal(DVec2::splat(0.5 * GAMMA_PRIOR.1)));
         }
         let mut posterior = None;
-        // Where the valley is longer than its curvature says, the grid grows and follows it.
+        // Where the valley is longer than its curvature implies, the grid grows along it.
         for _ in 0..3 {
             let places = grid(objective, middle, axes);
             let Some((found, covariance)) = Self::of(&places, axes) else {
@@ -85,7 +86,7 @@ impl Posterior {
         Ok(posterior)
     }
 
-    /// Mean, deviation and probability of all places of a grid with these axes, and the exponents' covariance.
+    /// Mean, deviation and probability over all places of a grid with these axes, and the exponents' covariance.
     fn of(places: &[Place], axes: DMat2) -> Option<(Self, DMat2)> {
         let best = places
             .iter()
@@ -102,7 +103,7 @@ impl Posterior {
         let exposure = mean(&|p| p.log_exposure);
         let square = |x: &dyn Fn(DVec2) -> f64| mean(&|p| x(p.gammas - gammas));
         let mixed = square(&|d| d.x * d.y);
-        // A place stands for its surroundings, half a spacing wide on either side.
+        // A place represents its surroundings, half a spacing wide on either side.
         let own = axes * axes.transpose() * (SPACING * SPACING / 12.0);
         let covariance = DMat2::from_cols(
             DVec2::new(square(&|d| d.x * d.x), mixed),
@@ -126,7 +127,7 @@ impl Posterior {
     }
 }
 
-/// The places around a middle, `axes` one deviation long. Those that are no camera's curve are left out.
+/// Places around a middle, with axes one deviation long. Invalid curves are left out.
 fn grid(objective: &Objective, middle: DVec2, axes: DMat2) -> Vec<Place> {
     let steps = (-REACH..=REACH).flat_map(|i| (-REACH..=REACH).map(move |j| (i, j)));
     steps
@@ -147,7 +148,7 @@ fn grid(objective: &Objective, middle: DVec2, axes: DMat2) -> Vec<Place> {
         .collect()
 }
 
-/// The axes of the cost's valley near its minimum, each one deviation long; `None` if it is no minimum.
+/// Axes of the cost's valley near its minimum, each one deviation long; `None` if the place is not a minimum.
 fn curvature(objective: &Objective, at: DVec2, steps: DMat2) -> Option<DMat2> {
     // Near a bound, the neighbourhood moves inside by as much as the steps need.
     let reach = steps.x_axis.abs() + steps.y_axis.abs();

@@ -1,32 +1,32 @@
-//! Curves that are no dual gamma, as rivals of it: how probable each is beside all dual gammas together.
+//! Rival curves other than dual gammas, each with its probability relative to all dual gammas.
 
 use super::brightness::ExposurePrior;
 use super::objective::{Objective, Score};
 use super::{Case, CurveFit, GAMMA_PRIOR};
 use imaging::Response;
 
-/// Share of cameras that have each curve; all others have a dual gamma.
+/// Prior share of cameras with each curve; all others have a dual gamma.
 const SRGB: f64 = 0.1;
 const REC709: f64 = 0.05;
 const LINEAR: f64 = 0.02;
 const LOG: f64 = 0.08;
 /// Mean and deviation of ln K of log curves: most cameras are between 10 and 60.
 const LOG_PRIOR: (f64, f64) = (3.2, 0.8);
-/// By how much a camera's own curve differs from the dual gamma nearest to a standard.
+/// Deviation of a camera's real curve from the dual gamma nearest to a standard.
 const STANDARD_DEVIATION: f64 = 0.01;
 
-/// A curve that is no dual gamma.
+/// A curve that is not a dual gamma.
 pub(super) struct Rival {
     pub fit: CurveFit,
     pub score: Score,
     /// −2·ln of the probability of the pictures and of the curve.
     cost: f64,
-    /// The curve as the nearest dual gamma, and ln exposure, with their deviations.
+    /// Nearest dual gamma and ln exposure, with their deviations.
     mean: [f64; 3],
     deviation: [f64; 3],
 }
 
-/// The cost of a cost or another, whichever holds.
+/// Cost of several alternatives together: −2·ln of their summed probabilities.
 fn either(costs: impl IntoIterator<Item = f64>) -> f64 {
     let costs: Vec<f64> = costs.into_iter().collect();
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
@@ -34,13 +34,13 @@ fn either(costs: impl IntoIterator<Item = f64>) -> f64 {
     least - 2.0 * shares.sum::<f64>().ln()
 }
 
-/// The dual gamma that is nearest to a curve.
+/// Dual gamma nearest to a curve.
 fn nearest(response: &Response) -> [f64; 2] {
     let (curve, _) = response.nearest_dual_gamma();
     [f64::from(curve.gamma1), f64::from(curve.gamma2)]
 }
 
-/// Both cases of the exposure under a curve: their costs, and the score of the better one.
+/// Both exposure cases under a curve: their costs, and the score of the better one.
 fn judged(objective: &Objective, response: &Response) -> (f64, Score, CurveFit) {
     let linear = objective.linearize_by(response);
     let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
@@ -52,7 +52,7 @@ fn judged(objective: &Objective, response: &Response) -> (f64, Score, CurveFit) 
 }
 
 impl Rival {
-    /// The standard curves, and the log curves as one.
+    /// Standard curves, and the log curves as one.
     pub fn all(objective: &Objective) -> Vec<Self> {
         let standards =
             [(Response::Srgb, SRGB), (Response::Rec709, REC709), (Response::Linear, LINEAR)];
@@ -78,7 +78,7 @@ impl Rival {
         rivals
     }
 
-    /// The log curves: K by its probability over a row of places around the best.
+    /// Log curves: K weighted by its probability over a row of places around the best.
     fn log(objective: &Objective) -> Option<Self> {
         let (middle, deviation) = LOG_PRIOR;
         let place = |log_k: f64| -> Option<(f64, f64)> {
@@ -101,7 +101,7 @@ impl Rival {
         let share = |cost: f64| (-0.5 * (cost - least)).exp();
         let mean: f64 = places.iter().map(|(at, cost)| at * share(*cost)).sum();
         let square = |(at, cost): &(f64, f64)| (at - mean).powi(2) * share(*cost);
-        // A place stands for its surroundings, half a step wide on either side.
+        // A place represents its surroundings, half a step wide on either side.
         let spread = (places.iter().map(square).sum::<f64>() + FINE * FINE / 12.0).sqrt();
         let response = Response::log(mean.exp() as f32).ok()?;
         let (_, score, fit) = judged(objective, &response);
@@ -122,7 +122,7 @@ impl Rival {
         })
     }
 
-    /// The curve as an account of the pictures, by its nearest dual gamma.
+    /// The curve as an account of the pictures, represented by its nearest dual gamma.
     pub fn case(&self, probability: f64) -> Case {
         Case {
             changed: false,
@@ -136,8 +136,8 @@ impl Rival {
     }
 }
 
-/// The probability of each rival beside all dual gammas, given the costs of the dual gammas' cases, which include an
-/// unnormalised prior of both exponents.
+/// Probability of each rival relative to all dual gammas, given the costs of the dual gammas' cases, which include
+/// an unnormalised prior of both exponents.
 pub(super) fn probabilities(rivals: &[Rival], duals: [f64; 2]) -> Vec<f64> {
     let area = 2.0 * std::f64::consts::PI * GAMMA_PRIOR.1.powi(2);
     let chance = 1.0 - SRGB - REC709 - LINEAR - LOG;

@@ -1,5 +1,4 @@
-//! Everything that is needed to inspect a response: the pictures are read once, then any response can be tried in
-//! milliseconds.
+//! Data for inspecting a response: the pictures are read once, then any response takes milliseconds to try.
 
 use super::objective::Objective;
 use super::subject::sample;
@@ -23,9 +22,9 @@ pub struct CurvePoint {
     pub encoded: f32,
     /// Linear light under the dual gamma.
     pub linear: f32,
-    /// I^γ1, which the curve approaches in the darks.
+    /// I^γ1, the asymptote in the darks.
     pub dark: f32,
-    /// I^γ2, which the curve approaches in the brights.
+    /// I^γ2, the asymptote in the brights.
     pub bright: f32,
 }
 
@@ -45,7 +44,7 @@ struct PosePicture {
 }
 
 impl GammaStudy {
-    /// Reads the shoot, and pose `pose` to be shown.
+    /// Reads the shoot and pose `pose` for display.
     ///
     /// # Errors
     /// As [`crate::calibrate`], and when the pose does not exist.
@@ -63,7 +62,7 @@ impl GammaStudy {
         Ok(Self { picture: PosePicture::load(project, pose)?, subject, probes, interview })
     }
 
-    /// Reads another pose to be shown.
+    /// Reads another pose for display.
     ///
     /// # Errors
     /// When the pose does not exist, or a file cannot be read or does not match the others.
@@ -72,7 +71,7 @@ impl GammaStudy {
         Ok(())
     }
 
-    /// Fits the response as [`crate::calibrate`] does, for [`InspectableFit::surface`] and
+    /// Fits the response as in [`crate::calibrate`], for [`InspectableFit::surface`] and
     /// [`InspectableFit::compare`].
     ///
     /// # Errors
@@ -85,14 +84,14 @@ impl GammaStudy {
         fit(&self.subject, &self.probes, wanted, progress)
     }
 
-    /// The interview's weights under a response: for each lamp and channel, its share, with what the subject shows of
-    /// the light.
+    /// Interview weights under a response: the share of each lamp per channel, including the light seen on the
+    /// subject.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
         Objective::light_of(&self.subject, &self.probes, response, 1.0).0
     }
 
-    /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,
-    /// under a response and an exposure.
+    /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles and on the mirror balls, under a
+    /// response and an exposure.
     pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
         Objective::light_of(&self.subject, &self.probes, response, exposure).1
     }
@@ -102,8 +101,8 @@ impl GammaStudy {
         &self.interview
     }
 
-    /// Levels of all relit poses inside the subject, as the camera would encode them: under a response,
-    /// the exposure and a weight for each lamp (missing ones are 0).
+    /// Levels of all relit poses inside the subject, in the camera's encoding: under a response, the exposure and a
+    /// weight for each lamp (missing ones are 0).
     pub fn relit_histogram(
         &self,
         response: &Response,
@@ -115,7 +114,7 @@ impl GammaStudy {
         histogram(relit.into_iter().map(|light| light.map(|l| table.encode(exposure * l))))
     }
 
-    /// The chosen pose relit, as the camera would encode it, at the working size; black where its matte is. Pixels
+    /// The chosen pose relit, in the camera's encoding, at the working size; black where its matte is black. Pixels
     /// are picked, not averaged, so each is a sum of real code values.
     pub fn relit(&self, response: &Response, exposure: f32, weights: &[[f32; 3]]) -> Encoded {
         let PosePicture { codes, lamps, mask } = &self.picture;
@@ -144,7 +143,7 @@ impl PosePicture {
         if pose >= shoot.poses.len() {
             return Err(Error::missing(
                 format!(
-                    "there is no pose {pose}: the shoot has poses 0 to {}",
+                    "no pose {pose}: the shoot has poses 0 to {}",
                     shoot.poses.len().saturating_sub(1)
                 ),
                 "Choose a pose of the shoot",
@@ -171,7 +170,7 @@ impl PosePicture {
     }
 }
 
-/// The pixels of a picture in the middles of `size` × `size` equal parts.
+/// Pixels at the middles of `size` × `size` equal parts of a picture.
 fn picked((width, height): (usize, usize), size: usize) -> Vec<usize> {
     let middle = |i: usize, length: usize| (2 * i + 1) * length / (2 * size);
     (0..size)

@@ -1,4 +1,4 @@
-//! The subject's pixels in the poses and in the interview, as code values.
+//! Pixels of the subject in the poses and in the interview, as code values.
 
 use super::super::StandIn;
 use super::super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS, codes};
@@ -15,11 +15,11 @@ use rayon::prelude::*;
 
 /// Levels at which distributions are compared: the middles of twenty equal parts.
 pub(super) const QUANTILES: usize = 20;
-/// Pixels taken of each pose and of each frame: enough for steady quantiles.
+/// Pixels per pose and per frame: enough for stable quantiles.
 const SAMPLES: usize = 3000;
-/// Interview frames that are pooled, spread over the clip so that the head's movement averages out.
+/// Number of pooled interview frames, spread over the clip so that head movement averages out.
 const FRAMES: usize = 8;
-/// Interview frames that are searched for a pose: the first, and others spread over the clip.
+/// Number of interview frames searched for a pose: the first, and others spread over the clip.
 const SEARCHED_FRAMES: usize = 96;
 
 /// The code values of a picture's samples.
@@ -29,30 +29,30 @@ pub(crate) type Quantiles = [[f32; QUANTILES]; 3];
 
 /// A pose's pixels.
 pub(crate) struct Pose {
-    /// Per pixel, the code values under each lamp: `codes[pixel · lamps + lamp]`.
+    /// Code values of each pixel under each lamp: `codes[pixel · lamps + lamp]`.
     pub codes: Vec<CodeValues>,
-    /// The interview frame that shows this pose best, if one can be compared.
+    /// Interview frame that shows this pose best, if one is comparable.
     pub frame_match: Option<FrameMatch>,
 }
 
-/// The poses' and the frames' pixels inside the subject, as code values.
+/// Pixels of the poses and frames inside the subject, as code values.
 pub(crate) struct Subject {
-    /// The poses whose matte shows a subject.
+    /// Poses whose matte shows a subject.
     pub poses: Vec<Pose>,
     /// Pixels of some frames, spread over the clip.
     pub frames: Vec<Vec<CodeValues>>,
-    /// The encoded quantiles of all frames together and of each.
+    /// Encoded quantiles of all frames together and of each.
     pub interview: Quantiles,
     pub frame_quantiles: Vec<Quantiles>,
     pub lamps: usize,
 }
 
 impl Subject {
-    /// Reads every pose and some frames at their own size: averaging encoded pixels would be wrong.
-    /// The probes' weights under a plausible response find the frame that is nearest to each pose.
+    /// Reads every pose and some frames at full size, because averaging encoded pixels would be wrong. The probes'
+    /// weights under a plausible response find the frame nearest to each pose.
     ///
     /// # Errors
-    /// When a file cannot be read or has another size than its matte, the job was stopped, the mattes show no
+    /// When a file cannot be read or differs in size from its matte, the job was stopped, the mattes show no
     /// subject, or the subject is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
         let provisional = &ResponseTable::new(&DualGamma {
@@ -75,12 +75,12 @@ impl Subject {
         })
     }
 
-    /// A pose's pixels as the sum of its OLATs.
+    /// Pixels of a pose as the sum of its OLATs.
     pub fn relit(&self, pose: &Pose, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         relit(&pose.codes, self.lamps, table, weights)
     }
 
-    /// The light of one of a pose's samples as the sum of its OLATs.
+    /// Light of one sample of a pose as the sum of its OLATs.
     pub fn relit_sample(
         &self,
         pose: &Pose,
@@ -92,8 +92,8 @@ impl Subject {
         sum(codes.unwrap_or_default(), table, weights)
     }
 
-    /// Each pose with its nearest frame and their mismatch under a response; poses whose outline no frame has are
-    /// left out.
+    /// Each pose with its nearest frame and their mismatch under a response; poses without a frame of the same
+    /// outline are left out.
     pub fn nearest(
         &self,
         table: &ResponseTable,
@@ -108,8 +108,8 @@ impl Subject {
             .collect()
     }
 
-    /// The sum of the first `learnt` lamps that is nearest to the sum of all lamps under `weights`, in linear light
-    /// over all poses' pixels, per channel.
+    /// Sum of the first `learnt` lamps nearest to the sum of all lamps under `weights`, in linear light over all
+    /// poses' pixels, per channel.
     pub fn stand_in(&self, table: &ResponseTable, weights: &[[f32; 3]], learnt: usize) -> StandIn {
         let pixels = || (self.poses.iter()).flat_map(|pose| pose.codes.chunks_exact(self.lamps));
         let mut stand_in = StandIn { weights: vec![[0.0; 3]; learnt], residual: 0.0 };
@@ -147,13 +147,13 @@ impl Subject {
         stand_in
     }
 
-    /// The relit pixels of all poses.
+    /// Relit pixels of all poses.
     pub fn all_relit(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.poses.iter().flat_map(|pose| self.relit(pose, table, weights)).collect()
     }
 }
 
-/// The poses that show anything, with their samples relit under `weights` to look for their frames.
+/// Non-empty poses, with their samples relit under `weights` for the search of their frames.
 fn load_poses(
     project: &Project,
     provisional: &ResponseTable,
@@ -187,7 +187,7 @@ fn load_poses(
     Ok((poses, samples))
 }
 
-/// Pixels of some frames, and for each pose the frame that shows it best.
+/// Pixels of some frames, and the best frame for each pose.
 fn load_frames(
     project: &Project,
     poses: &[PoseSamples],
@@ -201,7 +201,7 @@ fn load_frames(
     let wanted: Vec<usize> =
         (0..shoot.frames.len()).filter(|frame| frame % step == 0 || frame % search == 0).collect();
     let (mut frames, mut matched) = (Vec::new(), vec![None; poses.len()]);
-    // A few pictures at a time are in memory.
+    // Only a few pictures are in memory at a time.
     for (part, some) in wanted.chunks(8).enumerate() {
         progress.check("nothing was changed")?;
         progress.step("frames", (8 * part) as u64, wanted.len() as u64, "");
@@ -298,7 +298,7 @@ fn sum(codes: &[CodeValues], table: &ResponseTable, weights: &[[f32; 3]]) -> [f3
     })
 }
 
-/// The quantiles of all pixels of some pictures together, encoded in `[0, 1]`.
+/// Quantiles of all pixels of several pictures together, encoded in `[0, 1]`.
 fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
     [0, 1, 2].map(|c| {
         let codes = pictures.iter().flatten();
@@ -306,7 +306,7 @@ fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
     })
 }
 
-/// The code values of a picture at some places of its matte.
+/// Code values of a picture at some places of its matte.
 pub(super) fn sample(
     picture: &Picture,
     framing: &Framings,
@@ -318,7 +318,7 @@ pub(super) fn sample(
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
-/// The code values of a picture, which must have its matte's size.
+/// Code values of a picture, which must have its matte's size.
 fn read_codes(
     picture: &Picture,
     framing: &Framings,

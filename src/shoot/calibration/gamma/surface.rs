@@ -1,4 +1,4 @@
-//! The cost of every pair of exponents, to be drawn.
+//! Cost of every pair of exponents, for drawing.
 
 use super::objective::gamma_prior;
 use super::{InspectableFit, bounds};
@@ -6,27 +6,27 @@ use base::error::Result;
 use base::progress::Progress;
 use rayon::prelude::*;
 
-/// The cost over a grid of exponents, each at its best exposure.
+/// Cost over a grid of exponents, each at its best exposure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// The exponents along either axis, rising.
+    /// Exponents along either axis, ascending.
     pub gammas: Vec<f32>,
-    /// Row by row: `cost[i2 · gammas.len() + i1]` is that of γ1 = `gammas[i1]`, γ2 = `gammas[i2]`, above the cost
-    /// of the fit: −2·ln of how much less probable it is. 1 is one standard deviation away, 4 is two. NaN if the
-    /// curve is not monotone. Rounding may take it slightly below 0.
+    /// Row by row: `cost[i2 · gammas.len() + i1]` belongs to γ1 = `gammas[i1]`, γ2 = `gammas[i2]`, relative to the
+    /// fit: −2·ln of the relative probability. 1 is one standard deviation away, 4 is two. NaN if the curve is not
+    /// monotone. Rounding may make it slightly negative.
     pub cost: Vec<f32>,
-    /// Root-mean-square encoded distances of the subject, and on the balls.
+    /// Root-mean-square encoded distances of the subject and on the balls.
     pub subject: Vec<f32>,
     pub ball: Vec<f32>,
-    /// The best exposure for each pair.
+    /// Best exposure of each pair.
     pub exposure: Vec<f32>,
-    /// The fit: its γ1, γ2 and exposure.
+    /// γ1, γ2 and exposure of the fit.
     pub optimum: [f32; 3],
 }
 
 impl InspectableFit<'_> {
-    /// Samples the cost at `count` × `count` pairs (at least 2 × 2) of all exponents that a camera can have. A pair
-    /// takes about 10 ms on one core; 16 × 16 are enough to show the valley.
+    /// Samples the cost at `count` × `count` pairs (at least 2 × 2) over the full range of exponents. A pair takes
+    /// about 10 ms on one core; 16 × 16 are enough to show the valley.
     ///
     /// # Errors
     /// When the job was stopped.

@@ -1,4 +1,4 @@
-//! The ball in a series of photographs, reduced to a grid of cells that fits into memory for a whole series.
+//! The ball in a series of photographs, reduced to a grid of cells so that a full series fits into memory.
 
 use super::super::code_values::{CodeValues, ResponseTable};
 use super::super::connected;
@@ -8,7 +8,7 @@ use super::super::silhouette::{self, Circle, Photographs, Silhouette};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// The ball's bounding box as cells of `bin × bin` pixels.
+/// Bounding box of the ball as cells of `bin × bin` pixels.
 pub(crate) struct Grid {
     pub width: usize,
     pub height: usize,
@@ -16,36 +16,36 @@ pub(crate) struct Grid {
     pub radius_px: f32,
     /// Possible error of the ball's circle in pixels.
     pub circle_error_px: f32,
-    /// Per cell, the part of the sphere that it shows in steradians; 0 beside the ball.
+    /// Solid angle of each cell in steradians; 0 outside the ball.
     pub solid_angle: Vec<f32>,
-    /// Per cell, the unit direction that it shows; zero beside the ball.
+    /// Unit direction of each cell; zero outside the ball.
     pub direction: Vec<Vec3>,
-    /// The cell of each of the ball's pixels.
+    /// Cell of each of the ball's pixels.
     cell_of_pixel: Vec<u32>,
 }
 
-/// One photograph on a [`Grid`]: per cell the square root of its light (mean of the channels, 0 to 1) in 15 bits, and
-/// in the lowest bit whether any of its pixels is clipped.
+/// One photograph on a [`Grid`]: per cell the square root of its light (mean of the channels, 0 to 1) in 15 bits,
+/// and a clipping flag in the lowest bit.
 pub(crate) struct Levels(Vec<u16>);
 
-/// Possible error of a circle against the ball's outline, in pixels and as a share of its radius, if the photographs do not
-/// show: as far as circles differ that were drawn by hand and found in photographs out of focus.
+/// Possible error of a circle without a visible rim, in pixels and relative to its radius: the spread of circles
+/// drawn by hand and found in out-of-focus photographs.
 const UNSEEN_RIM_PX: f32 = 0.4;
 const UNSEEN_RIM: f32 = 0.005;
-/// A rim that was seen is known no better than this.
+/// Smallest error in pixels of a visible rim.
 const SEEN_RIM_PX: f64 = 0.2;
-/// It was seen if it was told from the background on this share of the circumference.
+/// Smallest visible share of the circumference of a rim that counts as seen.
 const SEEN_RIM: f64 = 0.5;
-/// A circle that is off by more than this share of the radius is named: its lamps are several degrees off.
+/// Smallest circle error, relative to the radius, that gives a warning: lamps are then several degrees off.
 const WRONG_CIRCLE: f64 = 0.03;
 
 impl Grid {
-    /// More cells across the ball show a lamp no better.
+    /// Largest number of cells across the ball; more show a lamp no better.
     const ACROSS: usize = 1024;
-    /// Cells of a whole series: six bytes each.
+    /// Largest number of cells of a full series, at six bytes each.
     const TOTAL: usize = 1 << 25;
 
-    /// The grid for a series of photographs, each `frame_width` pixels wide.
+    /// Grid for a series of photographs, each `frame_width` pixels wide.
     pub fn new(ball: &MirrorBall, frame_width: usize, photographs: usize) -> Self {
         let place = |index: usize| (index % frame_width, index / frame_width);
         let (mut low, mut high) = ((usize::MAX, usize::MAX), (0, 0));
@@ -83,11 +83,11 @@ impl Grid {
         grid
     }
 
-    /// Takes over how far the ball's circle is off the rim that photographs show: one nearby, or that of a ball which the
-    /// circle touches. Returns a sentence if the circle is plainly wrong.
+    /// Records the circle's distance from the rim in the photographs: a nearby one, or that of a ball the circle
+    /// touches. Returns a sentence if the circle is plainly wrong.
     pub fn check_circle(&mut self, photographs: &Photographs, circle: &Circle) -> Option<String> {
         let seen = |rim: &Silhouette| rim.rim_share >= SEEN_RIM;
-        // A second ball has a circle of its own.
+        // A second ball has its own circle.
         let touches = |rim: &Silhouette| {
             rim.circle.center().distance(circle.center()) < rim.circle.radius_px + circle.radius_px
         };
@@ -103,14 +103,14 @@ impl Grid {
         self.circle_error_px = error.hypot(SEEN_RIM_PX) as f32;
         (error > WRONG_CIRCLE * rim.circle.radius_px).then(|| {
             format!(
-                "the mirror ball's circle is {error:.0} pixels off the outline that its photographs show, which has its centre \
-                 at {:.0}, {:.0} and a radius of {:.0} pixels: lamps are not where they seem to be. Find the circle again",
+                "the mirror ball's circle is {error:.0} pixels off the outline in its photographs, with its centre \
+                 at {:.0}, {:.0} and a radius of {:.0} pixels: all lamp directions are wrong. Find the circle again",
                 rim.circle.center_px[0], rim.circle.center_px[1], rim.circle.radius_px
             )
         })
     }
 
-    /// The cell that holds pixel `pixel` of [`MirrorBall::pixels`].
+    /// Cell of pixel `pixel` of [`MirrorBall::pixels`].
     pub fn cell(&self, pixel: u32) -> usize {
         self.cell_of_pixel[pixel as usize] as usize
     }
@@ -120,7 +120,7 @@ impl Grid {
         self.solid_angle[cell] > 0.0
     }
 
-    /// A photograph's code values, one for each pixel of the ball, as light on the grid.
+    /// Reduces a photograph, one code value per pixel of the ball, to light on the grid.
     pub fn reduce(&self, photograph: &[CodeValues], table: &ResponseTable) -> Levels {
         let mut sum = vec![(0.0f32, 0u32, false); self.solid_angle.len()];
         for (code, cell) in photograph.iter().zip(&self.cell_of_pixel) {
@@ -136,19 +136,19 @@ impl Grid {
         Levels(sum.into_iter().map(level).collect())
     }
 
-    /// The cells around a cell, without those beside the grid.
+    /// Cells around a cell, clipped to the grid.
     pub fn around(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
         connected::around(cell, (self.width, self.height), 1).filter(move |&other| other != cell)
     }
 
-    /// The connected parts of the ball's cells for which `inside` holds.
+    /// Connected parts of the ball's cells for which `inside` holds.
     pub fn parts(&self, inside: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
         let size = (self.width, self.height);
         connected::parts(size, |cell| self.is_ball(cell) && inside(cell))
     }
 
-    /// The common part of all photographs of a series, per cell: the room, as their median. Of fewer than five the least,
-    /// because two lamps may light one place.
+    /// Common part of all photographs of a series per cell: the room, as their median. With fewer than five the
+    /// minimum, because two lamps may light one place.
     pub fn room(&self, series: &[Levels]) -> Vec<f32> {
         if series.len() < 2 {
             return vec![0.0; self.solid_angle.len()];
@@ -169,7 +169,7 @@ impl Grid {
 }
 
 impl Levels {
-    /// The light of a cell.
+    /// Light of a cell.
     pub fn light(&self, cell: usize) -> f32 {
         light(self.0[cell])
     }

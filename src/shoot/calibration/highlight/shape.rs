@@ -1,4 +1,4 @@
-//! Shapes on a grid: what is left of a part when thin streaks are cut off.
+//! Shapes on a grid: opening of parts, to cut off thin streaks.
 
 use super::grid::Grid;
 
@@ -12,7 +12,7 @@ struct Patch {
 }
 
 impl Patch {
-    /// The cells with `margin` cells around them, as far as the grid reaches, and one beside it.
+    /// The cells with a margin of `margin` cells, clipped to the grid plus one.
     fn of(cells: &[u32], grid: &Grid, margin: usize) -> Self {
         let xs = || cells.iter().map(|&c| c as usize % grid.width);
         let ys = || cells.iter().map(|&c| c as usize / grid.width);
@@ -29,7 +29,7 @@ impl Patch {
         patch
     }
 
-    /// The grid's cell at a place of the patch; `None` beside the grid.
+    /// Grid cell at a place of the patch; `None` outside the grid.
     fn cell(&self, i: usize, grid: &Grid) -> Option<u32> {
         let (x, y) = (
             (self.left + i % self.width).checked_sub(1)?,
@@ -38,7 +38,7 @@ impl Patch {
         (x < grid.width && y < grid.height).then_some((y * grid.width + x) as u32)
     }
 
-    /// For each place the squared distance to the nearest for which `target` holds (Felzenszwalb and Huttenlocher
+    /// Squared distance of each place to the nearest one for which `target` holds (Felzenszwalb and Huttenlocher
     /// 2012: lower envelopes of parabolas, along columns, then rows).
     fn squared_distances(&self, target: impl Fn(usize) -> bool) -> Vec<f32> {
         let far = (self.width * self.width + self.height * self.height) as f32;
@@ -90,15 +90,15 @@ fn envelope(values: &[f32]) -> Vec<f32> {
         .collect()
 }
 
-/// The radius in cells of the largest disc within a part.
+/// Radius in cells of the largest disc inside a part.
 pub(super) fn inner_radius(part: &[u32], grid: &Grid) -> f32 {
     let patch = Patch::of(part, grid, 1);
     let squares = patch.squared_distances(|i| !patch.inside[i]);
     squares.into_iter().fold(0.0, f32::max).sqrt()
 }
 
-/// The area of a part that discs of `share` of the largest disc's radius cover when they are moved within it (a morphological
-/// opening): streaks narrower than these discs are cut off.
+/// Morphological opening of a part by discs of `share` of its largest disc's radius: streaks narrower than these
+/// discs are cut off.
 pub(super) fn opened(part: &[u32], grid: &Grid, share: f32) -> Vec<u32> {
     let patch = Patch::of(part, grid, 1);
     let depth = patch.squared_distances(|i| !patch.inside[i]);
@@ -110,7 +110,7 @@ pub(super) fn opened(part: &[u32], grid: &Grid, share: f32) -> Vec<u32> {
         .collect()
 }
 
-/// The ball's cells within `reach` cells of some cells, those included.
+/// Cells of the ball within `reach` cells of the given ones, those included.
 pub(super) fn widened(cells: &[u32], grid: &Grid, reach: f32) -> Vec<u32> {
     let patch = Patch::of(cells, grid, reach.ceil() as usize);
     let squares = patch.squared_distances(|i| patch.inside[i]);

@@ -1,4 +1,4 @@
-//! Lamps on photographs of real balls, and on made-up ones with everything that troubles real ones.
+//! Lamps on photographs of real balls, and on synthetic ones with every defect of real ones.
 
 use super::super::code_values::{CodeValues, ResponseTable, codes};
 use super::super::mirror_ball::MirrorBall;
@@ -15,7 +15,7 @@ mod made_up;
 mod scene;
 mod variants;
 
-/// The lamps that a series of photographs shows.
+/// Lamps in a series of photographs.
 fn lamps(ball: &Ball, series: &[Encoded]) -> Vec<Lamp> {
     let size = series[0].0.size();
     let geometry = MirrorBall::new(ball, None, size).unwrap();
@@ -44,20 +44,20 @@ fn far(center_px: [f32; 2], radius_px: f32) -> Ball {
     Ball { center_px, radius_px, radius_m: 0.05, camera_distance_m: 1e4 }
 }
 
-/// The numbers in a text file.
+/// Numbers in a text file.
 fn numbers(path: &Path) -> Vec<f32> {
     let text = std::fs::read_to_string(path).unwrap();
     (text.split_whitespace()).map(|word| word.parse().unwrap()).collect()
 }
 
-/// One of the shared balls: its twelve photographs, its circle, and the directions that were published with it.
+/// One of the shared balls: its twelve photographs, its circle, and the published directions.
 fn shiny_ball(number: usize) -> Option<(Vec<Encoded>, Ball, Vec<Vec3>)> {
     let folder = test_support::shared(format!("data/shiny_balls/LightProbe-{number}"))?;
     let series: Vec<Encoded> = (1..=12)
         .map(|i| file::read_encoded(&folder.join(format!("Image_{i:02}.JPG"))).unwrap())
         .collect();
     let circle = numbers(&folder.join("circle_data.txt"));
-    // Rows count from below.
+    // Rows count from the bottom.
     let below = series[0].0.height as f32 - circle[1];
     let directions = numbers(&folder.join("light_directions.txt"));
     let published = (0..12)
@@ -66,7 +66,7 @@ fn shiny_ball(number: usize) -> Option<(Vec<Encoded>, Ball, Vec<Vec3>)> {
     Some((series, far([circle[0], below], circle[2]), published))
 }
 
-/// The lamps that the two shared balls show, each with what was published of it.
+/// Lamps on the two shared balls, with the published directions.
 pub(crate) fn real_balls() -> Option<[(Vec<Lamp>, Vec<Vec3>); 2]> {
     let of = |number| {
         let (series, ball, published) = shiny_ball(number)?;
@@ -75,7 +75,7 @@ pub(crate) fn real_balls() -> Option<[(Vec<Lamp>, Vec<Vec3>); 2]> {
     Some([of(1)?, of(2)?])
 }
 
-/// The angles in degrees between a rig of the shared lamps and the mean of what was published for both balls.
+/// Angles in degrees between a rig of the shared lamps and the mean of the published directions of both balls.
 pub(crate) fn apart_from_published(rig: &light::Rig) -> Vec<f32> {
     let published = [1, 2].map(|number| shiny_ball(number).unwrap().2);
     let mean = |i: usize| (published[0][i] + published[1][i]).normalize();

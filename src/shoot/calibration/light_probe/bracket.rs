@@ -1,9 +1,9 @@
 //! An exposure bracket: several photographs of one ball, merged for more dynamic range.
 //!
 //! Each photograph measures a pixel's radiance as x/t, with x its linear light and t its exposure time (Debevec and
-//! Malik 1997). The average, weighted with the reciprocals of the variances, is the most likely radiance under the
-//! sensor's noise (Granados et al. 2010): quantisation and photon noise. Clipped pixels and those within two
-//! deviations of black do not count.
+//! Malik 1997). The average, weighted by reciprocal variances, is the most likely radiance under the sensor's noise
+//! (Granados et al. 2010): quantisation and photon noise. Clipped pixels and those within two deviations of black
+//! do not count.
 
 use super::photograph::Photograph;
 use base::error::{Error, Result};
@@ -14,47 +14,46 @@ use std::fmt::Display;
 #[derive(Clone, Copy, Debug)]
 pub struct Exposure<'a> {
     pub photograph: &'a Photograph,
-    /// Exposure in stops: log2 of the exposure time over any common time. A change of aperture or sensitivity
-    /// counts likewise.
+    /// Exposure in stops: log2 of the exposure time relative to a common time. Aperture and sensitivity changes
+    /// count in the same way.
     pub stops: f32,
 }
 
-/// A merged bracket, and what to know before trusting it.
+/// A merged bracket with quality figures.
 #[derive(Clone, Debug)]
 pub struct Bracket {
-    /// The light as an exposure of 0 stops would have recorded it. What even the shortest exposure clipped stays
-    /// clipped.
+    /// Light at an exposure of 0 stops. Pixels clipped even in the shortest exposure stay clipped.
     pub photograph: Photograph,
-    /// Pixels with a channel that even the shortest exposure clipped.
+    /// Number of pixels with a channel clipped even in the shortest exposure.
     pub clipped_pixels: usize,
-    /// Pixels with a channel that not even the longest exposure raised above black.
+    /// Number of pixels with a channel black even in the longest exposure.
     pub dark_pixels: usize,
-    /// Pixels with a channel that is clipped in one exposure and black in the next.
+    /// Number of pixels with a channel that is clipped in one exposure and black in the next.
     pub gap_pixels: usize,
-    /// Each photograph's exposure in stops above the first's, measured from the pictures; `None` if too few pixels
-    /// are well exposed in both it and its neighbour.
+    /// Exposure of each photograph in stops above the first, measured from the pictures; `None` if it shares too
+    /// few well-exposed pixels with its neighbour.
     pub measured_stops: Vec<Option<f32>>,
-    /// The largest difference between measured and given steps from one exposure to the next, in stops; 0 if
-    /// nothing could be measured. Shutters are off by a tenth; more means wrong exposures, a wrong response or
-    /// changing light.
+    /// Largest difference between measured and given steps from one exposure to the next, in stops; 0 if nothing
+    /// could be measured. Shutters are off by a tenth; more means wrong exposures, a wrong response or changing
+    /// light.
     pub disagreement_stops: f32,
 }
 
-/// Well-exposed pixels that two photographs must share for their exposures to be compared.
+/// Smallest number of well-exposed pixels shared by two photographs for a comparison of their exposures.
 const MIN_SHARED_PIXELS: usize = 32;
-/// Exposures closer than this many stops are the same.
+/// Exposures closer than this many stops count as equal.
 const SAME_STOPS: f32 = 0.05;
-/// So many stops in the wrong direction are not a measuring error.
+/// Smallest reversal in stops that is more than a measuring error.
 const REVERSED_STOPS: f32 = 0.25;
-/// The shoulder: from this share of the clipping level on, a sensor's response bends, so weights fall to almost 0.
+/// Shoulder: above this share of the clipping level a sensor's response bends, so weights fall to almost 0.
 const SHOULDER: f32 = 0.85;
 const SHOULDER_WEIGHT: f32 = 1e-3;
 
 /// Merges an exposure bracket, given in any order.
 ///
 /// # Errors
-/// When there is no photograph, sizes differ, an exposure is NaN or infinite, two are the same, or the pictures
-/// contradict the order of the exposures.
+/// When there is no photograph, sizes differ, an exposure is NaN or infinite, two exposures are equal, or the
+/// pictures contradict the order of the exposures.
 pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
     let size = check(exposures)?;
     let (ordered, disagreement_stops) = by_length(exposures)?;
@@ -94,7 +93,7 @@ fn refuse<T>(problem: impl Display, remedy: &str) -> Result<T> {
     Err(Error::invalid(format!("the exposure bracket {problem}"), remedy))
 }
 
-/// Refuses photographs and exposures that cannot be a bracket; returns the photographs' size.
+/// Checks photographs and exposures of a bracket and returns the photographs' size.
 fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
     let Some(first) = exposures.first() else {
         return refuse("has no photograph", "Choose the photographs of the ball");
@@ -108,12 +107,12 @@ fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
                     "has photographs of {} × {} and {} × {} pixels",
                     size.0, size.1, found.0, found.1
                 ),
-                "Use uncropped photographs from one camera that did not move",
+                "Use uncropped photographs from one fixed camera",
             );
         }
         if !exposure.stops.is_finite() || exposure.stops.abs() > 64.0 {
             return refuse(
-                format!("has an exposure of {} stops for photograph {}", exposure.stops, i + 1),
+                format!("has the exposure {} stops for photograph {}", exposure.stops, i + 1),
                 "Give each photograph's exposure relative to the first, such as 0, -2, -4",
             );
         }
@@ -121,7 +120,7 @@ fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
     Ok(size)
 }
 
-/// The exposures from the longest to the shortest, and [`Bracket::disagreement_stops`].
+/// Exposures from longest to shortest, and [`Bracket::disagreement_stops`].
 fn by_length<'a, 'b>(exposures: &'b [Exposure<'a>]) -> Result<(Vec<&'b Exposure<'a>>, f32)> {
     let mut order: Vec<usize> = (0..exposures.len()).collect();
     order.sort_by(|&a, &b| exposures[b].stops.total_cmp(&exposures[a].stops));
@@ -156,13 +155,13 @@ fn by_length<'a, 'b>(exposures: &'b [Exposure<'a>]) -> Result<(Vec<&'b Exposure<
 /// Source of a merged channel's light.
 #[derive(Clone, Copy, PartialEq)]
 enum Source {
-    /// From the exposures that are neither clipped nor black there.
+    /// Measured from the exposures that are neither clipped nor black there.
     Measured,
-    /// Even the shortest exposure is clipped.
+    /// Clipped even in the shortest exposure.
     Clipped,
     /// Clipped in one exposure and black in the next.
     Gap,
-    /// Even the longest exposure is black.
+    /// Black even in the longest exposure.
     Dark,
 }
 
@@ -196,7 +195,7 @@ fn channel(exposures: &[Exposure], ordered: &[&Exposure], i: usize, c: usize) ->
     if weights > 0.0 {
         return measured;
     }
-    // If all exposures are clipped or black: clipping tells most in the shortest, black in the longest.
+    // All exposures are clipped or black: the shortest tells most about clipping, the longest about black.
     let is_clipped = |exposure: &Exposure| exposure.photograph.clipped.pixels[i][c];
     let (longest, shortest) = (ordered[0], ordered[ordered.len() - 1]);
     let (exposure, source) = if is_clipped(shortest) {
@@ -219,8 +218,8 @@ fn finite(value: f64) -> f32 {
     value.min(f64::from(f32::MAX)) as f32
 }
 
-/// Each photograph's exposure in stops above the first's, from the pictures alone: along their order from bright to
-/// dark, the median ratio of what is well exposed in both neighbours. `None` for those that no such pixels connect
+/// Exposure of each photograph in stops above the first, from the pictures alone: in order from bright to dark, the
+/// median ratio of pixels well exposed in both neighbours. `None` for photographs that such pixels do not connect
 /// to the first.
 pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
     let brightness = |p: &Photograph| -> f64 {
@@ -251,8 +250,8 @@ pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
     stops
 }
 
-/// By how many stops one photograph is exposed longer than another: the median over channels that in both are well
-/// above the noise and below the shoulder.
+/// Exposure difference of two photographs in stops: the median over channels well above the noise and below the
+/// shoulder in both.
 fn stops_between(short: &Photograph, long: &Photograph) -> Option<f32> {
     let good = |p: &Photograph, i: usize, c: usize| {
         let x = p.light.pixels[i][c];

@@ -1,10 +1,10 @@
-//! Clipped lamps: their light estimated from the flanks that are not clipped.
+//! Clipped lamps, estimated from their unclipped flanks.
 //!
-//! A lamp's image, blurred by the lens, is modelled as an elliptic Gaussian lobe over an even background: the
-//! logarithm of what exceeds the background is a quadratic polynomial of the position, fitted to the lobe's
-//! unclipped flank. Clipped pixels are at least as bright as the clipping level; if a lobe leaves many of them
-//! darker it does not fit, and the lamp stays as it is. The brightness of an even disc with a sharp edge cannot be
-//! estimated: it takes a shorter exposure ([`super::merge`]).
+//! A lamp's image, blurred by the lens, is modelled as an elliptic Gaussian lobe over a uniform background: the
+//! logarithm of the light above the background is a quadratic polynomial of the position, fitted to the lobe's
+//! unclipped flank. Clipped pixels are at least as bright as the clipping level. A lobe that leaves many of them
+//! darker does not fit, and the lamp stays unchanged. The brightness of a uniform disc with a sharp edge cannot be
+//! estimated: it needs a shorter exposure ([`super::merge`]).
 
 use super::super::connected;
 use imaging::color::luminance;
@@ -13,25 +13,25 @@ use imaging::{Image, Raster};
 /// Result of the estimate.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Estimate {
-    /// Clipped pixels without a usable flank, left as they are.
+    /// Number of clipped pixels without a usable flank, left unchanged.
     pub unestimated_pixels: usize,
-    /// Share of the ball's luminous energy that was added.
+    /// Added share of the ball's luminous energy.
     pub energy_share: f32,
 }
 
-/// A lobe that exceeds the clipping level by more than this factor is not trusted: its flank is too short to
-/// determine the height.
+/// Largest trusted ratio of a lobe's peak to the clipping level. Beyond it the flank is too short to determine the
+/// height.
 const MAX_PEAK: f64 = 100.0;
-/// The largest share of a lamp's clipped pixels that its lobe may leave darker than the clipping level.
+/// Largest share of a lamp's clipped pixels that its lobe may leave below the clipping level.
 const MAX_DARKER_SHARE: f64 = 0.2;
-/// The largest root-mean-square residual of the lobe, relative to its flank's light: with more, the lamp has
-/// another shape.
+/// Largest root-mean-square residual of the lobe, relative to its flank's light. Above it the lamp has another
+/// shape.
 const MAX_RESIDUAL: f64 = 0.1;
-/// Flanks start this far above the background, as a share of the clipping level.
+/// Start of flanks above the background, relative to the clipping level.
 const FAINTEST: f64 = 0.02;
 
-/// Raises the clipped lamps of a ball's photograph. `usable` is above 0 for pixels of the ball, `angles` are
-/// the solid angles that the pixels show.
+/// Raises the clipped lamps of a ball's photograph. `usable` is above 0 for pixels of the ball; `angles` are the
+/// pixels' solid angles.
 pub(super) fn estimate(
     light: &mut Image,
     clipped: &Raster<[bool; 3]>,
@@ -52,7 +52,7 @@ pub(super) fn estimate(
                 false => lobe(&before, clipped, usable, &lamp, &channels[c], c),
             })
             .collect();
-        // If only some channels could be raised, the lamp would change its colour.
+        // Raising only some channels would change the lamp's colour.
         let Some(lobes) = lobes else {
             lamp.iter().for_each(|&i| unestimated[i] = true);
             continue;
@@ -83,7 +83,7 @@ fn lamps(clipped: &Raster<[bool; 3]>, usable: &[f32]) -> Vec<Vec<usize>> {
     parts.map(|part| part.into_iter().map(|i| i as usize).collect()).collect()
 }
 
-/// The light of the `hot` pixels of a lamp in channel `c`; `None` if no lobe fits.
+/// Light of the `hot` pixels of a lamp in channel `c`; `None` if no lobe fits.
 fn lobe(
     light: &Image,
     clipped: &Raster<[bool; 3]>,
@@ -95,7 +95,7 @@ fn lobe(
     let width = light.width;
     let value = |i: usize| f64::from(light.pixels[i][c]);
     let white = hot.iter().map(|&i| value(i)).fold(f64::INFINITY, f64::min);
-    // A flank as wide as the clipped part is far across, and a border beyond for the background.
+    // A flank as wide as the clipped part, and a border beyond for the background.
     let radius = (lamp.len() as f64 / std::f64::consts::PI).sqrt();
     let reach = (radius.ceil() as usize + 2).min(64);
     let mut near: Vec<usize> = (lamp.iter())
@@ -108,7 +108,7 @@ fn lobe(
     levels.sort_by(f64::total_cmp);
     let background = *levels.get(levels.len() / 10)?;
     let range = white - background;
-    // Positions are from the lamp's middle, in its radii, so that the equations are well scaled.
+    // Positions are relative to the lamp's middle, in its radii, so that the equations are well scaled.
     let middle = |place: &dyn Fn(usize) -> f64| {
         lamp.iter().map(|&i| place(i)).sum::<f64>() / lamp.len() as f64
     };
@@ -134,7 +134,7 @@ fn lobe(
     if error > MAX_RESIDUAL * MAX_RESIDUAL * power {
         return None;
     }
-    // A lobe falls in every direction.
+    // A lobe falls off in every direction.
     if !(xx < 0.0 && 4.0 * xx * yy > xy * xy) {
         return None;
     }
@@ -153,8 +153,8 @@ fn polynomial(fit: &[f64; 6], place: &[f64; 6]) -> f64 {
     fit.iter().zip(place).map(|(a, b)| a * b).sum()
 }
 
-/// The quadratic polynomial of least squared error to the logarithms of positive values, weighted by the values'
-/// squares: so that errors count in linear light. `None` if the solution is not unique.
+/// Quadratic polynomial with the least squared error to the logarithms of positive values, weighted by the values'
+/// squares so that errors count in linear light. `None` if the solution is not unique.
 fn solve(flank: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
     let mut rows = [[0.0f64; 7]; 6];
     for (place, value) in flank {
@@ -166,7 +166,7 @@ fn solve(flank: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
             rows[i][6] += weight * place[i] * value.ln();
         }
     }
-    // Gauss's elimination with the largest pivot of each column.
+    // Gaussian elimination with column pivoting.
     let largest = rows.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
     for column in 0..6 {
         let pivot =

@@ -1,16 +1,16 @@
-//! Fills what no pixel shows with the smoothest light that continues what is seen around it.
+//! Fill of the unseen part of a panorama with the smoothest continuation of the seen light around it.
 
 use imaging::Image;
 use std::f64::consts::PI;
 
-/// Sweeps on each level of detail; each level starts from the next coarser one's solution.
+/// Sweeps on each level of detail. Each level starts from the solution of the next coarser one.
 const SWEEPS: usize = 40;
 /// Over-relaxation (Young 1954).
 const RELAXATION: f64 = 1.6;
 
 /// Fills the texels of a lat-long panorama that are not `seen` with the solution of Laplace's equation on the
-/// sphere whose border is the seen ones: the fill is nowhere brighter or darker than its border, and has no jumps.
-/// If nothing is seen, everything is black.
+/// sphere whose border is the seen texels. The fill stays within the range of its border and has no jumps. If
+/// nothing is seen, everything is black.
 pub(super) fn fill(panorama: &mut Image, seen: &[bool]) {
     if seen.iter().all(|&s| s) {
         return;
@@ -29,7 +29,7 @@ pub(super) fn fill(panorama: &mut Image, seen: &[bool]) {
     relax(panorama, seen);
 }
 
-/// The panorama at half the size: the mean of what is seen, by solid angle.
+/// The panorama at half the size: the mean of the seen texels by solid angle.
 fn halved(panorama: &Image, seen: &[bool]) -> (Image, Vec<bool>) {
     let (width, height) = panorama.size();
     let size = (width.div_ceil(2), height.div_ceil(2));
@@ -56,7 +56,7 @@ fn halved(panorama: &Image, seen: &[bool]) -> (Image, Vec<bool>) {
     (image, weights.iter().map(|w| *w > 0.0).collect())
 }
 
-/// Sweeps over the texels that are not seen, each towards its neighbours' mean on the sphere.
+/// Sweeps over the unseen texels, each towards its neighbours' mean on the sphere.
 fn relax(panorama: &mut Image, seen: &[bool]) {
     let (width, height) = panorama.size();
     let (across, down) = (2.0 * PI / width as f64, PI / height as f64);
@@ -64,7 +64,7 @@ fn relax(panorama: &mut Image, seen: &[bool]) {
     for _ in 0..SWEEPS {
         for &i in &holes {
             let (x, y) = (i % width, i / width);
-            // Laplace and Beltrami: ∂²/∂φ² / sin²θ + (1/sin θ)·∂/∂θ (sin θ · ∂/∂θ).
+            // Laplace–Beltrami operator: ∂²/∂φ² / sin²θ + (1/sin θ)·∂/∂θ (sin θ · ∂/∂θ).
             let sine = |rows: f64| (down * rows).sin();
             let middle = sine(y as f64 + 0.5);
             let sides = 1.0 / (across * middle).powi(2);
@@ -97,7 +97,7 @@ mod tests {
     use light::latlong::texel_direction;
     use proptest::prelude::*;
 
-    /// A panorama with a hole around `axis`, filled, with the truth.
+    /// A panorama with a hole around `axis`, filled, and the ground truth.
     fn filled(value: impl Fn(Vec3) -> f32, axis: Vec3, radius: f32) -> (Image, Image, Vec<bool>) {
         let (width, height) = (128, 64);
         let at = |i: usize| texel_direction(i % width, i / width, width, height);

@@ -1,9 +1,9 @@
-//! From photographs of a mirror ball to a light probe: a lat-long panorama of radiance.
+//! Light probes from photographs of a mirror ball: lat-long panoramas of radiance.
 //!
-//! [`Photograph`] is a picture as light, [`merge`] makes one of an exposure bracket, [`light_probe`] unwraps the
-//! ball, and [`merge_balls`] joins two balls so that neither camera shows. Every result says what was not measured:
-//! light filled in behind the ball, estimated where the picture was clipped, or repaired. All panoramas are in the
-//! frame of [`light::latlong`], with the (first) camera on +Z.
+//! [`Photograph`] is a picture as linear light, [`merge`] merges an exposure bracket, [`light_probe`] unwraps the
+//! ball, and [`merge_balls`] joins two balls so that neither camera shows. Every result reports light that was not
+//! measured: filled in behind the ball, estimated where the picture was clipped, or repaired. All panoramas are in
+//! the frame of [`light::latlong`], with the (first) camera on +Z.
 
 mod bracket;
 mod clipped;
@@ -28,49 +28,49 @@ use imaging::{Image, Raster};
 use light::Mapping;
 use light::mapping::{Kind, resample};
 
-/// Treatment of light that the photograph clipped.
+/// Treatment of light clipped in the photograph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ClippedLight {
-    /// Keep it as the photograph shows it, and count it.
+    /// Use the clipped values and count the pixels.
     #[default]
     Keep,
     /// Estimate clipped lamps from their unclipped flanks; see [`LightProbe::estimated_energy_share`].
     Estimate,
 }
 
-/// A light probe from one photograph of a mirror ball, and what to know before trusting it.
+/// A light probe from one photograph of a mirror ball, with quality figures.
 #[derive(Clone, Debug)]
 pub struct LightProbe {
-    /// Radiance from every direction as a lat-long panorama, the ball's reflectivity divided out. Finite and not
-    /// negative. Its middle shows what is behind the ball as seen from the camera.
+    /// Radiance from every direction as a lat-long panorama, divided by the ball's reflectivity. Finite and not
+    /// negative. The middle is the camera's view behind the ball.
     pub panorama: Image,
-    /// Pixels that lie wholly on the ball and within the frame.
+    /// Number of pixels fully on the ball and within the frame.
     pub ball_pixels: usize,
-    /// Mean angle in degrees between neighbouring pixels' directions: the square root of the mean solid angle of a
-    /// pixel.
+    /// Mean angle in degrees between neighbouring pixels' directions: the square root of a pixel's mean solid
+    /// angle.
     pub resolution_deg: f32,
     /// Half angle in degrees of the cone behind the ball that its silhouette hides.
     pub blind_half_angle_deg: f32,
-    /// Share of the sphere that no pixel shows: the cone, the cut pixels of the rim, and what the frame
-    /// cuts off.
+    /// Share of the sphere that no pixel shows: the cone, the cut pixels of the rim, and the part cut off by the
+    /// frame.
     pub blind_share: f32,
-    /// Share of the panorama's luminous energy that was filled in there.
+    /// Share of the panorama's luminous energy filled in there.
     pub filled_share: f32,
-    /// Ball pixels with a clipped channel: their light is as strong as shown, or stronger.
+    /// Number of ball pixels with a clipped channel: their light is at least as strong as shown.
     pub clipped_pixels: usize,
-    /// Of these, the pixels that could not be estimated and are left as they are. 0 if no estimate was asked for.
+    /// Number of these pixels left unchanged because they could not be estimated; 0 without an estimate.
     pub unestimated_pixels: usize,
-    /// Share of the ball's luminous energy that was estimated, assuming that a clipped lamp's image is one elliptic
-    /// Gaussian lobe over an even background. A flatter lamp is overestimated.
+    /// Estimated share of the ball's luminous energy, assuming that a clipped lamp's image is one elliptic Gaussian
+    /// lobe over a uniform background. A flatter lamp is overestimated.
     pub estimated_energy_share: f32,
-    /// Pixels of the photograph that were NaN, infinite or negative and have been repaired.
+    /// Number of repaired pixels of the photograph: NaN, infinite or negative.
     pub repaired_pixels: usize,
 }
 
 /// Unwraps a mirror ball's photograph into a lat-long panorama of `size` pixels.
 ///
 /// # Errors
-/// When the ball's values are impossible, no pixel lies wholly on the ball, or the size is empty.
+/// When the ball's values are out of range, no pixel lies fully on the ball, or the size is empty.
 pub fn light_probe(
     photograph: &Photograph,
     view: &BallView,
@@ -98,10 +98,10 @@ pub fn light_probe(
     })
 }
 
-/// A ball's radiance, ready to be unwrapped.
+/// A ball's radiance, prepared for unwrapping.
 struct Ball {
     radiance: Image,
-    /// 1 for pixels that lie wholly on the ball, else 0.
+    /// 1 for pixels fully on the ball, else 0.
     usable: Vec<f32>,
     view: BallView,
     pixels: usize,
@@ -125,7 +125,7 @@ impl Ball {
             let [x, y] = view.centre_px;
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball at {x}, {y} with radius {} has no whole pixel in the photograph of {width} × {height} pixels",
+                    "the mirror ball at {x}, {y} with radius {} covers no full pixel of the {width} × {height} photograph",
                     view.radius_px
                 ),
                 "Correct the ball's centre and radius, or photograph the ball from closer",
@@ -144,12 +144,12 @@ impl Ball {
         Ok(Self { radiance, usable, view: *view, pixels, clipped: count, estimate })
     }
 
-    /// The angle from the camera in radians that the ball shows at a distance from its middle, in radii.
+    /// Angle from the camera in radians at a distance from the ball's middle in radii.
     fn angle_at(&self, r: f64) -> f64 {
         self.view.profile().angle(r.max(0.0)).0
     }
 
-    /// The ball unwrapped to a panorama, with the world turned, and how much of each texel it shows.
+    /// The ball unwrapped to a panorama with the world rotated, and the visible share of each texel.
     fn unwrapped(&self, size: (usize, usize), turn: DQuat) -> Result<(Image, Vec<f32>)> {
         let target = Mapping::LatLong.projection(size)?;
         let source = self.view.projection(self.radiance.size())?;
@@ -158,8 +158,8 @@ impl Ball {
     }
 }
 
-/// Fills what is not shown. Returns the panorama, the filled-in share of its luminous energy, and the filled-in
-/// share of the sphere.
+/// Fills unseen texels. Returns the panorama, the filled-in share of its luminous energy, and the filled-in share
+/// of the sphere.
 fn filled(mut panorama: Image, shown: &[f32], angles: &Raster<f64>) -> (Image, f32, f32) {
     let seen: Vec<bool> = shown.iter().map(|s| *s > 0.0).collect();
     fill::fill(&mut panorama, &seen);

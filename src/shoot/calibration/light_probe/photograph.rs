@@ -4,28 +4,28 @@ use super::super::code_values::{CLIPPED, STEPS};
 use imaging::{Encoded, Image, Raster, Response};
 use light::Environment;
 
-/// Full-well capacity of a small sensor's pixel in electrons. It scales the photon noise, which only balances a
-/// bracket's photographs against each other.
+/// Full-well capacity of a small sensor's pixel in electrons. It scales the photon noise and only affects the
+/// relative weights of a bracket's photographs.
 const FULL_WELL: f32 = 20_000.0;
 
-/// The linear light of a photograph.
+/// Linear light of a photograph.
 #[derive(Clone, Debug)]
 pub struct Photograph {
     /// Linear light; finite and not negative.
     pub light: Image,
-    /// Channels that are clipped: their light is as strong as in `light`, or stronger.
+    /// True for clipped channels: their light is at least the value in `light`.
     pub clipped: Raster<[bool; 3]>,
     /// Standard deviation of `light`, from quantisation and photon noise.
     pub(super) deviation: Image,
-    /// The light at which pixels clip; infinite if they never do.
+    /// Clipping level of the light; infinite without clipping.
     pub(super) white: f32,
-    /// Pixels that were NaN, infinite or negative and have been repaired.
+    /// Number of repaired pixels: NaN, infinite or negative.
     pub repaired_pixels: usize,
 }
 
 impl Photograph {
-    /// A camera's encoded photograph. The highest 8-bit code value is clipped, and light is uncertain by one code
-    /// value.
+    /// A photograph in the camera's encoding. The highest 8-bit code value counts as clipped, and light is
+    /// uncertain by one code value.
     pub fn from_encoded(picture: &Encoded, response: &Response) -> Self {
         let white = f32::from(CLIPPED) / f32::from(STEPS);
         let step = |code: f32| {
@@ -33,7 +33,7 @@ impl Photograph {
             let rise = response.decode_value(high) - response.decode_value(low);
             rise / (255.0 * (high - low))
         };
-        // Eight bits hold 256 values; finer pictures use the step of the nearest one.
+        // Eight bits give 256 steps; finer pictures use the nearest step.
         let steps: Vec<f32> = (0..=255).map(|code| step(code as f32 / 255.0)).collect();
         let light = response.decode(picture);
         let deviation = Image {
@@ -57,8 +57,8 @@ impl Photograph {
         }
     }
 
-    /// Linear light as a raw converter or a renderer wrote it. `white` is the level at which it clips, if it does;
-    /// infinite values always count as clipped. NaN, infinite and negative values are repaired as in
+    /// Linear light from a raw converter or a renderer. `white` is the clipping level, if any; infinite values
+    /// always count as clipped. NaN, infinite and negative values are repaired as in
     /// [`Environment::from_radiance`]. Light is uncertain by a step of twelve bits below `white`; without `white`,
     /// by the precision of half floats.
     pub fn from_linear(picture: Image, white: Option<f32>) -> Self {
@@ -79,12 +79,12 @@ impl Photograph {
         }
     }
 
-    /// Columns and rows.
+    /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         self.light.size()
     }
 
-    /// Pixels with a clipped channel, over the whole photograph.
+    /// Number of pixels with a clipped channel, over the full photograph.
     pub fn clipped_pixels(&self) -> usize {
         self.clipped.pixels.iter().filter(|p| p.contains(&true)).count()
     }

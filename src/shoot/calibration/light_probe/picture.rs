@@ -1,13 +1,13 @@
-//! Pictures of mirror balls in analytic surroundings, by tracing rays: what the tests compare with. It
-//! shares no formula with the unwrapping.
+//! Ray-traced pictures of mirror balls in analytic surroundings, as ground truth for tests. Shares no formula with
+//! the unwrapping.
 
 use super::BallView;
 use glam::DVec3;
 use imaging::Image;
 use rayon::prelude::*;
 
-/// A photograph of `size × size` pixels of a ball in surroundings whose radiance is a function of the
-/// direction; what is beside the ball is black. `RAYS²` rays a pixel.
+/// A photograph of `size × size` pixels of a ball in surroundings with an analytic radiance; black outside the
+/// ball. `RAYS²` rays per pixel.
 pub(super) fn photographed(
     view: &BallView,
     size: (usize, usize),

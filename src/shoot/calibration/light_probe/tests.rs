@@ -40,7 +40,7 @@ fn truth(size: (usize, usize), sky: impl Fn(DVec3) -> [f32; 3]) -> Image {
     })
 }
 
-/// Peak signal to noise in dB by solid angle, over the directions of interest.
+/// Peak signal-to-noise ratio in dB, weighted by solid angle, over the selected directions.
 fn psnr(a: &Image, b: &Image, of_interest: impl Fn(DVec3) -> bool) -> f64 {
     let (width, height) = a.size();
     let (mut error, mut sphere, mut peak) = (0.0f64, 0.0f64, 0.0f64);
@@ -68,7 +68,7 @@ fn probe(picture: Image, view: &BallView) -> LightProbe {
 }
 
 fn outside_blind_cone(view: &BallView) -> impl Fn(DVec3) -> bool {
-    // The outermost whole pixels end a pixel and a half inside the rim.
+    // The outermost full pixels end a pixel and a half inside the rim.
     let reach = PI - view.profile().angle(1.0 - 1.5 / view.radius_px).0;
     move |d| d.angle_between(DVec3::NEG_Z) > reach
 }
@@ -95,7 +95,7 @@ fn a_photographed_ball_becomes_the_sky_around_it() {
 
 #[test]
 fn the_wrong_distance_is_noticed() {
-    // What the test above measures is the geometry: a ball taken for far away is worse.
+    // Check that the test above measures geometry: a ball treated as far away is worse.
     let near = BallView { camera: BallCamera::Distance { ball_radii: 4.0 }, ..near_ball() };
     let far = BallView { camera: BallCamera::Far, ..near };
     let picture = photographed(&near, (256, 256), sky);
@@ -127,7 +127,7 @@ fn the_geometry_is_that_of_the_calibration() {
             let (direction, _) = ours.look(x, y).unwrap();
             assert!(direction.as_vec3().distance(pixel.direction) < 1e-5);
             let rho = (x - 60.0).hypot(y - 66.0);
-            // Theirs is the mean of a ring; towards the rim the solid angle bends within it.
+            // The reference is the mean of a ring; towards the rim the solid angle bends within it.
             if rho < 45.0 {
                 assert!((angles[pixel.index] / f64::from(pixel.solid_angle) - 1.0).abs() < 2e-3);
             }
@@ -166,7 +166,7 @@ fn focal_length_field_of_view_and_distance_are_one_figure() {
         assert!((camera.distance_radii(radius_px) - 20.0).abs() < 1e-9, "{camera:?}");
         assert!((camera.focal_px(radius_px) - px).abs() < 1e-6);
     }
-    // The silhouette's half angle by both of its definitions.
+    // Both definitions of the silhouette's half angle agree.
     assert!(((radius_px / px).atan() - (1.0f64 / 20.0).asin()).abs() < 1e-12);
     assert_eq!(BallCamera::Far.distance_radii(radius_px), f64::INFINITY);
 }
@@ -197,7 +197,7 @@ fn the_blind_cone_is_filled_without_a_jump() {
     let usable = ball.unwrap().usable;
     let shown: f64 = (0..angles.len()).filter(|&i| usable[i] > 0.0).map(|i| angles[i]).sum();
     let blind = 1.0 - shown / (4.0 * PI);
-    // The cone alone is sin²(19.5°/2) = 2.9 % of the sphere; the rest are pixels that the rim cuts.
+    // The cone alone is sin²(19.5°/2) = 2.9 % of the sphere; the rest is pixels cut by the rim.
     assert!(blind > 0.0287 && (f64::from(probe.blind_share) - blind).abs() < 1e-4);
     assert!(probe.filled_share > 0.0 && probe.filled_share < 2.0 * probe.blind_share);
     // Across the cone's border, 19.5° or 14 texels from the middle, as within the sky itself.

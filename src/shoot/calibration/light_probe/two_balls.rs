@@ -1,8 +1,8 @@
 //! Two photographs of the ball from different sides, joined so that neither camera shows.
 //!
-//! In every direction the two are mixed by how well each shows it: not at all near its own camera, which is
-//! reflected in the ball's middle, nor near its blind cone, and less towards the rim, where pixels are stretched.
-//! If the cameras are about a right angle apart, what one ball misses the other shows well.
+//! Every direction mixes the two by their quality there. A ball has weight 0 near its own camera, which is
+//! reflected in its middle, and near its blind cone, and less towards the rim, where pixels are stretched. With
+//! cameras about a right angle apart, each ball shows well the part that the other misses.
 
 use super::super::minimizer::{Search, minimise};
 use super::{Ball, BallView, ClippedLight, Photograph, filled};
@@ -18,12 +18,11 @@ use light::{Environment, Mapping};
 pub struct TwoBallsSettings {
     /// Size of the panorama.
     pub size: (usize, usize),
-    /// Half angle in degrees of the cone around each camera that is left out: the camera, its stand and its
-    /// operator.
+    /// Half angle in degrees of the excluded cone around each camera: the camera, its stand and its operator.
     pub camera_half_angle_deg: f32,
-    /// Width in degrees of the soft edge around what is left out.
+    /// Width in degrees of the soft edge around excluded parts.
     pub feather_deg: f32,
-    /// The given rotation is refined until the two pictures agree.
+    /// True to refine the given rotation until the two pictures agree.
     pub refine: bool,
     /// Treatment of clipped light.
     pub clipped: ClippedLight,
@@ -41,42 +40,42 @@ impl Default for TwoBallsSettings {
     }
 }
 
-/// Two balls joined, and what to know before trusting the panorama.
+/// Two joined balls, with quality figures.
 #[derive(Clone, Debug)]
 pub struct TwoBalls {
     /// Radiance as a lat-long panorama in the first camera's frame and exposure.
     pub panorama: Image,
-    /// Ratio by which the second photograph is brighter, measured where both show the same light.
+    /// Brightness ratio of the second photograph to the first, measured where both show the same light.
     pub exposure_ratio: f32,
     /// Median difference in stops between the two after that, where both show a direction. More than noise means
     /// moved lights, a wrong rotation or near objects.
     pub disagreement_stops: f32,
-    /// The rotation that was used, from the second camera's frame to the first's.
+    /// Rotation used, from the second camera's frame to the first's.
     pub turn: Quat,
-    /// By how many degrees it differs from the given one; 0 when it was not refined.
+    /// Angle in degrees between the used and the given rotation; 0 without refinement.
     pub refined_deg: f32,
     /// Share of the sphere that neither photograph shows away from its camera and rim.
     pub blind_share: f32,
-    /// Share of the panorama's luminous energy that was filled in there.
+    /// Share of the panorama's luminous energy filled in there.
     pub filled_share: f32,
-    /// Ball pixels with a clipped channel, in each photograph.
+    /// Number of ball pixels with a clipped channel in each photograph.
     pub clipped_pixels: [usize; 2],
-    /// See [`super::LightProbe::unestimated_pixels`]; of each photograph.
+    /// [`super::LightProbe::unestimated_pixels`] of each photograph.
     pub unestimated_pixels: [usize; 2],
-    /// See [`super::LightProbe::estimated_energy_share`]; of each photograph.
+    /// [`super::LightProbe::estimated_energy_share`] of each photograph.
     pub estimated_energy_share: [f32; 2],
-    /// Pixels of each photograph that were NaN, infinite or negative and have been repaired.
+    /// Number of repaired pixels of each photograph: NaN, infinite or negative.
     pub repaired_pixels: [usize; 2],
 }
 
-/// Columns of the panoramas that are compared.
+/// Width of the compared panoramas.
 const COMPARED: usize = 128;
-/// A larger refinement would be another rotation, not a correction.
+/// Largest refinement in degrees. More would be another rotation, not a correction.
 const FARTHEST_DEG: f32 = 10.0;
 
-/// Joins two photographs of a ball. `turn` takes directions of the second camera's frame to the first's:
-/// `Quat::from_rotation_y(ψ)` for a second camera that stands at the same height, ψ to the right of the
-/// first as the first sees it (towards +X).
+/// Joins two photographs of a ball. `turn` maps directions of the second camera's frame to the first's:
+/// `Quat::from_rotation_y(ψ)` for a second camera at the same height, ψ to the right of the first as seen from the
+/// first (towards +X).
 ///
 /// # Errors
 /// As [`super::light_probe`], for either photograph, and when the rotation or an angle is NaN or infinite.
@@ -89,9 +88,7 @@ pub fn merge_balls(
     let sensible = angles.iter().all(|a| (0.0..=90.0).contains(a));
     if !(sensible && turn.is_finite() && turn.length_squared() > 0.5) {
         return Err(Error::invalid(
-            format!(
-                "two mirror balls cannot be joined by the rotation {turn:?} with the angles {angles:?}"
-            ),
+            format!("invalid rotation {turn:?} or angles {angles:?} between two mirror balls"),
             "Give the angle between the two cameras in degrees, and angles from 0 to 90",
         ));
     }
@@ -144,10 +141,10 @@ pub fn merge_balls(
     })
 }
 
-/// One photograph, and which part of it counts.
+/// One photograph and the range in which it counts.
 struct Side {
     ball: Ball,
-    /// Half angles in radians around the camera and around the blind cone that are left out.
+    /// Excluded half angles in radians around the camera and around the blind cone.
     camera: f32,
     blind: f32,
     feather: f32,
@@ -156,7 +153,7 @@ struct Side {
 impl Side {
     fn new(photograph: &Photograph, view: &BallView, settings: &TwoBallsSettings) -> Result<Self> {
         let ball = Ball::new(photograph, view, settings.clipped)?;
-        // Pixels on the rim are cut: the outermost whole ones are up to one and a half pixels inside.
+        // Rim pixels are cut: the outermost full ones are up to one and a half pixels inside.
         let rim = ball.angle_at(1.0 - 1.5 / view.radius_px);
         Ok(Self {
             ball,
@@ -180,7 +177,7 @@ impl Side {
     }
 }
 
-/// The content of both photographs, at a size that is quick to compare.
+/// Both photographs at a size that is quick to compare.
 struct Overlap<'a> {
     /// Each in its own camera's frame.
     panoramas: [Environment; 2],
@@ -188,7 +185,7 @@ struct Overlap<'a> {
 }
 
 impl Overlap<'_> {
-    /// log2 of second over first in each direction that both show, with weights.
+    /// log2 of second over first in each direction shown by both, with weights.
     fn differences(&self, turn: Quat) -> Vec<(f32, f32)> {
         let back = turn.inverse();
         let (width, height) = self.panoramas[0].radiance.size();
@@ -210,7 +207,7 @@ impl Overlap<'_> {
             .collect()
     }
 
-    /// The median of log2 (second over first), and the median distance from it; `None` if nothing overlaps.
+    /// Median of log2 (second over first), and the median distance from it; `None` without overlap.
     fn ratio(&self, turn: Quat) -> Option<(f32, f32)> {
         let mut differences = self.differences(turn);
         let ratio = weighted_median(&mut differences)?;
@@ -220,11 +217,11 @@ impl Overlap<'_> {
         Some((ratio, weighted_median(&mut differences)?))
     }
 
-    /// The rotation near the given one under which the two agree best.
+    /// Rotation near the given one with the best agreement.
     fn refined(&self, given: Quat) -> Quat {
         let turned =
             |[x, y, z]: [f64; 3]| DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given;
-        // Above any value that occurs: the search needs finite numbers.
+        // Above every real value: the search needs finite numbers.
         const BEYOND: f64 = 2.0;
         let cost = |offset: [f64; 3]| {
             if DVec3::from_array(offset).length() > f64::from(FARTHEST_DEG).to_radians() {
@@ -261,7 +258,7 @@ impl Overlap<'_> {
     }
 }
 
-/// The weighted median; `None` if there are no values. Sorts the values.
+/// Weighted median; `None` without values. Sorts the values.
 fn weighted_median(values: &mut [(f32, f32)]) -> Option<f32> {
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * values.iter().map(|(_, weight)| weight).sum::<f32>();

@@ -7,8 +7,8 @@ use project::Ball;
 
 /// A mirror ball in a photograph.
 ///
-/// The line from the ball to the camera is +Z. This is the camera's optical axis if the ball is in the middle of
-/// the uncropped frame; otherwise directions are turned by the angle between the two.
+/// +Z points from the ball to the camera. This is the camera's optical axis if the ball is in the middle of the
+/// uncropped frame; otherwise directions are rotated by the angle between the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallView {
     /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
@@ -17,32 +17,32 @@ pub struct BallView {
     pub radius_px: f64,
     /// Distance of the camera.
     pub camera: BallCamera,
-    /// Distance from the ball's centre to what it reflects, in radii of the ball: a dome's radius. With it,
-    /// directions are those from the ball's centre. `None` if the surroundings are far away.
+    /// Distance from the ball's centre to the reflected surroundings in radii of the ball, such as a dome's radius.
+    /// Directions are then those from the ball's centre. `None` if the surroundings are far away.
     pub surroundings_radii: Option<f64>,
-    /// The part of the light that the ball reflects, per channel, 0 < ρ ≤ 1.
+    /// Reflectance of the ball per channel, 0 < ρ ≤ 1.
     pub reflectivity: [f32; 3],
 }
 
-/// The distance of the camera, in any of its forms. The half angle σ of the silhouette relates them: sin σ = radius
-/// / distance = 1 / `ball_radii`, and tan σ = `radius_px` / focal length in pixels, which is half the frame over
-/// the tangent of half the field of view.
+/// Distance of the camera in one of its forms. The half angle σ of the silhouette relates them: sin σ = radius /
+/// distance = 1 / `ball_radii`, and tan σ = `radius_px` / focal length in pixels. The focal length is half the
+/// frame over the tangent of half the field of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BallCamera {
-    /// So far away that all rays are parallel.
+    /// Infinitely far: all rays are parallel.
     Far,
-    /// From the camera to the ball's centre, in radii of the ball; more than 1.
+    /// Distance from the camera to the ball's centre in radii of the ball; more than 1.
     Distance { ball_radii: f64 },
-    /// The focal length in pixels: in millimetres, over the sensor's width, times the uncropped
-    /// photograph's width in pixels.
+    /// Focal length in pixels: millimetres divided by the sensor's width, times the uncropped photograph's width in
+    /// pixels.
     FocalLength { px: f64 },
-    /// The field of view in degrees across `frame_px` pixels of the uncropped photograph.
+    /// Field of view in degrees across `frame_px` pixels of the uncropped photograph.
     FieldOfView { degrees: f64, frame_px: f64 },
 }
 
 impl BallCamera {
-    /// From the camera to the ball's centre in radii of the ball, for a silhouette of `radius_px`; infinite for a
-    /// far camera.
+    /// Distance from the camera to the ball's centre in radii of the ball, for a silhouette of `radius_px`;
+    /// infinite for a far camera.
     pub fn distance_radii(&self, radius_px: f64) -> f64 {
         match *self {
             Self::Far => f64::INFINITY,
@@ -56,7 +56,7 @@ impl BallCamera {
         }
     }
 
-    /// The focal length in pixels; infinite for a far camera.
+    /// Focal length in pixels; infinite for a far camera.
     pub fn focal_px(&self, radius_px: f64) -> f64 {
         let distance = self.distance_radii(radius_px);
         radius_px * ((distance - 1.0) * (distance + 1.0)).sqrt()
@@ -70,13 +70,13 @@ impl BallCamera {
                 degrees > 0.0 && degrees < 180.0 && frame_px > 0.0 && frame_px.is_finite()
             }
         };
-        // At the surface there is nothing to see; NaN is not more than 1.
+        // At the surface nothing is visible; NaN is not more than 1.
         lens && self.distance_radii(radius_px) > 1.0
     }
 }
 
 impl BallView {
-    /// The ball of a shoot, a perfect mirror. With the dome's radius in metres, directions are those to the dome.
+    /// The ball of a shoot as a perfect mirror. With the dome's radius in metres, directions are those to the dome.
     pub fn of(ball: &Ball, dome_radius_m: Option<f32>) -> Self {
         let radii = |metres: f32| f64::from(metres) / f64::from(ball.radius_m);
         Self {
@@ -93,13 +93,13 @@ impl BallView {
         180.0 - self.profile().last_angle().to_degrees()
     }
 
-    /// Place of a direction in a photograph of `size` pixels; `None` if it does not show it.
+    /// Place of a direction in a photograph of `size` pixels; `None` if the photograph does not show it.
     pub fn place(&self, direction: Vec3, size: (usize, usize)) -> Option<[f32; 2]> {
         let (x, y) = self.projection(size).ok()?.place(direction.as_dvec3())?;
         Some([x as f32, y as f32])
     }
 
-    /// The angle that each distance from the ball's middle shows.
+    /// Angle from the axis as a function of the distance from the ball's middle.
     pub(super) fn profile(&self) -> Profile {
         Profile::Ball {
             camera: 1.0 / self.camera.distance_radii(self.radius_px),
@@ -107,10 +107,10 @@ impl BallView {
         }
     }
 
-    /// The geometry of a photograph of `width × height` pixels.
+    /// Projection of a photograph of `width × height` pixels.
     ///
     /// # Errors
-    /// When the ball's values are impossible.
+    /// When the ball's values are out of range.
     pub(super) fn projection(&self, (width, height): (usize, usize)) -> Result<Projection> {
         let possible = self.centre_px.iter().all(|c| c.is_finite())
             && self.radius_px > 1.0
@@ -134,7 +134,7 @@ impl BallView {
         let [r, g, b] = self.reflectivity;
         Err(Error::invalid(
             format!(
-                "the mirror ball is impossible (centre {x}, {y}, radius {} pixels, camera {} radii away, reflectivity \
+                "the mirror ball is invalid (centre {x}, {y}, radius {} pixels, camera {} radii away, reflectivity \
                  {r}, {g}, {b}): its radius must be more than one pixel, camera and surroundings outside the ball, and \
                  its reflectivity above 0 and up to 1",
                 self.radius_px,

@@ -1,9 +1,10 @@
 //! Position of the subject in each of a pose's pictures, relative to the others.
 //!
-//! Each picture is predicted by the pose's others: an OLAT as the sum of them that is nearest, because the light of one
-//! lamp is nearly a sum of its neighbours', a tracking frame as their mean. What is left is motion, as far as it is the
-//! pictures' gradient times a shift of the body or a turn of the head. All shifts of a pose are solved together, the
-//! pictures are unmoved, and so on. Pixels that fit badly (a highlight, a shadow's edge) count less (Huber).
+//! Each picture is predicted from the pose's others: an OLAT as their nearest sum, because the light of one lamp is
+//! nearly a sum of its neighbours'; a tracking frame as their mean. The residual is motion where it equals the
+//! pictures' gradient times a shift of the body or a rotation of the head. All shifts of a pose are solved
+//! together, the motion is removed from the pictures, and the process repeats. Poorly fitting pixels (a highlight,
+//! a shadow's edge) count less (Huber).
 
 use super::pixels::{between, combined, dot, product};
 use crate::cholesky::Cholesky;
@@ -11,35 +12,35 @@ use footage::motion::head_turn;
 use imaging::Mask;
 use rayon::prelude::*;
 
-/// Shifts per picture: the body's to the right and down, and the face's on top of that.
+/// Shifts per picture: the body's to the right and down, and the face's relative to it.
 pub const SHIFTS: usize = 4;
-/// Times the pictures are unmoved and aligned again.
+/// Rounds of removing the motion and aligning again.
 const ROUNDS: usize = 4;
-/// Errors of the prediction: relative to it, to the mean picture, and to the mean picture's level.
+/// Errors of the prediction: relative to the prediction, to the mean picture, and to the mean picture's level.
 const RELATIVE: [f32; 3] = [0.15, 0.05, 0.02];
-/// Share of the mean square that keeps the sum of other lamps from fitting noise.
+/// Ridge as a share of the mean square, which keeps the sum of other lamps from fitting noise.
 const RIDGE: f64 = 1e-3;
 /// Residuals beyond this many typical ones count less.
 const HUBER: f32 = 3.0;
-/// Pixels around the matte in which the subject may be seen when it moved.
+/// Margin in pixels around the matte for the subject's motion.
 const MARGIN: usize = 3;
-/// The motion of pictures whose share in a prediction is less than this does not count there.
+/// Smallest share of a picture in a prediction for its motion to count there.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Method by which a picture is predicted.
+/// Method that predicts a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prediction {
-    /// By the sum of the others that is nearest.
+    /// Nearest sum of the others.
     OtherLamps,
-    /// By the mean of the others, times a factor.
+    /// Mean of the others, times a factor.
     Mean,
 }
 
-/// Position of the subject in each picture, less the mean, in shares of the picture's side.
+/// Position of the subject in each picture minus the mean, relative to the picture's side.
 #[derive(Clone, Debug)]
 pub struct Alignment {
     pub shifts: Vec<[f64; SHIFTS]>,
-    /// The covariance of their errors as far as each pixel errs alone: a row for each shift of each picture.
+    /// Covariance of the errors, assuming independent pixel errors: a row for each shift of each picture.
     pub noise: Vec<f64>,
 }
 
@@ -47,13 +48,13 @@ pub struct Alignment {
 pub struct Pictures {
     pictures: Vec<Vec<f32>>,
     side: usize,
-    /// The pixels that may show the subject.
+    /// Pixels that may show the subject.
     shown: Vec<usize>,
-    /// Amount by which a turn of the head moves each pixel.
+    /// Motion of each pixel per rotation of the head.
     head: Vec<f32>,
 }
 
-/// The pictures unmoved, at the pixels shown.
+/// The pictures with the motion removed, at the visible pixels.
 struct Unmoved {
     light: Vec<Vec<f32>>,
     /// Derivatives to the right and down.
@@ -87,7 +88,7 @@ impl Pictures {
         }
     }
 
-    /// Aligns the pictures; `None` if they show too little.
+    /// Aligns the pictures; `None` if they carry too little information.
     pub fn align(&self, prediction: Prediction) -> Option<Alignment> {
         let count = self.pictures.len();
         if count < 3 || self.shown.len() < 50 {
@@ -111,7 +112,7 @@ impl Pictures {
             let (step, normal) = solve(&equations, count)?;
             for (shift, step) in shifts.iter_mut().zip(step.chunks(SHIFTS)) {
                 for (value, step) in shift.iter_mut().zip(step) {
-                    // No step leaves the reach of the gradient.
+                    // No step exceeds the range of the gradient.
                     *value += (step / self.side as f64).clamp(-0.03, 0.03);
                 }
             }
@@ -149,7 +150,7 @@ impl Pictures {
                 })
                 .collect();
             let at = |x: usize, y: usize| light[y.min(side - 1) * side + x.min(side - 1)];
-            // Scharr's derivatives, and the light with the same blur across.
+            // Scharr derivatives, and the light with the same blur across.
             let blur = |of: &dyn Fn(usize) -> f32, i: usize| {
                 (3.0 * of(i.saturating_sub(1)) + 10.0 * of(i) + 3.0 * of(i + 1)) / 16.0
             };
@@ -170,7 +171,7 @@ impl Pictures {
         Unmoved { light, slopes }
     }
 
-    /// Errors that do not depend on the picture's own light; `None` if all is black.
+    /// Errors independent of the picture's own light; `None` if everything is black.
     fn floor(&self, light: &[Vec<f32>]) -> Option<Vec<f32>> {
         let mut mean = vec![0.0f32; self.shown.len()];
         for picture in light {
@@ -227,8 +228,8 @@ impl Pictures {
         let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let unknowns = count * SHIFTS;
         let (mut gram, mut target) = (vec![0.0; unknowns * unknowns], vec![0.0; unknowns]);
-        // What other shares would explain of a design says nothing of motion; by the equations of the shares, it need not
-        // be subtracted pixel by pixel.
+        // The part of a design explained by other shares carries no information about motion. By the equations of
+        // the shares, it need not be subtracted pixel by pixel.
         for (a, one) in designs.iter().enumerate() {
             target[one.row] += dot(&one.weighted, &residual) - ridge * sum(&one.explained, &shares);
             for other in &designs[..=a] {
@@ -250,7 +251,8 @@ impl Pictures {
         })
     }
 
-    /// Change of the residuals when a picture is shifted: of this one, which is as its prediction, and of the others.
+    /// Change of the residuals when a picture is shifted, as its own prediction error and as part of the others'
+    /// predictions.
     fn moved(
         &self,
         unmoved: &Unmoved,
@@ -282,15 +284,15 @@ impl Pictures {
     }
 }
 
-/// The equations for the shares of other pictures in a prediction.
+/// Equations for the shares of other pictures in a prediction.
 struct Normal {
     factor: Cholesky,
-    /// Amount added to their diagonal.
+    /// Amount added to the diagonal.
     ridge: f64,
 }
 
 impl Normal {
-    /// For pictures, each also times the weights of its pixels; `None` if they show nothing.
+    /// Equations from the pictures, also multiplied by the weights of their pixels; `None` if all are black.
     fn new<'a>(weighted: &[Vec<f32>], light: impl Fn(usize) -> &'a Vec<f32>) -> Option<Self> {
         let n = weighted.len();
         let mut gram = vec![0.0; n * n];
@@ -309,17 +311,17 @@ impl Normal {
 
 /// Effect of a shift on a residual.
 struct Design {
-    /// Number of the shift among all.
+    /// Index of the shift among all.
     row: usize,
     pixels: Vec<f32>,
-    /// These times the weights.
+    /// Effect times the weights.
     weighted: Vec<f32>,
-    /// Their products with the other pictures, and the shares of these that are nearest.
+    /// Products with the other pictures, and the nearest shares of these.
     cross: Vec<f64>,
     explained: Vec<f64>,
 }
 
-/// The shifts in pixels of least error whose mean is 0, and the matrix of their equations.
+/// Shifts in pixels with the least error and mean 0, and the matrix of their equations.
 fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Cholesky)> {
     let n = count * SHIFTS;
     let (mut gram, mut target) = (vec![0.0; n * n], vec![0.0; n]);
@@ -341,7 +343,7 @@ fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Cholesky)> 
     Some((normal.solve(&target), normal))
 }
 
-/// Per pixel the weight of a squared residual.
+/// Weight of each pixel's squared residual.
 fn weights(predicted: &[f32], floor: &[f32], trust: Option<&Vec<f32>>) -> Vec<f32> {
     let each = predicted.iter().zip(floor).enumerate();
     each.map(|(i, (light, floor))| {
@@ -351,7 +353,7 @@ fn weights(predicted: &[f32], floor: &[f32], trust: Option<&Vec<f32>>) -> Vec<f3
     .collect()
 }
 
-/// Weight of each pixel of each picture: less where it fits worse than usual in that picture.
+/// Weight of each pixel of each picture: lower where it fits worse than usual in that picture.
 fn trusts(equations: &[Equations], floor: &[f32]) -> Vec<Vec<f32>> {
     let each = equations.iter().map(|e| {
         let weights = weights(&e.prediction, floor, None);

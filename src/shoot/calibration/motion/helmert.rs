@@ -1,4 +1,4 @@
-//! Helmert's matrix: an orthonormal n × n matrix whose first row is constant, so that the others leave the mean out.
+//! Helmert matrix: an orthonormal n × n matrix with a constant first row, so that the other rows exclude the mean.
 
 /// Row `row`, column `column` of the n × n matrix.
 pub fn turn(row: usize, column: usize, n: usize) -> f64 {
@@ -15,7 +15,7 @@ pub fn turn(row: usize, column: usize, n: usize) -> f64 {
     }
 }
 
-/// All rows but the first, times `values`: what is left without their mean.
+/// All rows but the first, times `values`: the values without their mean.
 pub fn contrasts(values: &[f64]) -> Vec<f64> {
     let (n, mut sum) = (values.len(), 0.0);
     (1..n)
@@ -26,7 +26,7 @@ pub fn contrasts(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The covariance of the contrasts of values with covariance `matrix`, n × n.
+/// Covariance of the contrasts of values with covariance `matrix`, n × n.
 pub fn contrasted(matrix: &[f64], n: usize) -> Vec<f64> {
     let half: Vec<Vec<f64>> = matrix.chunks(n).map(contrasts).collect();
     let columns: Vec<Vec<f64>> =

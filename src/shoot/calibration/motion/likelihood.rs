@@ -1,10 +1,10 @@
 //! Likelihood of the alignment's shifts, as a Gaussian process.
 //!
-//! The shift of body or head that the alignment finds under lamp i in pose p is, up to a constant,
-//! path_p(t_i) + own_i + pose_pi + noise. The path is smooth in time and another one in each pose. `own_i` is what the
-//! lamp's shadows and highlights pretend in every pose, `pose_pi` what they pretend in that one; both are alike for lamps
-//! that are near each other. Tracking frames, which are all lit alike, have neither. The noise is correlated over lamps,
-//! and between body and head, as the alignment's equations say.
+//! The measured shift of body or head under lamp i in pose p is, up to a constant, path_p(t_i) + own_i + pose_pi +
+//! noise. The path is smooth in time and differs in each pose. `own_i` is the false shift from the lamp's shadows
+//! and highlights in every pose, `pose_pi` the false shift in that pose only; both are similar for neighbouring
+//! lamps. Tracking frames all have the same light and neither term. The noise is correlated over lamps, and between
+//! body and head, according to the alignment's equations.
 
 use super::alignment::SHIFTS;
 use super::helmert::{contrasted, contrasts, turn};
@@ -12,53 +12,54 @@ use super::path::Place;
 use crate::cholesky::Cholesky;
 use glam::Vec3;
 
-/// Shifts of one pose by the alignment.
+/// Shifts of one pose from the alignment.
 pub struct Series<'a> {
-    /// When, from 0 to 1.
+    /// Times, from 0 to 1.
     pub times: &'a [f32],
     pub shifts: &'a [[f64; SHIFTS]],
-    /// Covariance of the shifts' errors, up to a factor that is the same in every pose.
+    /// Covariance of the shifts' errors, up to a factor common to all poses.
     pub noise: &'a [f64],
 }
 
-/// Standard deviations in shares of the picture's side, for the body and for the head on top of it.
+/// Standard deviations relative to the picture's side, for the body and for the head relative to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes {
     /// Factor on the alignment's covariances.
     pub noise: f64,
     pub own: [f64; 2],
     pub pose: [f64; 2],
-    /// Share of these two that is alike for near lamps.
+    /// Share of the false shifts common to near lamps.
     pub near: f64,
-    /// Of the path, for body and head alike.
+    /// Standard deviation of the path, the same for body and head.
     pub path: f64,
-    /// Time over which the path forgets where it was.
+    /// Correlation time of the path.
     pub length: f64,
 }
 
-/// Distance, as a chord of the unit sphere, over which lamps pretend alike.
+/// Distance, as a chord of the unit sphere, over which false shifts are similar.
 const NEAR: f32 = 0.6;
 
-/// The shifts of all poses, turned (Helmert) so that their mean over poses comes first: of the parts, only that contains
-/// what is the same in each pose. Each part is that of the four components one after the other, without the means over time.
+/// Shifts of all poses, rotated (Helmert) so that their mean over poses comes first: only that part contains the
+/// common shift of all poses. Each part holds the four components one after the other, without the means over time.
 pub struct Problem {
     times: Vec<f64>,
     parts: Vec<Vec<f64>>,
     /// Mean covariance of the noise.
     noise: Vec<f64>,
-    /// Correlation of what near lamps pretend.
+    /// Correlation of false shifts between near lamps.
     near: Vec<f64>,
     poses: usize,
 }
 
-/// The factored covariances of the first part and of the others.
+/// Factored covariances of the first part and of the others.
 struct Factors {
     first: Cholesky,
     others: Cholesky,
 }
 
 impl Problem {
-    /// Series with the same times, and where their lamps are (`None` if that is not known), if lamps light them in turn.
+    /// Problem of series with the same times. `lamps` holds each lamp's direction (`None` if unknown) and is `None`
+    /// for uniform light.
     pub fn new(series: &[Series], lamps: Option<&[Option<Vec3>]>) -> Option<Self> {
         let (poses, n) = (series.len(), series.first()?.times.len());
         let values: Vec<Vec<f64>> = series.iter().map(components).collect();
@@ -120,7 +121,7 @@ impl Problem {
         Some(Factors { first: factor(self.poses as f64)?, others: factor(0.0)? })
     }
 
-    /// `None` if the sizes are not possible.
+    /// `None` if the sizes are invalid.
     pub fn log_likelihood(&self, sizes: &Sizes) -> Option<f64> {
         let factors = self.factors(sizes)?;
         let of = |part: &Vec<f64>, covariance: &Cholesky| {
@@ -131,11 +132,11 @@ impl Problem {
         Some(of(&self.parts[0], &factors.first) + rest)
     }
 
-    /// Positions of body and face in each pose at times `at`, whose mean is 0, if the sizes are these.
+    /// Positions of body and face in each pose at times `at`, with mean 0, under these sizes.
     pub fn places(&self, sizes: &Sizes, at: &[f64]) -> Option<Vec<Vec<Place>>> {
         let factors = self.factors(sizes)?;
         let n = self.times.len();
-        // The covariance of the path, less its mean over `at`, with the shifts.
+        // Covariance of the path with the shifts, minus its mean over `at`.
         let rows: Vec<Vec<f64>> = (at.iter())
             .map(|&a| self.times.iter().map(|&b| kernel(a, b, sizes)).collect())
             .collect();
@@ -199,14 +200,14 @@ fn spreads(covariance: &Cholesky, rows: &[Vec<f64>], before: &[f64]) -> Vec<[[f6
     rows.iter().zip(before).map(of).collect()
 }
 
-/// The contrasts of each component of the shifts.
+/// Contrasts of each component of the shifts.
 fn components(series: &Series) -> Vec<f64> {
     (0..SHIFTS)
         .flat_map(|k| contrasts(&series.shifts.iter().map(|s| s[k]).collect::<Vec<_>>()))
         .collect()
 }
 
-/// The noise's covariance of these.
+/// Noise covariance of the contrasts.
 fn noise_of(series: &Series) -> Vec<f64> {
     let n = series.shifts.len();
     let (m, length) = (n - 1, SHIFTS * (n - 1));
@@ -224,13 +225,13 @@ fn noise_of(series: &Series) -> Vec<f64> {
     all
 }
 
-/// The covariance of the path at two times (Matérn's, of smoothness 3/2: people drift and sway at once).
+/// Covariance of the path at two times (Matérn, smoothness 3/2: people drift and sway at once).
 fn kernel(a: f64, b: f64, sizes: &Sizes) -> f64 {
     let apart = 3f64.sqrt() * (a - b).abs() / sizes.length;
     sizes.path.powi(2) * (1.0 + apart) * (-apart).exp()
 }
 
-/// Variances of the path less its mean over the times.
+/// Variances of the path minus its mean over the times.
 fn centred_variances(at: &[f64], sizes: &Sizes) -> Vec<f64> {
     let n = at.len() as f64;
     let means: Vec<f64> =

@@ -1,8 +1,9 @@
-//! Did the subject move while the lamps went round, and how?
+//! Motion of the subject during the lamp cycle.
 //!
-//! `alignment` finds for each pose where the subject is in each OLAT (or tracking frame), relative to what the others
-//! predict. `likelihood` and `path` take these places of all poses together, tell motion, which is smooth in time and
-//! different in each pose, from what lamps' shadows pretend, and say how sure that is.
+//! For each pose `alignment` measures the subject's position in each OLAT (or tracking frame), relative to a
+//! prediction from the others. `likelihood` and `path` take these positions of all poses together. They separate
+//! motion, which is smooth in time and different in each pose, from false shifts by lamps' shadows, and give the
+//! certainty of the result.
 
 mod alignment;
 mod helmert;
@@ -23,20 +24,20 @@ use path::{Path, Place};
 use project::{Picture, Project};
 use rayon::prelude::*;
 
-/// Side of the pictures in which the subject is aligned: a shift of a twentieth of their pixels is still seen.
+/// Side of the alignment pictures. A shift of a twentieth of their pixels is still visible.
 const SIDE: usize = 64;
-/// Lamps at most whose OLATs are aligned; the path says where the subject is under those between them.
+/// Largest number of lamps with aligned OLATs; the path gives the subject's position under those between them.
 const LAMPS: usize = 32;
-/// Motion below this share of the picture's side is left: a fifth of a pixel of 256 costs less than resampling.
+/// Smallest corrected motion, relative to the picture's side. A fifth of a pixel of 256 costs less than resampling.
 const LEAST: f64 = 0.0008;
-/// In a shoot that moves, a pose whose path is nowhere this many deviations from its middle is left as it is.
+/// Smallest motion of a corrected pose in a moving shoot, in deviations of its path from the middle.
 const SEEN: f64 = 1.5;
 
-/// Share of what is found that the alignment may have missed: turned heads are not the matte's shape, and the pictures that
-/// predict one moved too. Measured on swaying stages.
+/// Share of the measured motion that the alignment may have missed, because rotated heads differ from the matte's
+/// shape, and the predicting pictures moved too. Measured on swaying stages.
 const MISSED: f64 = 0.25;
 
-/// The motion in every pose. `directions`: where each lamp is, `None` if that is not known.
+/// Measures the motion in every pose. `directions` holds each lamp's direction, `None` if unknown.
 ///
 /// # Errors
 /// When a picture cannot be read, or the job was stopped.
@@ -58,7 +59,7 @@ pub(super) fn find(
     })
 }
 
-/// The paths of all poses under the lamps in the order `order`, and what shows them.
+/// Paths of all poses under the lamps in the order `order`, and the pictures used.
 fn paths(
     project: &Project,
     response: &Response,
@@ -70,7 +71,7 @@ fn paths(
     let tracked = (0..shoot.poses.len())
         .map(|pose| TrackingFrames::of(project, pose))
         .collect::<Result<Vec<_>>>()?;
-    // Poses are compared with each other, so all are seen in the same way.
+    // Poses are compared with each other, so all use the same kind of picture.
     let tracked: Option<Vec<_>> = tracked.into_iter().collect();
     let seen_in = match tracked {
         Some(_) => SeenIn::Tracking,
@@ -111,7 +112,7 @@ fn paths(
         if let Some(odd) = pictures.iter().position(is_odd) {
             return Err(Error::invalid(
                 format!(
-                    "{} has another size than the matte {}",
+                    "{} differs in size from the matte {}",
                     files[odd].display(),
                     project.exemplar_matte(pose).display()
                 ),
@@ -134,7 +135,7 @@ fn side_px(project: &Project) -> Result<f32> {
     Ok(project.settings.framing.of(size).side as f32)
 }
 
-/// The lamps in the order in which they were lit: that of the numbers at the end of their names, or of the names.
+/// Lamps in the order of lighting: by the numbers at the end of their names, or by the names.
 fn order_lit(project: &Project) -> Vec<usize> {
     let shoot = &project.settings.shoot;
     let number = |name: &str| -> Option<u64> {
@@ -150,18 +151,18 @@ fn order_lit(project: &Project) -> Vec<usize> {
     order
 }
 
-/// When a lamp is lit, from 0 (before the first) to 1 (after the last).
+/// Time of a lamp, from 0 (before the first) to 1 (after the last).
 fn lamp_time(place: usize, lamps: usize) -> f32 {
     (place as f32 + 0.5) / lamps as f32
 }
 
-/// At most `most` of `count` places, evenly spaced.
+/// At most `most` of `count` indices, evenly spaced.
 fn evenly(count: usize, most: usize) -> Vec<usize> {
     let some = count.min(most);
     (0..some).map(|i| (2 * i + 1) * count / (2 * some)).collect()
 }
 
-/// Luminances of a picture at the size in which it is aligned.
+/// Luminances of a picture at the alignment size.
 fn small(picture: &Image) -> Vec<f32> {
     let side = picture.width.min(SIDE);
     let grey: Mask = Raster {
@@ -172,11 +173,11 @@ fn small(picture: &Image) -> Vec<f32> {
     resize_area(&grey, side, side).pixels
 }
 
-/// The paths of all poses.
+/// Paths of all poses.
 struct Paths {
-    /// Those of the poses that could be aligned; `None` if too little is known.
+    /// Paths of the aligned poses; `None` if too little is known.
     paths: Option<Vec<Path>>,
-    /// Per pose its place among these.
+    /// Index of each pose among these.
     places: Vec<Option<usize>>,
 }
 
@@ -204,13 +205,13 @@ impl Paths {
         }
     }
 
-    /// Position of the subject in a pose under each lamp; `None` if that is not known.
+    /// Position of the subject in a pose under each lamp; `None` if unknown.
     fn of(&self, pose: usize) -> Option<&Path> {
         self.paths.as_ref()?.get(self.places[pose]?)
     }
 
-    /// Statement about a pose. The largest of some places that are known with an error is, on average, farther than the one
-    /// found: by √2 of the error's deviation, as measured on swaying stages.
+    /// Summary of a pose's motion. The true distance of the farthest place exceeds the measured one on average by
+    /// √2 of the error's deviation, as measured on swaying stages.
     fn motion(&self, pose: usize, name: &str, side_px: f32) -> Option<PoseMotion> {
         let path = self.of(pose)?;
         let (mut largest, mut deviation, mut seen) = (0.0f64, 0.0f64, false);
@@ -241,7 +242,7 @@ impl Paths {
     }
 }
 
-/// The shift that the exemplars are freed of.
+/// Shift removed from the exemplars.
 fn shift(place: &Place) -> Shift {
     let [body, face] = place.way;
     [body[0], body[1], face[0] - body[0], face[1] - body[1]].map(|v| v as f32)

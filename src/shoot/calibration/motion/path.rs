@@ -1,37 +1,36 @@
-//! Motion of the subject, if it moves, and its path in each pose: by the shifts that the alignment finds, of all poses
-//! together.
+//! Motion of the subject, if any, and its path in each pose, from the aligned shifts of all poses together.
 //!
-//! The sizes of what lamps pretend and of the noise are those of greatest likelihood. Paths of all sizes and smoothnesses
-//! are weighed by their likelihoods and averaged, so that what is stated of a path contains that its size is not known.
+//! The sizes of false shifts and of the noise are those of greatest likelihood. Paths of all sizes and smoothnesses
+//! are averaged, weighted by likelihood, so that the result includes the uncertainty of their size.
 
 use super::likelihood::{Problem, Series, Sizes};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Positions of body and face, to the right and down, in shares of the picture's side, and the variances of that.
+/// Positions of body and face, to the right and down, relative to the picture's side, and their variances.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
     pub way: [[f64; 2]; 2],
     pub variance: [[f64; 2]; 2],
 }
 
-/// Positions of the subject at some times; the mean is 0.
+/// Positions of the subject over time, with mean 0.
 pub type Path = Vec<Place>;
 
-/// Log odds from which on there is motion. Of 73 virtual stages whose subject sat still (64 and 128 pixels, with and
-/// without noise, JPEG and single lamps) one had 8.2, and all others less than 1.
+/// Smallest log odds for motion. Of 73 virtual stages with a still subject (64 and 128 pixels, with and without
+/// noise, JPEG and single lamps) one had 8.2, and all others less than 1.
 const LOG_ODDS: f64 = 12.0;
-/// Fewer pictures of a pose do not tell a path from chance.
+/// Smallest number of pictures of a pose that separates a path from chance.
 const LEAST: usize = 4;
-/// A pixel of 256.
+/// One pixel of 256.
 const PIXEL: f64 = 1.0 / 256.0;
 
-/// A size of the model, the values that are tried, and where it goes.
+/// A size of the model: its candidate values and its setter.
 type Parameter = (&'static [f64], fn(&mut Sizes, f64));
 
 const FACTORS: [f64; 13] =
     [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
-/// Pixels of 256.
+/// In pixels of 256.
 const PRETENDED: [f64; 13] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.6, 2.2, 3.5, 5.0, 8.0];
 const PATHS: [f64; 6] = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 const LENGTHS: [f64; 5] = [0.08, 0.15, 0.3, 0.6, 1.2];
@@ -47,12 +46,12 @@ const PRETENCE: [Parameter; 5] = [
 const PATH: [Parameter; 2] =
     [(&PATHS, |sizes, v| sizes.path = v * PIXEL), (&LENGTHS, |sizes, v| sizes.length = v)];
 
-/// The paths of all poses at times `at`, whose mean over these is 0. If nothing moves for sure, they are 0 and their
-/// variances say what could be unseen. `None` if too little is known to tell. `lamps` says where each picture's lamp is
-/// (`None` if that is not known); it is `None` itself if all pictures are lit alike.
+/// Paths of all poses at times `at`, with mean 0 over these. Without certain motion they are 0, and their variances
+/// cover unseen motion. `None` if the data are insufficient. `lamps` holds the direction of each picture's lamp
+/// (`None` if unknown); it is `None` itself if all pictures have the same light.
 pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Option<Vec<Path>> {
     if series.iter().any(|s| s.times != series.first().map_or(&[][..], |f| f.times)) {
-        // Poses that were taken at different times, each by itself.
+        // Poses taken at different times, each treated separately.
         let each = series.iter().map(|one| find(std::slice::from_ref(one), at, lamps));
         let paths: Option<Vec<Vec<Path>>> = each.collect();
         return paths.map(|paths| paths.into_iter().flatten().collect());
@@ -64,7 +63,7 @@ pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Op
     let (still, moving) = most_likely(&problem, lamps.is_some())?;
     let (log_odds, mut paths) = averaged(&problem, &still, &moving, at)?;
     if log_odds <= LOG_ODDS {
-        // What could be there without being seen, also what is taken for the lamps' pretence.
+        // Possible unseen motion, including motion mistaken for the lamps' false shifts.
         let [body, head] = moving.1.pose.map(|size| size.powi(2));
         for place in paths.iter_mut().flatten() {
             for axis in 0..2 {
@@ -82,7 +81,7 @@ pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Op
     Some(paths)
 }
 
-/// The most likely sizes without a path, and with one.
+/// Most likely sizes without a path, and with one.
 fn most_likely(problem: &Problem, lit_in_turn: bool) -> Option<((f64, Sizes), (f64, Sizes))> {
     let mut start =
         Sizes { noise: 1.0, own: [0.0; 2], pose: [0.0; 2], near: 0.0, path: 0.0, length: 0.3 };
@@ -99,10 +98,10 @@ fn most_likely(problem: &Problem, lit_in_turn: bool) -> Option<((f64, Sizes), (f
     Some((still, moving))
 }
 
-/// The likelihood's logarithm and the sizes after each of the parameters was given its most likely value, in turn.
+/// Log likelihood and sizes after each parameter in turn was set to its most likely value.
 fn climbed(problem: &Problem, start: Sizes, parameters: &[Parameter]) -> Option<(f64, Sizes)> {
     const TURNS: usize = 4;
-    /// Less is not worth another turn.
+    /// Smallest gain worth another round.
     const GAIN: f64 = 0.05;
     let mut best = (problem.log_likelihood(&start)?, start);
     for _ in 0..TURNS {
@@ -128,14 +127,14 @@ fn climbed(problem: &Problem, start: Sizes, parameters: &[Parameter]) -> Option<
     Some(best)
 }
 
-/// The log odds for a path, all sizes and lengths being as probable before, and the paths by them all.
+/// Log odds for a path, with equal prior probabilities of all sizes and lengths, and the paths averaged over them.
 fn averaged(
     problem: &Problem,
     still: &(f64, Sizes),
     moving: &(f64, Sizes),
     at: &[f32],
 ) -> Option<(f64, Vec<Path>)> {
-    /// Sizes that are less probable than this change nothing.
+    /// Smallest relative probability of sizes that affect the result.
     const LEAST_SHARE: f64 = 1e-3;
     let at: Vec<f64> = at.iter().map(|&t| f64::from(t)).collect();
     let all: Vec<Sizes> = PATHS
@@ -187,7 +186,7 @@ mod tests {
     const POSES: usize = 5;
     const LAMPS: usize = 20;
 
-    /// Shifts of all poses: the same pretence in each, noise, and a sway of the body by `sway` pixels of 256.
+    /// Shifts of all poses: the same false shifts in each, noise, and a sway of the body by `sway` pixels of 256.
     fn shifts(sway: f64) -> Vec<Vec<[f64; 4]>> {
         // Uniform in -1..1 (a multiplicative hash after Knuth).
         let chance = |i: usize| {

@@ -13,12 +13,12 @@ pub fn combined<'a>(
     sum
 }
 
-/// The product pixel by pixel.
+/// Product pixel by pixel.
 pub fn product(a: &[f32], b: &[f32]) -> Vec<f32> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// Σ a·b, in eight sums at a time.
+/// Σ a·b in eight partial sums.
 pub fn dot(a: &[f32], b: &[f32]) -> f64 {
     let mut sums = [0.0f32; 8];
     let (blocks, rest) = (a.chunks_exact(8).zip(b.chunks_exact(8)), a.len() / 8 * 8);
@@ -31,7 +31,7 @@ pub fn dot(a: &[f32], b: &[f32]) -> f64 {
     f64::from(sums.iter().sum::<f32>() + tail)
 }
 
-/// The light between four pixels; beyond the edges that of the edge.
+/// Light between four pixels; the edge is repeated outside.
 pub fn between(picture: &[f32], side: usize, x: f32, y: f32) -> f32 {
     let last = (side - 1) as f32;
     let (x, y) = (x.clamp(0.0, last), y.clamp(0.0, last));

@@ -1,4 +1,4 @@
-//! Statements about subjects that move while the lamps go round, and about those that do not.
+//! Subjects that move during the lamp cycle, and subjects that do not.
 
 use super::*;
 use footage::{Exemplar, ImportSettings};
@@ -8,7 +8,7 @@ use virtual_stage::{StageSettings, TroubleSettings, write_shoot};
 
 const SIZE: usize = 64;
 
-/// A project of a stage in `folder`, with its truth.
+/// A project of a stage in `folder`, with ground truth.
 fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (Project, Truth) {
     let settings =
         StageSettings { frames: 1, size: SIZE, seed, lamps, trouble, ..StageSettings::default() };
@@ -30,7 +30,7 @@ struct Truth {
 
 #[derive(Default, serde::Deserialize)]
 struct Trouble {
-    /// Per pose and lamp where the face is.
+    /// Position of the face per pose and lamp.
     sway_px: Vec<Vec<[f32; 2]>>,
 }
 
@@ -40,10 +40,10 @@ impl Truth {
     }
 }
 
-/// Errors of the paths found against the truth, in pixels of 256 and over all poses and lamps.
+/// Errors of the measured paths in pixels of 256 over all poses and lamps.
 #[derive(Debug, Default)]
 struct Comparison {
-    /// Root-mean-square of the face's true motion, and of what remains of it.
+    /// Root mean square of the face's true motion, and of the rest after correction.
     moved: f32,
     left: f32,
 }
@@ -71,7 +71,7 @@ fn compared(project: &Project, truth: &Truth) -> Comparison {
     Comparison { moved: 256.0 * (moved / places).sqrt(), left: 256.0 * (left / places).sqrt() }
 }
 
-/// The motion with the lamps where the manifest says that they are.
+/// Measured motion with the lamps at the manifest's directions.
 fn found(project: &Project, response: &Response) -> Result<Motion> {
     find(project, response, &directions(project), &Progress::silent())
 }
@@ -81,7 +81,7 @@ fn directions(project: &Project) -> Vec<Option<Vec3>> {
     layout.iter().copied().map(Some).collect()
 }
 
-/// Calibrations keep more than the motion; the exemplars only ask for this.
+/// Calibrations store more than the motion; the exemplars read only this.
 fn keep(project: &Project, motion: &Motion) {
     let kept = toml::to_string(&std::collections::BTreeMap::from([("motion", motion)])).unwrap();
     std::fs::write(project.calibration_path(), kept).unwrap();
@@ -154,7 +154,7 @@ fn a_sway_is_found_in_the_olats_and_in_tracking_frames_and_taken_back() {
         keep(&project, &motion);
         let after = difference(&Exemplar::load_all(&project, &response).unwrap(), &true_olats);
         println!("{before} and then {after}");
-        // Pictures as small as the working size lose detail when they are resampled.
+        // Pictures as small as the working size lose detail to resampling.
         assert!(after < 0.8 * before, "{seen_in:?}: {before} and then {after}");
         std::fs::remove_dir_all(project.shoot_path("tracking")).ok();
         std::fs::remove_file(project.calibration_path()).unwrap();

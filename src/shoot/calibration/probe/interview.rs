@@ -8,10 +8,10 @@ use super::{Probes, median};
 use imaging::color::luminance;
 use rayon::prelude::*;
 
-/// The error of what the ball shows of a lamp, relative to what it shows of most.
+/// Error of a lamp's measurement on the ball, relative to the best-measured lamp.
 const HARDLY_SHOWN: f64 = 0.02;
 
-/// The interview's light in terms of the lamps.
+/// The interview's light expressed in the lamps.
 pub struct InterviewFit {
     /// Relative root-mean-square residual of the blurred ball.
     pub residual: f32,
@@ -23,23 +23,23 @@ pub struct InterviewFit {
 struct Sums {
     interview: Vec<[f32; 3]>,
     lamps: Vec<LampCells>,
-    /// For each channel, the expected products of what any two lamps do to the subject.
+    /// Expected product of the effects of any two lamps on the subject, per channel.
     grams: [Vec<f64>; 3],
     weights: Vec<[f32; 3]>,
-    /// Part of the interview's light that the sum of the lamps leaves.
+    /// Part of the interview's light not explained by the lamps.
     left: Vec<[f32; 3]>,
 }
 
 struct LampCells {
-    /// The cells that the lamp lights, with their energy.
+    /// Cells lit by the lamp, with their energy.
     lit: Vec<(usize, [f32; 3])>,
-    /// For each cell, the expected product of what light from there and the lamp do to the subject.
+    /// Expected product of the effects on the subject of light from each cell and of the lamp.
     spread: Vec<[f32; 3]>,
 }
 
-/// Correlation between a surface's responses to light of two directions at an angle, 1 to 0, averaged over all
-/// surfaces: matte shading of any normal, times a shadow's edge of any direction. Both are arc-cosine kernels (Cho and
-/// Saul 2009, degrees 1 and 0).
+/// Correlation between a surface's responses to light from two directions at an angle, 1 to 0, averaged over all
+/// surfaces: matte shading with any normal, times a shadow edge in any direction. Both are arc-cosine kernels (Cho
+/// and Saul 2009, degrees 1 and 0).
 pub(super) fn kernel(cosine: f32) -> f32 {
     use std::f32::consts::PI;
     let angle = cosine.clamp(-1.0, 1.0).acos();
@@ -47,8 +47,8 @@ pub(super) fn kernel(cosine: f32) -> f32 {
     shading * (1.0 - angle / PI)
 }
 
-/// The inverse of a symmetric positive matrix of `n` × `n`, which is made positive if it is not quite; `None` if it is
-/// 0, NaN or infinite.
+/// Inverse of a symmetric positive matrix of `n` × `n`, regularised if slightly indefinite; `None` if it is 0, NaN
+/// or infinite.
 fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
     let mut positive = matrix.to_vec();
@@ -59,16 +59,17 @@ fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
 }
 
 impl Probes {
-    /// Light that every ball shows whatever the lamp: the room's own, and the sensor's black level.
+    /// Light on every ball regardless of the lamp: the room's own, and the sensor's black level.
     pub(super) fn ambient(&self, table: &ResponseTable) -> [f32; 3] {
         let backgrounds: Vec<[f32; 3]> =
             self.footprints.iter().map(|f| f.background(table)).collect();
         [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
     }
 
-    /// Light on the interview's ball that is no lamp's image. What is dark under single lamps is the room's own
-    /// light, which stays as it is, or the lamps' stray light, which adds up; how dark the interview's ball is
-    /// between the lamps tells which. What exceeds the stray light of all lamps comes from where no lamp is.
+    /// Light on the interview's ball outside the lamps' images. The dark level under single lamps is either the
+    /// room's own light, which stays constant, or the lamps' stray light, which adds up. The darkness of the
+    /// interview's ball between the lamps decides. Light above the stray light of all lamps comes from directions
+    /// without lamps.
     fn interview_ambient(&self, table: &ResponseTable) -> [f32; 3] {
         let ambient = self.ambient(table);
         let dark = table.rgb(self.interview_dark);
@@ -91,7 +92,7 @@ impl Probes {
             }
         }
         [0, 1, 2].map(|c| {
-            // The sum of the weights, as if all lamps were alike.
+            // Sum of the weights, assuming equal lamps.
             let weights = if energy[c] > 0.0 {
                 (interview[c] / energy[c]) as f32 * self.footprints.len() as f32
             } else {
@@ -101,7 +102,7 @@ impl Probes {
         })
     }
 
-    /// The median code values of the interview's ball where no lamp is.
+    /// Median code values of the interview's ball outside the lamps.
     pub(super) fn find_interview_dark(&self) -> CodeValues {
         let mut is_lit = vec![false; self.interview.len()];
         for (pixel, _) in self.footprints.iter().flat_map(|f| &f.pixels) {
@@ -115,16 +116,16 @@ impl Probes {
         })
     }
 
-    /// The interview's light as a sum of lamps under a response, per channel, none below 0.
+    /// The interview's light as a sum of lamps under a response, per channel, none negative.
     ///
-    /// The subject is to look under the sum as under the light itself, also where that comes from between the lamps.
-    /// How a subject answers light of two directions is taken to be correlated by [`kernel`]; the weights are then those
-    /// of least expected squared error (kriging, Matheron 1963). A sum of lamps is found exactly.
+    /// The subject should look the same under the sum as under the light itself, including light from between the
+    /// lamps. A subject's responses to light from two directions are assumed to be correlated by [`kernel`]; the
+    /// weights have the least expected squared error (kriging, Matheron 1963). A sum of lamps is recovered exactly.
     pub(crate) fn weights(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
         self.sums(table).weights
     }
 
-    /// The same with what no lamp explains of the ball, blurred to half the lamps' spacing.
+    /// Weights together with the unexplained light of the ball, blurred to half the lamps' spacing.
     pub(crate) fn fit(&self, table: &ResponseTable) -> InterviewFit {
         let sums = self.sums(table);
         let left = self.spread(&self.blur, &sums.left);
@@ -174,8 +175,8 @@ impl Probes {
                 let terms = interview.iter().zip(&lamp.spread);
                 terms.map(|(light, k)| f64::from(light[c] * k[c])).sum()
             });
-            // What the ball shows of a lamp has an error. A lamp that it hardly shows is that error alone: its weight,
-            // which would be anything, is 0, and its neighbours have its light.
+            // A lamp's measurement on the ball has an error. For a barely visible lamp it is all error: its
+            // arbitrary weight is set to 0, and its neighbours take its light.
             let mut shown: Vec<f64> =
                 (0..lamps.len()).map(|i| gram[i * (lamps.len() + 1)]).collect();
             shown.sort_by(f64::total_cmp);
@@ -195,11 +196,10 @@ impl Probes {
         Sums { interview, lamps, grams, weights, left }
     }
 
-    /// By how much the weights must be expected to be off for the subject, as changes that are independent of each
-    /// other, one for each lamp: per lamp and channel.
+    /// Expected errors of the weights for the subject, as independent changes, one per lamp: per lamp and channel.
     ///
-    /// The light near a lamp that no sum of lamps is makes an error like that of the lamp's OLAT predicted from the
-    /// others', as much larger as the expected square of the error is.
+    /// Light near a lamp that is not a sum of lamps causes an error like that of predicting the lamp's OLAT from
+    /// the others, scaled by the expected squared error.
     pub(crate) fn weight_errors(&self, table: &ResponseTable) -> Vec<Vec<[f32; 3]>> {
         let sums = self.sums(table);
         let n = sums.lamps.len();
@@ -239,7 +239,7 @@ impl Probes {
         errors
     }
 
-    /// The energy of the interview's ball in each cell, without ambient light.
+    /// Energy of the interview's ball in each cell, without ambient light.
     fn interview_cells(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
         let mut energy = vec![[0.0f32; 3]; self.cells()];
         let ambient = self.interview_ambient(table);
@@ -255,7 +255,7 @@ impl Probes {
         energy
     }
 
-    /// The energy of a lamp's footprint in each cell.
+    /// Energy of a lamp's footprint in each cell.
     fn lamp_cells(&self, footprint: &Footprint, table: &ResponseTable) -> Vec<[f32; 3]> {
         let background = footprint.background(table);
         let mut energy = vec![[0.0f32; 3]; self.cells()];
@@ -275,7 +275,7 @@ impl Probes {
         self.blur.len().isqrt()
     }
 
-    /// Each cell's energy spread over all cells by weights between all pairs.
+    /// Energy of each cell spread over all cells by pairwise weights.
     fn spread(&self, weights: &[f32], energy: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let n = self.cells();
         let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();

@@ -1,42 +1,42 @@
-//! The balls compared pixel for pixel: what shows the shape of the response.
+//! Comparison of the balls pixel for pixel, which reveals the shape of the response.
 
 use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::super::least_squares::NormalEquations;
 use super::Probes;
 use rayon::prelude::*;
 
-/// A pixel of the interview's ball beside the same pixel under each lamp that reaches it.
+/// A pixel of the interview's ball, with the same pixel under each lamp that reaches it.
 pub(super) struct ProfilePixel {
     interview: CodeValues,
     lamps: Vec<(usize, CodeValues)>,
-    /// Its place in the photograph.
+    /// Index in the photograph.
     index: usize,
-    /// The part of the sphere that it shows, see [`Probes::cell_of_pixel`].
+    /// Cell of the sphere; see [`Probes::cell_of_pixel`].
     cell: usize,
 }
 
 /// The interview's ball compared with the lamps' pixel by pixel.
 pub(crate) struct Profile {
-    /// The sum of squared encoded distances, with the penalty of the remainder.
+    /// Sum of squared encoded distances, with the penalty of the remainder.
     pub square: f64,
-    /// Mean square of the part of these distances that changes from pixel to pixel: the noise. The rest is a misfit
-    /// that neighbours share.
+    /// Mean square of the pixel-to-pixel part of these distances: the noise. The rest is a misfit common to
+    /// neighbours.
     pub noise: f64,
-    /// The weights that explain the pixels best. [`Probes::fit`], which uses the lamps' whole light, finds others;
-    /// under the right response both agree.
+    /// Weights that explain the pixels best. [`Probes::fit`] uses the lamps' full light and may differ; under the
+    /// right response both agree.
     pub weights: Vec<[f32; 3]>,
-    /// Evidence about the remainder from each channel of each part of the sphere.
+    /// Evidence about the remainder from each channel of each cell.
     cells: Vec<CellSums>,
 }
 
-/// Sums over a cell's pixels of a channel for the fit of its remainder. Light is divided by the slope of the response,
-/// so that errors are alike in the code.
+/// Sums over a cell's pixels of a channel for the fit of its remainder. Light is divided by the slope of the
+/// response, so that errors are uniform in the code.
 #[derive(Clone, Copy, Default)]
 struct CellSums {
     pixels: f64,
-    /// Of the squared encoded value, to compare changes of light with.
+    /// Sum of squared encoded values, for scale.
     encoded: f64,
-    /// Products of the lamps' light (a), of an even light (h), and of what the lamps leave (r).
+    /// Products of the lamps' light (a), of a uniform light (h), and of the residual (r).
     aa: f64,
     ah: f64,
     hh: f64,
@@ -46,12 +46,12 @@ struct CellSums {
 }
 
 impl CellSums {
-    /// The penalties of the cell's two unknowns under a remainder of variance `power` times the noise's.
+    /// Penalties of the cell's two unknowns under a remainder with variance `power` relative to the noise.
     fn penalties(&self, power: f64) -> [f64; 2] {
         [self.aa, self.hh].map(|square| square / (power * self.encoded).max(1e-300))
     }
 
-    /// The change of the lamps' light and the even light that explain what the lamps leave, and their penalty.
+    /// Change of the lamps' light and uniform light that explain the residual, and their penalty.
     fn remainder(&self, power: f64) -> ([f64; 2], f64) {
         let [of_a, of_h] = self.penalties(power);
         let (a, h) = (self.aa + of_a, self.hh + of_h);
@@ -64,7 +64,7 @@ impl CellSums {
         ([change, even], of_a * change * change + of_h * even * even)
     }
 
-    /// The squared distance that is left, with its penalty, and ln of how much room the remainder had.
+    /// Remaining squared distance with its penalty, and ln of the remainder's volume.
     fn left(&self, power: f64) -> [f64; 2] {
         let ([change, even], _) = self.remainder(power);
         let left = self.rr - change * self.ar - even * self.hr;
@@ -79,8 +79,7 @@ impl CellSums {
 }
 
 impl Profile {
-    /// The variance of the remainder, relative to that of the noise, under which the ball is most probable; 0 if the
-    /// lamps explain all of it.
+    /// Most probable variance of the remainder relative to the noise; 0 if the lamps explain all of the ball.
     pub fn remainder(&self) -> f64 {
         let pixels: f64 = self.cells.iter().map(|cell| cell.pixels).sum();
         let cost = |power: f64| {
@@ -93,18 +92,18 @@ impl Profile {
     }
 }
 
-/// Mean square that rounding to 8 bits leaves.
+/// Mean square of 8-bit rounding errors.
 const ROUNDING: f64 = 1.0 / (255.0 * 255.0 * 12.0);
 
 impl Probes {
     /// Squared distance in encoded values between the interview's ball and the best sum of the lamps' balls, pixel
     /// for pixel, as the mean over channels. A lamp's image has bright and dim pixels, and each lamp has its own
-    /// weight: only the right shape of the response makes all of them proportional. A power of the response cannot be
-    /// told this way: it fits as well, with powers of the weights.
+    /// weight: only the right shape of the response makes all of them proportional. A power of the response cannot
+    /// be determined this way: it fits equally well, with powers of the weights.
     ///
-    /// The interview's light need not be a sum of lamps. In each part of the sphere the lamps' light may change by a
-    /// factor, and an even light may be added; `remainder` is the variance of both relative to the noise, 0 for
-    /// none. What varies within a part, from the middle of a lamp's image to its edge, still shows the response.
+    /// The interview's light need not be a sum of lamps. In each cell the lamps' light may change by a factor, and
+    /// a uniform light may be added; `remainder` is the variance of both relative to the noise, 0 for none.
+    /// Variation within a cell, from the middle of a lamp's image to its edge, still reveals the response.
     pub(crate) fn profile(&self, table: &ResponseTable, remainder: f64) -> Profile {
         let backgrounds: Vec<[f32; 3]> =
             self.footprints.iter().map(|f| f.background(table)).collect();
@@ -125,7 +124,7 @@ impl Probes {
                 let mut equations = NormalEquations::new(constant + 1);
                 let mut terms = Vec::new();
                 for pixel in &self.profile {
-                    // Errors are alike in the code, so light is divided by the slope there.
+                    // Errors are uniform in the code, so light is divided by the slope there.
                     let certainty = 1.0 / f64::from(table.slope(pixel.interview[c]));
                     terms.clear();
                     terms.extend(
@@ -169,7 +168,7 @@ impl Probes {
                 Channel { square, off, weights: x, cells }
             })
             .collect();
-        // Light that is no sum of lamps shows in all channels, noise in each by itself.
+        // Light outside the sum of lamps appears in all channels, noise in each independently.
         let noise = |a: &Channel, b: &Channel| {
             let mut differences = NeighbourDifferences::default();
             for (i, pixel) in self.profile.iter().enumerate() {
@@ -188,12 +187,12 @@ impl Probes {
         }
     }
 
-    /// Number of pixels that [`Self::profile`] compares.
+    /// Number of pixels compared by [`Self::profile`].
     pub(crate) fn profile_pixels(&self) -> usize {
         self.profile.len()
     }
 
-    /// The code values that [`Self::profile`] compares, of the lamps' balls and of the interview's.
+    /// Code values compared by [`Self::profile`], of the lamps' balls and of the interview's.
     pub(crate) fn profile_codes(&self) -> impl Iterator<Item = &CodeValues> {
         self.profile.iter().flat_map(|pixel| {
             let lamps = pixel.lamps.iter().map(|(_, code)| code);
@@ -201,12 +200,12 @@ impl Probes {
         })
     }
 
-    /// The pixels that [`Self::profile`] compares.
+    /// Pixels compared by [`Self::profile`].
     pub(super) fn make_profile(&self, provisional: &ResponseTable) -> Vec<ProfilePixel> {
-        /// Enough pixels to determine a response; more only take time.
+        /// Number of pixels that determine a response; more only take time.
         const ENOUGH: usize = 16_384;
-        /// A pixel counts from this many times the room's own light on: below, the sensor's noise and the light
-        /// outside the lamps' footprints bend the curve.
+        /// Smallest brightness of a compared pixel relative to the room's own light. Below it, sensor noise and
+        /// light outside the lamps' footprints bend the curve.
         const LIT: f32 = 10.0;
         let mut lamps: Vec<Vec<(usize, CodeValues)>> = vec![vec![]; self.interview.len()];
         for (lamp, footprint) in self.footprints.iter().enumerate() {
@@ -244,8 +243,8 @@ impl Probes {
     }
 }
 
-/// The noise in a series of errors, from neighbours in one row: half the mean square of their
-/// differences (von Neumann 1941).
+/// Noise in a series of errors, from neighbours in one row: half the mean square of their differences (von Neumann
+/// 1941).
 #[derive(Default)]
 pub(crate) struct NeighbourDifferences {
     last: Option<(usize, f64)>,
@@ -254,7 +253,7 @@ pub(crate) struct NeighbourDifferences {
 }
 
 impl NeighbourDifferences {
-    /// The next error, at a place counted along the rows.
+    /// Adds the next error, at a place counted along the rows.
     pub fn add(&mut self, place: usize, error: f64) {
         if let Some((_, last)) = self.last.filter(|(last, _)| last + 1 == place) {
             self.square += 0.5 * (error - last).powi(2);
@@ -263,7 +262,7 @@ impl NeighbourDifferences {
         self.last = Some((place, error));
     }
 
-    /// Mean square of the noise; 0 if no two places were neighbours.
+    /// Mean square of the noise; 0 without neighbours.
     pub fn noise(&self) -> f64 {
         self.square / self.count.max(1.0)
     }

@@ -1,4 +1,4 @@
-//! Compares the measured rig with the layout: which lamps are where others should be.
+//! Comparison of the measured rig with the layout: swapped and displaced lamps.
 
 use super::{Fault, Finding, names};
 use glam::{Mat3, Quat, Vec3};
@@ -6,7 +6,7 @@ use light::{Lamp, Rig};
 
 /// Comparison of a rig with its layout.
 pub(super) struct LayoutComparison {
-    /// Expected place of each lamp, turned to the rig; empty if that cannot be determined.
+    /// Expected direction of each lamp, rotated to the rig; empty if unknown.
     places: Vec<Vec3>,
     outcome: Outcome,
 }
@@ -14,19 +14,19 @@ pub(super) struct LayoutComparison {
 enum Outcome {
     /// Nothing to compare.
     Nothing,
-    /// Lamps that are where another lamp should be (lamp, whose place), and lamps that are where no lamp should be.
+    /// Lamps at another lamp's place (lamp, whose place), and lamps at no lamp's place.
     Placed { moved: Vec<(usize, usize)>, lost: Vec<usize> },
-    /// All lamps are where some lamp should be, but under other names (lamp, whose place).
+    /// All lamps at some lamp's place, but with other names (lamp, whose place).
     Reordered(Vec<(usize, usize)>),
     /// Left and right are exchanged.
     Mirrored,
-    /// No rotation brings the layout near the rig; the median angle between both in degrees.
+    /// No rotation aligns the layout with the rig; the median angle between both in degrees.
     OtherDome(f32),
-    /// The layout has this many directions, and the rig another number of lamps.
+    /// Number of directions in a layout that differs from the rig's number of lamps.
     WrongCount(usize),
 }
 
-/// Compares the lamps that were clearly seen with the layout, without `duplicates`, one of which is wrong.
+/// Compares clearly seen lamps with the layout. Excludes `duplicates`, one of which is wrong.
 pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> LayoutComparison {
     let nothing = |outcome| LayoutComparison { places: vec![], outcome };
     if layout.is_empty() {
@@ -42,9 +42,9 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     let plain = Alignment::find(lamps, layout, &seen, tolerance);
     let flipped: Vec<Vec3> = layout.iter().map(|d| d.with_x(-d.x)).collect();
     let mirrored = Alignment::find(lamps, &flipped, &seen, tolerance);
-    // By chance one lamp in a hundred is within the tolerance of its place, and the pair that suggested the
+    // One lamp in a hundred is within the tolerance of its place by chance, and the pair that suggested the
     // rotation always is: more than half of all lamps cannot be chance. In a small rig two swapped lamps are two
-    // less.
+    // fewer.
     let enough =
         if seen.len() < 8 { seen.len().saturating_sub(2).max(3) } else { seen.len() / 2 + 1 };
     if mirrored.matches >= enough && mirrored.matches > plain.matches + seen.len() / 4 {
@@ -58,7 +58,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     }
     let places: Vec<Vec3> = layout.iter().map(|d| plain.rotation * *d).collect();
     let off = |lamp: usize, place: usize| lamps[lamp].direction.angle_between(places[place]);
-    // A place is free if its own lamp is elsewhere, or was not seen.
+    // A place is free if its own lamp is elsewhere or unseen.
     let displaced: Vec<usize> = seen
         .iter()
         .copied()
@@ -80,13 +80,13 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     LayoutComparison { places, outcome: Outcome::Placed { moved, lost } }
 }
 
-/// Allowed distance in radians of a lamp from its place, the next being `spacing` away: a third of that, so that
-/// it is clearly nearer to its own; at least 2°, which a small ball's pixels allow, and at most 12°.
+/// Allowed distance in radians of a lamp from its place, with the next place `spacing` away: a third of that, so
+/// that the lamp is clearly nearer to its own; at least 2°, for a small ball's pixels, and at most 12°.
 fn tolerance(spacing: f32) -> f32 {
     (spacing / 3.0).clamp(2f32.to_radians(), 12f32.to_radians())
 }
 
-/// For each place the angle in radians to the next.
+/// Angle in radians from each place to the next.
 fn spacings(layout: &[Vec3]) -> Vec<f32> {
     let nearest = |(i, a): (usize, &Vec3)| {
         let others = layout.iter().enumerate().filter(|(j, _)| *j != i);
@@ -95,7 +95,7 @@ fn spacings(layout: &[Vec3]) -> Vec<f32> {
     layout.iter().enumerate().map(nearest).collect()
 }
 
-/// Without names: is each lamp where some lamp should be?
+/// Comparison ignoring names: each lamp against all places.
 fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32) -> Outcome {
     let off = |lamp: usize, place: usize| lamps[lamp].direction.angle_between(layout[place]);
     let mut moved = Vec::new();
@@ -113,21 +113,21 @@ fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32
     Outcome::OtherDome(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
 }
 
-/// A rotation of the layout and how many lamps it brings near their places.
+/// A rotation of the layout, and the number of lamps near their places under it.
 struct Alignment {
     rotation: Quat,
     matches: usize,
 }
 
 impl Alignment {
-    /// The rotation that most lamps agree on: each pair of lamps suggests one (the TRIAD method, Black 1964), and
-    /// lamps that were swapped or moved suggest others than the rest.
+    /// Rotation with the most agreement: each pair of lamps suggests one (the TRIAD method, Black 1964). Swapped or
+    /// displaced lamps suggest other rotations.
     fn find(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32) -> Self {
-        /// Pairs tried: if half of the lamps are wrong, a quarter of the pairs are right.
+        /// Number of pairs tried. With half of the lamps wrong, a quarter of the pairs are right.
         const PAIRS: usize = 400;
         let n = seen.len();
-        // A lamp counts by how near it is (MSAC, Torr and Zisserman 2000): by number alone, many lamps that are
-        // near by chance would beat fewer that fit.
+        // A lamp counts by its distance (MSAC, Torr and Zisserman 2000): by number alone, many lamps near by chance
+        // would beat fewer that fit.
         let judge = |rotation: Quat| {
             let off = seen.iter().map(|&i| lamps[i].direction.angle_between(rotation * layout[i]));
             let near: Vec<f32> = off.filter(|off| *off <= tolerance).collect();
@@ -136,7 +136,7 @@ impl Alignment {
         };
         let mut best = (Quat::IDENTITY, judge(Quat::IDENTITY));
         let pairs = (1..n).flat_map(|step| (0..n).map(move |i| (i, (i + step) % n)));
-        // All pairs of a small rig; of a large one pairs spread evenly over all.
+        // All pairs of a small rig; evenly spread pairs of a large one.
         let stride = (n * n.saturating_sub(1) / PAIRS).max(1);
         for (i, j) in pairs.step_by(stride) {
             let (i, j) = (seen[i], seen[j]);
@@ -158,7 +158,7 @@ impl Alignment {
     }
 }
 
-/// The three axes that two directions define; `None` if they are nearly on one line.
+/// Orthonormal axes defined by two directions; `None` if they are nearly collinear.
 fn frame(a: Vec3, b: Vec3) -> Option<Mat3> {
     let normal = a.cross(b);
     (normal.length() > 0.2).then(|| {
@@ -167,7 +167,7 @@ fn frame(a: Vec3, b: Vec3) -> Option<Mat3> {
     })
 }
 
-/// The rotation of least squared distances for the lamps that are near their places, by Gauss–Newton steps.
+/// Least-squares rotation for the lamps near their places, by Gauss–Newton steps.
 fn refine(
     lamps: &[Lamp],
     layout: &[Vec3],
@@ -195,7 +195,7 @@ fn refine(
 }
 
 impl LayoutComparison {
-    /// Place of lamp `i` in the layout, if that is known.
+    /// Place of lamp `i` in the layout, if known.
     pub fn place(&self, i: usize) -> Option<Vec3> {
         self.places.get(i).copied()
     }
@@ -221,7 +221,7 @@ impl LayoutComparison {
         match &self.outcome {
             Outcome::Nothing => vec![],
             Outcome::WrongCount(count) => whole(format!(
-                "The layout has {count} directions for {} lamps, so nothing was checked against it. Correct the \
+                "The layout has {count} directions for {} lamps and was not checked. Correct the \
                  directions in the manifest and import again",
                 rig.lamps.len()
             )),
@@ -231,7 +231,7 @@ impl LayoutComparison {
                     .into(),
             ),
             Outcome::OtherDome(median_deg) => whole(format!(
-                "The measured lamps are {median_deg:.0}° (median) away from where the layout has them, and no \
+                "The measured lamps are {median_deg:.0}° (median) away from their places in the layout, and no \
                  rotation of the layout helps. Check that the manifest belongs to this dome and uses the axes +X \
                  right, +Y up, +Z to the camera"
             )),
@@ -242,7 +242,7 @@ impl LayoutComparison {
                     fault: Fault::Swapped,
                     lamps,
                     sentence: format!(
-                        "The lamps are where the layout has lamps, but in another order: {}. Rename the OLATs and \
+                        "The lamps match the layout, but in another order: {}. Rename the OLATs and \
                          balls to follow the layout, or correct the order in the manifest",
                         chain(moved)
                     ),
@@ -259,7 +259,7 @@ impl LayoutComparison {
                             fault: Fault::Swapped,
                             lamps: vec![a, b],
                             sentence: format!(
-                                "{} and {} are swapped: each is where the layout has the other. Swap their names, \
+                                "{} and {} are swapped compared with the layout. Swap their names, \
                                  for the balls and for the OLATs of every pose",
                                 name(a),
                                 name(b)
@@ -272,8 +272,8 @@ impl LayoutComparison {
                         fault: Fault::Swapped,
                         lamps: rest.iter().map(|(lamp, _)| *lamp).collect(),
                         sentence: format!(
-                            "According to the layout, {}. Look for an OLAT that is missing or was taken twice and \
-                             shifts all later names by one, then rename",
+                            "According to the layout, {}. Look for a missing or repeated OLAT that \
+                             shifts all later names by one, then rename them",
                             chain(&rest)
                         ),
                     });
@@ -283,7 +283,7 @@ impl LayoutComparison {
                         fault: Fault::Misplaced,
                         lamps: lost.clone(),
                         sentence: format!(
-                            "{}: the layout has no lamp in this direction. Check whether the lamp was moved, or \
+                            "{}: no lamp in this direction in the layout. Check whether the lamp was moved, or \
                              whether its ball shows a reflection in the room instead",
                             names(rig, lost)
                         ),

@@ -23,8 +23,7 @@ impl Random {
 
 const CONE_DEG: f32 = 10.0;
 
-/// A dome as people build it: lamps evenly or at random, none nearer than half the even spacing to another
-/// and none behind the ball.
+/// A realistic dome: lamps evenly spaced or random, at least half the even spacing apart and none behind the ball.
 fn layout(n: usize, even: bool, random: &mut Random) -> Vec<Vec3> {
     let spacing = (0.5 * (1.0 - 2.0 / n as f32).acos()).to_degrees().min(40.0);
     let mut directions: Vec<Vec3> = Vec::new();
@@ -48,7 +47,7 @@ fn layout(n: usize, even: bool, random: &mut Random) -> Vec<Vec3> {
     directions
 }
 
-/// A rig as a ball measures it: half a degree off, lamps of different strength, banks of different width.
+/// A rig as measured with a ball: half a degree off, lamps of different strength, banks of different width.
 fn measured(layout: &[Vec3], random: &mut Random) -> Rig {
     let lamp = |(i, direction): (usize, &Vec3)| {
         let brightness = 0.01 * (1.0 + 2.0 * random.unit());
@@ -72,7 +71,7 @@ fn faults(findings: &[Finding]) -> Vec<(Fault, Vec<usize>)> {
     findings.iter().map(|f| (f.fault, f.lamps.clone())).collect()
 }
 
-/// Any dome with its random numbers, and any turn.
+/// Any dome with its random numbers, and any rotation.
 fn any_dome() -> impl Strategy<Value = (Vec<Vec3>, Random, Quat)> {
     (3usize..100, any::<bool>(), 1u64..100_000).prop_map(|(n, even, seed)| {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
@@ -114,7 +113,7 @@ proptest! {
         let n = layout.len();
         let missed = (missed * n as f32) as usize;
         prop_assume!(n >= 10 && n - missed >= 2);
-        // The last name then holds a lamp again: what was the missed one's is at the end.
+        // The last name then has a lamp again: the missed lamp's slot is at the end.
         let mut order: Vec<usize> = (0..n).collect();
         order[missed..].rotate_left(1);
         let places: Vec<Vec3> = order.iter().map(|&i| layout[i]).collect();
@@ -190,7 +189,7 @@ fn a_lamp_that_is_out_is_named() {
 #[test]
 fn a_lamp_behind_the_ball_is_told_from_one_that_is_out() {
     let (mut layout, mut rig) = forty_one();
-    // One wholly hidden, which only the layout knows, and one of which the ball shows a part.
+    // One lamp fully hidden, known only from the layout, and one partly visible.
     layout[5] = Vec3::NEG_Z;
     rig.lamps[5].confidence = 0.0;
     let beside = Vec3::new(0.0, 14f32.to_radians().sin(), -14f32.to_radians().cos());
@@ -244,7 +243,7 @@ fn a_warm_and_a_cool_lamp_in_one_housing_are_two() {
 #[test]
 fn a_lamp_that_was_moved_is_named() {
     let (layout, mut rig) = forty_one();
-    // To the middle between its place and the next, where there is no other.
+    // Moved halfway to the next place, where there is no other lamp.
     let next = (0..41).filter(|&i| i != 20).min_by(|&i, &j| {
         let to = |k: usize| layout[k].angle_between(layout[20]);
         to(i).total_cmp(&to(j))
@@ -291,7 +290,7 @@ fn the_shared_shoot_has_a_proper_rig() {
     let cone = probes.ball().blind_half_angle_deg;
     let found = check(&rig, cone, &layout);
     println!("{found:#?}");
-    // The dome is a whole sphere: some bank is always behind the ball.
+    // The dome is a full sphere: some bank is always behind the ball.
     let others = |found: &[Finding]| -> Vec<(Fault, Vec<usize>)> {
         faults(found).into_iter().filter(|(fault, _)| *fault != Fault::BehindBall).collect()
     };

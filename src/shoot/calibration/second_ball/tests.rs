@@ -12,7 +12,7 @@ fn lamp(direction: Vec3, confidence: f32) -> Lamp {
     }
 }
 
-/// Lamps at given places as two balls show them, with errors of `error_deg` that differ in sign.
+/// Lamps at given places as seen on two balls, with errors of `error_deg` that differ in sign.
 fn seen(places: &[Vec3], positions: [Vec3; 2], error_deg: f32) -> (Rig, Vec<Lamp>) {
     let camera = Vec3::new(0.0, 0.0, 4.0);
     let views = [(positions[0], 1.0), (positions[1], -1.0)].map(|(ball, sign)| {
@@ -37,7 +37,7 @@ fn two_balls_tell_where_near_lamps_are() {
     for ((near, lamp), place) in two.near.iter().zip(&rig.lamps).zip(places) {
         let off = near.position_m.distance(place);
         assert!(off < 3.0 * near.deviation_m && off < 0.15, "{near:?} is not {place}");
-        // From where the subject is, between the balls, it is seen in neither ball's direction.
+        // Seen from the subject, between the balls, it is in neither ball's direction.
         assert!(lamp.direction.angle_between(place).to_degrees() < 0.5);
         assert!(lamp.confidence > 0.95);
     }
@@ -120,7 +120,7 @@ fn a_lamp_that_one_of_two_balls_shows_can_be_learnt() {
     let folder = tempfile::tempdir().unwrap();
     let mut project = two_equal_balls(folder.path());
     let count = project.settings.shoot.lamps.len();
-    // The first ball's photograph under one lamp is that under no lamp.
+    // The first ball's photograph under one lamp becomes one without a lamp.
     let black = imaging::Encoded(imaging::Raster::filled(96, 96, [0.0; 3]));
     imaging::file::write_png(project.lamp_probe_picture(3).file(), &black).unwrap();
     let silent = Progress::silent();

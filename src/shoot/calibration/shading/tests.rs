@@ -9,7 +9,8 @@ use std::path::Path;
 const BALL: Ball =
     Ball { center_px: [40.5, 39.0], radius_px: 36.0, radius_m: 0.05, camera_distance_m: 1.5 };
 
-/// A matt ball under one lamp, by ray and sphere: nothing of the code under test. `shine` makes a highlight.
+/// A matt ball under one lamp by ray–sphere intersection, independent of the code under test. `shine` adds a
+/// highlight.
 fn photograph(ball: &Ball, lamp: Vec3, ambient: f32, shine: f32) -> Image {
     let (r, d) = (f64::from(ball.radius_m), f64::from(ball.camera_distance_m));
     let focal = f64::from(ball.radius_px) / (r / d).asin().tan();
@@ -43,7 +44,7 @@ proptest! {
         prop_assume!(lamp.length() > 0.1 && z / lamp.length() > -0.3);
         let lamp = lamp.normalize();
         let found = lamp_from_shading(&BALL, &photograph(&BALL, lamp, ambient, shine)).unwrap();
-        // Behind the ball's rim little of what is lit is seen, and the highlight is large there.
+        // Behind the ball's rim little of the lit part is visible, and the highlight is large there.
         let bound = if lamp.z > 0.1 { 1.0 } else { 3.0 };
         prop_assert!(found.direction.angle_between(lamp).to_degrees() < bound, "{:?} is not {}", found, lamp);
         if lamp.z > 0.1 {
@@ -75,7 +76,7 @@ fn a_ball_without_light_is_refused() {
 fn an_evenly_lit_ball_has_no_lamp_and_a_faint_lamp_is_found_before_it() {
     let even = Image::filled(80, 80, [0.5; 3]);
     let refused = lamp_from_shading(&BALL, &even).unwrap_err().to_string();
-    assert!(refused.contains("one lamp lights"), "{refused}");
+    assert!(refused.contains("lit pixels"), "{refused}");
 
     // A fortieth of the room's light.
     let lamp = Vec3::new(0.4, 0.5, 0.7).normalize();
@@ -86,7 +87,7 @@ fn an_evenly_lit_ball_has_no_lamp_and_a_faint_lamp_is_found_before_it() {
     assert!((found.ambient - 0.5).abs() < 1e-3, "{found:?}");
 }
 
-/// The ball that a mask shows, from a camera that is as good as infinitely far away.
+/// The ball in a mask, from an effectively infinitely distant camera.
 fn far_ball(photographs: &Path, what: &str) -> Ball {
     let mask = photographs.join(format!("{what}/{what}.mask.png"));
     let mask = file::read_encoded(&mask).unwrap();
@@ -123,7 +124,7 @@ fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
         .collect();
     type Decoding = fn(f32) -> f32;
     let decodings: [(&str, Decoding); 4] = [
-        ("linear as it is", |v| v),
+        ("linear", |v| v),
         ("decoded with 1.5", |v| v.powf(1.5)),
         ("decoded with sRGB", linear_from_srgb),
         ("decoded with 2.2", |v| v.powf(2.2)),
@@ -155,11 +156,11 @@ fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
         }
         results.push((residual, angles));
     }
-    // Linear light leaves least, and only with it is the room's light not negative.
+    // Linear light has the smallest residual, and it alone gives a non-negative room light.
     let (residual, mut angles) = results.swap_remove(0);
     assert!(residual < 0.04 && results.iter().all(|other| residual < other.0));
-    // The balls stood side by side before lamps that were near, and one lamp seems to have been moved
-    // between them: no decoding brings its two directions together.
+    // The balls stood side by side in front of near lamps, and one lamp seems to have moved between them: no
+    // decoding makes its two directions agree.
     angles.sort_by(f32::total_cmp);
     println!("linear: median {:.2}°, worst {:.2}° and {:.2}°", angles[6], angles[11], angles[10]);
     assert!(angles[6] < 3.0 && angles[10] < 5.0);

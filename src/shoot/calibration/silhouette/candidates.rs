@@ -1,4 +1,4 @@
-//! Circles that may be the ball: searched in reduced pictures, measured at full size, best first.
+//! Candidate circles of the ball: searched in reduced pictures, measured at full size, best first.
 
 use super::circle::Circle;
 use super::edges::Edges;
@@ -9,18 +9,17 @@ use imaging::Raster;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 
-/// The picture that is searched for large circles has at most this many pixels on its longer side.
+/// Longer side in pixels of the picture searched for large circles.
 const COARSE_PX: usize = 320;
-/// Small circles are searched in pictures of up to this many.
+/// Longer side in pixels of the pictures searched for small circles.
 const FINE_PX: usize = 1280;
-/// Circles that are looked at more closely.
+/// Number of circles that are refined.
 const PROMISING: usize = 6;
-/// Radius in pixels at which the rim can be told from reflections close to it.
+/// Radius in pixels at which the rim is resolved from reflections close to it.
 const AMPLE_PX: f64 = 110.0;
-/// Least radius in pixels of a searched picture that shows a circle well; below, the next finer
-/// picture is searched.
+/// Smallest radius in pixels that is clear in a searched picture; smaller circles use the next finer picture.
 const WELL_SHOWN_PX: f32 = 10.0;
-/// Least radius that is searched at all, so that a ball too small is recognised as such.
+/// Smallest searched radius, so that too small a ball is recognised as such.
 const BARELY_SHOWN_PX: f32 = 4.0;
 
 /// A rim and its rank: higher is better.
@@ -45,25 +44,24 @@ pub(super) fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
             measured(pyramid, &edges, circle, to.min(level)..=level, DVec2::ZERO)
         }));
     }
-    // What is taken for one edge in a small picture may be two in a larger one: the rim, and a
-    // reflection close to it.
+    // One edge in a small picture may be two in a larger one: the rim, and a reflection close to it.
     let promising = distinct(found).into_iter().take(PROMISING);
     distinct(promising.flat_map(|rim| nearby(pyramid, &rim.circle, 0.1)).collect())
 }
 
-/// The level of the pyramid in which a circle is large enough to tell its edges apart.
+/// Pyramid level in which a circle is large enough to resolve its edges.
 fn ample_level(pyramid: &[Raster<[f32; 3]>], circle: &Circle) -> usize {
     let halvings = (circle.radius_px / AMPLE_PX).log2().ceil().max(0.0) as usize;
     halvings.min(pyramid.len() - 1)
 }
 
-/// Circles with a rim near a given one, measured at full size: centres and radii off by up to `share` of
-/// the radius.
+/// Circles with a rim near a given one, measured at full size: centres and radii off by up to `share` of the
+/// radius.
 pub(super) fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) -> Vec<Ranked> {
     let level = ample_level(pyramid, circle);
     let picture = &pyramid[level];
     let local = circle.scaled(1.0 / (1 << level) as f64);
-    // The part of the picture that can hold the circle.
+    // The part of the picture that may contain the circle.
     let reach = DVec2::splat((1.0 + 2.5 * share) * local.radius_px + 4.0);
     let size = DVec2::new(picture.width as f64, picture.height as f64);
     let from = (local.center() - reach).floor().clamp(DVec2::ZERO, size);
@@ -84,8 +82,8 @@ pub(super) fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) 
         .collect()
 }
 
-/// The rim of a circle that was found among `edges` of the smallest picture of `levels` from place `from`
-/// on, measured up to the largest.
+/// Rim of a circle found among `edges` of the smallest picture of `levels` from place `from` on, measured up to the
+/// largest.
 fn measured(
     pyramid: &[Raster<[f32; 3]>],
     edges: &Edges,
@@ -103,7 +101,7 @@ fn measured(
     Some((rim, rank))
 }
 
-/// Best first, each circle once.
+/// Circles without duplicates, best first.
 pub(super) fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut rims: Vec<Rim> = Vec::new();
@@ -115,9 +113,9 @@ pub(super) fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
     rims
 }
 
-/// The rank of a circle: the evidence for its rim, reduced if its steps are as faint as those between code values
-/// (whose contours in a lamp's glare are circles too), and up to doubled if there are clear edges inside, as in a
-/// mirror and not in a grey ball or a disc.
+/// Rank of a circle: the evidence for its rim, reduced if its steps are as faint as code steps (whose contours in a
+/// lamp's glare are circles too), and up to doubled for clear edges inside, as in a mirror and unlike a grey ball
+/// or a disc.
 fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
     /// Three 8-bit code values.
     const FAINT: f64 = 0.012;
@@ -132,7 +130,7 @@ fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
     rim.evidence() * clarity * (1.0 + (density / BUSY).min(1.0))
 }
 
-/// The picture, and halves of it until its longer side is at most [`COARSE_PX`].
+/// The picture, halved repeatedly until its longer side is at most [`COARSE_PX`].
 pub(super) fn pyramid(picture: &Raster<[f32; 3]>) -> Vec<Raster<[f32; 3]>> {
     let mut levels = vec![picture.clone()];
     while let Some(last) = levels.last().filter(|l| l.width.max(l.height) > COARSE_PX) {
@@ -142,7 +140,7 @@ pub(super) fn pyramid(picture: &Raster<[f32; 3]>) -> Vec<Raster<[f32; 3]>> {
     levels
 }
 
-/// Means of 2×2 pixels; an odd last row or column is left out, so that places scale by exactly two.
+/// Means of 2×2 pixels; an odd last row or column is dropped, so that places scale by exactly two.
 fn halved(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
     let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
     let below = |i: usize, n: usize| (2 * i + 1).min(n - 1);

@@ -1,4 +1,4 @@
-//! Circles: through three points, fitted to many points, or fitted robustly to those that agree.
+//! Circles: through three points, fitted to many points, or fitted robustly to the consistent ones.
 
 use base::error::{Error, Result};
 use base::numbers;
@@ -16,12 +16,12 @@ pub struct Circle {
     pub radius_px: f64,
 }
 
-/// Three points within this part of a circle's diameter do not determine it: an error of 1 % in a click would
-/// change the radius by half.
+/// Largest ratio of a circle's radius to the extent of three points that determine it. Beyond it a click error of 1 %
+/// would change the radius by half.
 const FLATTEST: f64 = 10.0;
 
 impl Circle {
-    /// A circle by its centre and radius in pixels.
+    /// Builds a circle from its centre and radius in pixels.
     ///
     /// # Errors
     /// When a value is not finite or the radius is not positive.
@@ -30,9 +30,7 @@ impl Circle {
             return Ok(Self { center_px, radius_px });
         }
         Err(Error::invalid(
-            format!(
-                "a mirror ball cannot have its centre at {center_px:?} and a radius of {radius_px} pixels"
-            ),
+            format!("invalid mirror ball: centre {center_px:?}, radius {radius_px} pixels"),
             "Give the ball's centre, and its radius above 0, in the photograph",
         ))
     }
@@ -40,8 +38,7 @@ impl Circle {
     /// The circle through three points, in pixels.
     ///
     /// # Errors
-    /// When two of the points coincide, or the three lie so nearly on a line that they determine no
-    /// circle.
+    /// When two of the points coincide, or the three are so nearly collinear that no circle is determined.
     pub fn through(points: [[f64; 2]; 3]) -> Result<Self> {
         let [a, b, c] = points.map(DVec2::from);
         let (ab, ac) = (b - a, c - a);
@@ -58,16 +55,16 @@ impl Circle {
             return Self::new((a + to_center).to_array(), radius);
         }
         Err(Error::invalid(
-            format!("the three points {points:?} on the mirror ball's rim lie nearly on one line"),
+            format!("the three points {points:?} on the mirror ball's rim are nearly collinear"),
             "Choose points that lie far apart on the rim",
         ))
     }
 
-    /// The circle with the least sum of squared distances to three or more `points` (pixels). Starts from Kåsa's
-    /// algebraic fit and ends with Gauss and Newton's geometric one.
+    /// Least-squares circle of three or more `points` (pixels). Starts from Kåsa's algebraic fit and ends with the
+    /// geometric Gauss–Newton one.
     ///
     /// # Errors
-    /// When there are fewer than three points, or they lie nearly on a line.
+    /// When there are fewer than three points, or they are nearly collinear.
     pub fn fit(points: &[[f64; 2]]) -> Result<Self> {
         if let [a, b, c] = *points {
             return Self::through([a, b, c]);
@@ -87,7 +84,7 @@ impl Circle {
             })
     }
 
-    /// The centre as a vector.
+    /// Centre as a vector.
     pub(in super::super) fn center(&self) -> DVec2 {
         DVec2::from(self.center_px)
     }
@@ -97,13 +94,13 @@ impl Circle {
         point.distance(self.center()) - self.radius_px
     }
 
-    /// The same circle in a picture `factor` times as large.
+    /// The circle in a picture `factor` times as large.
     pub(super) fn scaled(&self, factor: f64) -> Self {
         Self { center_px: self.center_px.map(|c| factor * c), radius_px: factor * self.radius_px }
     }
 
-    /// One Gauss–Newton step towards the least weighted squared distances; `None` if the points determine no step
-    /// or no circle.
+    /// One Gauss–Newton step towards the weighted least squares; `None` if the points do not determine a step or a
+    /// circle.
     fn improved(&self, points: &[DVec2], weight: impl Fn(f64) -> f64) -> Option<Self> {
         let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
         for &point in points {
@@ -127,11 +124,11 @@ impl Circle {
         (improved.radius_px > 0.0 && improved.radius_px.is_finite()).then_some(improved)
     }
 
-    /// The circle near this one that most of `points` agree on: Tukey's biweight within `reach` pixels, then within
-    /// ever less as the points converge. Also returns their standard deviation in pixels, without outliers.
+    /// Nearby circle that most of `points` agree on: Tukey's biweight within `reach` pixels, then within ever less
+    /// as the points converge. Also returns their standard deviation in pixels, without outliers.
     pub(super) fn agreed(&self, points: &[DVec2], reach: f64) -> Option<(Self, f64)> {
-        // 4.685 deviations keep 95 % of a normal distribution's efficiency (Holland and Welsch 1977); fewer find
-        // most of the points first, from farther away.
+        // 4.685 deviations keep 95 % of a normal distribution's efficiency (Holland and Welsch 1977). Starting with
+        // fewer finds the main cluster from farther away.
         const CROWD: f64 = 2.5;
         const EFFICIENT: f64 = 4.685;
         let (mut circle, mut cut) = (*self, reach);
@@ -148,7 +145,7 @@ impl Circle {
             }
             let middle = distances.len() / 2;
             let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
-            // 1.4826 turns the median deviation into a normal distribution's standard deviation. No rim can be
+            // 1.4826 converts the median deviation to a normal distribution's standard deviation. A rim cannot be
             // measured to better than a twentieth of a pixel.
             deviation = (1.4826 * median).max(0.05);
             cut = if round < 12 {
@@ -162,20 +159,20 @@ impl Circle {
 }
 
 impl Circle {
-    /// The silhouette of `ball`.
+    /// Silhouette of `ball`.
     pub fn of(ball: &Ball) -> Self {
         Self { center_px: ball.center_px.map(f64::from), radius_px: f64::from(ball.radius_px) }
     }
 
-    /// Makes this the silhouette of `ball`.
+    /// Sets the silhouette of `ball` to this circle.
     pub fn apply_to(&self, ball: &mut Ball) {
         ball.center_px = self.center_px.map(|c| c as f32);
         ball.radius_px = self.radius_px as f32;
     }
 }
 
-/// Kåsa's fit: x² + y² = 2ax + 2by + c is linear in a, b and c. In coordinates about the mean, scaled
-/// to one, so that it is well conditioned anywhere.
+/// Kåsa's fit: x² + y² = 2ax + 2by + c is linear in a, b and c. Uses coordinates about the mean, scaled to one, for
+/// a well-conditioned system.
 fn algebraic(points: &[DVec2]) -> Option<Circle> {
     let count = points.len() as f64;
     let mean = points.iter().sum::<DVec2>() / count;
@@ -204,7 +201,7 @@ fn algebraic(points: &[DVec2]) -> Option<Circle> {
 impl FromStr for Circle {
     type Err = String;
 
-    /// Centre and radius in pixels, such as `320,240,200.5`.
+    /// Parses centre and radius in pixels, such as `320,240,200.5`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let [x, y, radius] = numbers(text, "X,Y,RADIUS in pixels")?;
         Self::new([x, y], radius).map_err(|e| e.to_string())

@@ -1,21 +1,21 @@
-//! Edges of a picture: where brightness or colour changes fastest, and across which direction.
+//! Edges of a picture: place and direction of the fastest change of brightness or colour.
 
 use glam::{DVec2, Vec2};
 use imaging::Raster;
 use rayon::prelude::*;
 
-/// A place where the picture changes fastest.
+/// A place of fastest change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     /// In pixels from the top left corner, located to a fraction of a pixel.
     pub place: Vec2,
-    /// Unit vector across the edge; its sign means nothing.
+    /// Unit vector across the edge; its sign is arbitrary.
     pub across: Vec2,
-    /// From 0 to 1: how far it stands out from most of the picture.
+    /// Contrast relative to the rest of the picture, 0 to 1.
     pub weight: f32,
 }
 
-/// The edges of one picture, and which pixel holds which.
+/// Edges of one picture, with their pixels.
 pub(super) struct Edges {
     pub width: usize,
     pub height: usize,
@@ -24,16 +24,15 @@ pub(super) struct Edges {
     at: Vec<u32>,
 }
 
-/// An edge counts fully when it is many times as steep as the median pixel of the picture, which
-/// nearly always shows noise alone.
+/// Steepness of a full-weight edge, relative to the picture's median pixel, which nearly always shows only noise.
 const STANDS_OUT: f32 = 3.0;
 
-/// Changes per pixel below this are rounding of the arithmetic, not of a camera (16 bits: 1.5e-5).
+/// Smallest change per pixel above rounding errors (16 bits: 1.5e-5).
 const MIN_STEEPNESS: f32 = 1e-6;
 
 impl Edges {
-    /// Edges by Canny's rule (1986): local maxima of steepness across the edge, over a binomial blur of one pixel;
-    /// the channels are joined by their structure tensor (Di Zenzo 1986), so that an edge between two colours of
+    /// Edges by Canny's rule (1986): local maxima of steepness across the edge, after a binomial blur of one pixel.
+    /// Channels are combined by their structure tensor (Di Zenzo 1986), so that an edge between two colours of
     /// equal brightness counts too. No threshold: faint edges weigh less.
     pub fn find(picture: &Raster<[f32; 3]>) -> Self {
         let (width, height) = picture.size();
@@ -74,7 +73,7 @@ impl Edges {
                 if steepness <= before || steepness < after {
                     return None;
                 }
-                // The peak of the parabola through the three.
+                // Peak of the parabola through the three.
                 let shift = 0.5 * (before - after) / (before - 2.0 * steepness + after);
                 let weight = steepness.powi(2) / (steepness.powi(2) + reference);
                 Some(Edge {
@@ -95,7 +94,7 @@ impl Edges {
         Self { width, height, list, at }
     }
 
-    /// The edge in the pixel that holds `place`.
+    /// Edge in the pixel that contains `place`.
     pub fn in_pixel(&self, place: DVec2) -> Option<&Edge> {
         let (x, y) = (place.x.floor(), place.y.floor());
         if x < 0.0 || y < 0.0 || x >= self.width as f64 || y >= self.height as f64 {
@@ -130,8 +129,8 @@ fn blurred(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
     along(&along(picture, 1, 0), 0, 1)
 }
 
-/// Steepness per pixel, and the direction of it: the larger eigenvalue of the channels' summed
-/// structure tensor (its root) and its eigenvector.
+/// Steepness per pixel and its direction: the root of the larger eigenvalue of the channels' summed structure
+/// tensor, and its eigenvector.
 fn slope(picture: &Raster<[f32; 3]>, x: usize, y: usize) -> (f32, Vec2) {
     let (left, right) = (x.saturating_sub(1), (x + 1).min(picture.width - 1));
     let (above, below) = (y.saturating_sub(1), (y + 1).min(picture.height - 1));

@@ -8,10 +8,10 @@ use project::Picture;
 use rayon::prelude::*;
 use std::fmt::Display;
 
-/// The average of photographs by one fixed camera. It takes the memory of one photograph.
+/// Average of photographs by one fixed camera. It takes the memory of one photograph.
 ///
-/// Encoded values are averaged, not light: a lamp's highlight, thousands of times as bright as the
-/// rest, would drown the rim of the ball in the dark.
+/// Encoded values are averaged, not light: a lamp's highlight, thousands of times as bright as the rest, would
+/// drown the ball's dark rim.
 #[derive(Clone, Debug)]
 pub struct Photographs {
     average: Raster<[f32; 3]>,
@@ -20,15 +20,15 @@ pub struct Photographs {
     first: String,
 }
 
-/// Photographs that are decoded at once: each takes twelve bytes per pixel.
+/// Number of photographs decoded at once, at twelve bytes per pixel.
 const AT_ONCE: usize = 4;
-/// Below this, on a scale of 0 to 1 (two 8-bit code values), nothing can be seen.
+/// Black level on a scale of 0 to 1 (two 8-bit code values).
 const BLACK: f32 = 2.5 / 255.0;
-/// From here on, a value is clipped: the highest 8-bit code value, and what rounds to it.
+/// Clipping level: the highest 8-bit code value, and values that round to it.
 const CLIPPED: f32 = 254.5 / 255.0;
 
 impl Photographs {
-    /// One photograph; `name` (its file) appears in messages.
+    /// Starts from one photograph; `name` (its file) appears in messages.
     ///
     /// # Errors
     /// When the picture is too small to show a ball.
@@ -86,13 +86,13 @@ impl Photographs {
         }
         photographs.ok_or_else(|| {
             Error::missing(
-                "there are no photographs of the mirror ball",
+                "no photographs of the mirror ball",
                 "Choose the photographs of the ball: the interview's, and one under each lamp",
             )
         })
     }
 
-    /// The averaged picture, encoded, in `[0, 1]`: the picture to show behind the circle.
+    /// Averaged picture, encoded, in `[0, 1]`, for display behind the circle.
     pub fn average(&self) -> &Raster<[f32; 3]> {
         &self.average
     }
@@ -105,9 +105,9 @@ impl Photographs {
         }
     }
 
-    /// The smallest change of the average that can be a rim: two thirds of an 8-bit code value (what a measured
-    /// edge keeps of a whole one), less if noise in many photographs dithers smaller ones. Fainter steps are
-    /// contours of smooth light, where one channel's code value changes before the others'.
+    /// Smallest change of the average that can be a rim: two thirds of an 8-bit code value (the measured part of a
+    /// full edge), less if noise in many photographs dithers smaller ones. Fainter steps are contours of smooth
+    /// light, where one channel's code value changes before the others'.
     pub(super) fn faintest_step(&self) -> f64 {
         2.0 / 3.0 / 255.0 / (self.count as f64).sqrt()
     }
@@ -115,7 +115,7 @@ impl Photographs {
     /// Refuses photographs that are black or clipped everywhere.
     pub(super) fn check_exposure(&self) -> Result<()> {
         let values = || self.average.pixels.iter().flatten().copied();
-        // In an average of n photographs, a highlight of one of them is n times fainter.
+        // In an average of n photographs, a highlight in one of them is n times fainter.
         let brightest = self.count as f32 * values().fold(0.0, f32::max);
         let darkest = values().fold(1.0, f32::min);
         let (found, remedy) = if brightest < BLACK {
@@ -129,16 +129,16 @@ impl Photographs {
             return Ok(());
         };
         Err(Error::invalid(
-            format!("{}: no mirror ball is visible, it is {found}", self.place()),
+            format!("{}: no mirror ball visible; the picture is {found}", self.place()),
             remedy,
         ))
     }
 }
 
-/// Refuses a photograph whose columns and rows differ from those of the `first` by the same camera.
+/// Refuses a photograph that differs in size from the `first` by the same camera.
 ///
 /// # Errors
-/// Then.
+/// When the sizes differ.
 pub(crate) fn same_size(
     (picture, size): (impl Display, (usize, usize)),
     (first, expected): (impl Display, (usize, usize)),

@@ -1,4 +1,4 @@
-//! The rim of a ball, measured along rays from the centre at the photographs' full size.
+//! The rim of a ball, measured along rays from the centre at full size.
 
 use super::circle::Circle;
 use super::search::divergence;
@@ -14,9 +14,9 @@ pub(super) struct Rim {
     pub circle: Circle,
     /// Root-mean-square distance in pixels of the rim's places from the circle.
     pub residual: f64,
-    /// Share of the circumference where the rim was seen, beyond chance.
+    /// Share of the circumference with a rim beyond chance.
     pub share: f64,
-    /// Share of the circumference that lies within the picture.
+    /// Share of the circumference inside the picture.
     pub framed: f64,
     /// Median change of the encoded values across the rim.
     pub contrast: f64,
@@ -25,12 +25,12 @@ pub(super) struct Rim {
 }
 
 impl Rim {
-    /// Share of the rim's places within the picture where it was seen.
+    /// Visible share of the rim's places inside the picture.
     pub fn share_within_frame(&self) -> f64 {
         if self.framed > 0.0 { self.share / self.framed } else { 0.0 }
     }
 
-    /// The evidence for the rim: how unlikely its agreement is by chance, summed over its places.
+    /// Evidence for the rim: −ln of the chance of its agreement, summed over its places.
     pub fn evidence(&self) -> f64 {
         let share = self.share_within_frame();
         let raw = share + (1.0 - share) * CHANCE;
@@ -38,25 +38,25 @@ impl Rim {
     }
 }
 
-/// Rays reach this many tolerances from the circle, so that an edge anywhere on a ray is within one tolerance with
-/// a probability of one in four.
+/// Length of rays on either side of the circle in tolerances, so that a random edge on a ray is within one
+/// tolerance with a probability of one in four.
 const REACH: f64 = 4.0;
 const CHANCE: f64 = 1.0 / REACH;
-/// A silhouette off the optical axis is an ellipse, and lenses distort: places may be off the circle by this share
-/// of the radius.
+/// Allowed distance of places from the circle relative to the radius: a silhouette off the optical axis is an
+/// ellipse, and lenses distort.
 const OUT_OF_ROUND: f64 = 0.008;
-/// With less evidence at the first size, larger ones are skipped.
+/// Smallest evidence at the first size; below it larger sizes are skipped.
 const HOPELESS: f64 = 2.0;
 /// Samples per pixel along a ray.
 const SAMPLES: f64 = 2.0;
-/// Samples side by side across a ray at most.
+/// Largest number of samples side by side across a ray.
 const MAX_SAMPLES: f64 = 6.0;
 /// Standard deviation in pixels of the Gaussian whose derivative finds edges along a ray.
 const BLUR: f64 = 0.7;
-/// Edges at least this strong, relative to a ray's strongest, can be the rim. The outermost of them is the rim: the
-/// inner ones are reflections.
+/// Smallest strength of rim edges relative to a ray's strongest. The outermost of them is the rim; the inner ones
+/// are reflections.
 const OUTER: f64 = 0.35;
-/// Changes below this (in encoded values) are rounding of the arithmetic, not of a camera.
+/// Smallest change (in encoded values) above rounding errors.
 const MIN_CONTRAST: f64 = 2e-6;
 /// An edge found on a ray.
 #[derive(Clone, Copy)]
@@ -66,8 +66,8 @@ struct Crossing {
 }
 
 /// Fits the circle to the rim near `rough` (both in pixels of the full size): from the smallest of the pictures
-/// `levels` of the `pyramid` (full size first, each half of the one before) to the largest, or to the largest in
-/// which the rim still stands out from the noise. `None` if there is no rim.
+/// `levels` of the `pyramid` (full size first, each half of the one before) to the largest in which the rim still
+/// stands out from the noise. `None` without a rim.
 pub(super) fn fit(
     pyramid: &[Raster<[f32; 3]>],
     rough: &Circle,
@@ -82,13 +82,13 @@ pub(super) fn fit(
         let Some(rim) = fit_at(&pyramid[level], &local, band) else {
             break;
         };
-        // Where noise or a soft focus hides the rim at this size, the coarser one was better.
+        // Noise or soft focus hides the rim at this size; the coarser one was better.
         if best.is_some_and(|before| rim.share < 0.75 * before.share) {
             break;
         }
         let is_hopeless = best.is_none() && rim.evidence() < HOPELESS;
         circle = rim.circle.scaled(scale);
-        // What was sharp is twice as wide in the next picture, and a margin.
+        // Sharp edges are twice as wide in the next picture, plus a margin.
         band = 3.0 * rim.tolerance;
         best = Some(Rim {
             circle,
@@ -103,8 +103,8 @@ pub(super) fn fit(
     best
 }
 
-/// Fits the circle at one size: to the outermost edges, inside which reflections lie, or to all edges, in case
-/// things behind the ball are outermost.
+/// Fits the circle at one size: to the outermost edges, which exclude reflections, or to all edges, in case objects
+/// behind the ball are outermost.
 fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64) -> Option<Rim> {
     let to_outermost = fit_to(picture, rough, band, true);
     let to_all = fit_to(picture, rough, band, false);
@@ -135,7 +135,7 @@ fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool
     Some(measured(picture, &circle, tolerance))
 }
 
-/// No camera's rim is sharper than this, in pixels.
+/// Smallest tolerance in pixels, the sharpest rim of any camera.
 const MIN_TOLERANCE: f64 = 0.8;
 
 /// Largest possible distance of the rim from a circle.
@@ -143,7 +143,7 @@ pub(super) fn widest_tolerance(circle: &Circle) -> f64 {
     (OUT_OF_ROUND * circle.radius_px).max(MIN_TOLERANCE)
 }
 
-/// Rim that the picture shows at a circle.
+/// Measures the rim in the picture at a circle.
 pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f64) -> Rim {
     let rays = crossings(picture, circle, REACH * tolerance);
     let on_rim: Vec<&Crossing> = (rays.iter())
@@ -165,13 +165,12 @@ pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f
     }
 }
 
-/// A ray for every other pixel of the circumference, up to a useful number.
+/// Number of rays: one for every other pixel of the circumference, up to a limit.
 fn ray_count(circle: &Circle) -> usize {
     (0.5 * TAU * circle.radius_px).ceil().clamp(48.0, 720.0) as usize
 }
 
-/// Along rays across the circle, from `reach` pixels inside to as many outside: the edges on each ray
-/// that lies within the picture.
+/// Edges on rays across the circle, from `reach` pixels inside to as many outside, for each ray inside the picture.
 fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec<Crossing>> {
     let rays = ray_count(circle);
     let bounds = DVec2::new(picture.width as f64, picture.height as f64);
@@ -180,7 +179,7 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
         .with_min_len(16)
         .filter(|&i| {
             let towards = DVec2::from_angle(TAU * i as f64 / rays as f64);
-            // An edge can be seen if a pixel on either side of it is in the picture; farther out the border is
+            // An edge is visible if a pixel on either side of it is in the picture; farther out the border is
             // repeated.
             [circle.radius_px - 1.0, circle.radius_px + 1.0].iter().all(|&r| {
                 let p = circle.center() + r * towards;
@@ -191,7 +190,7 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
         .collect()
 }
 
-/// The edges on ray `index` that can be the rim, from the inside out.
+/// Edges on ray `index` that can be the rim, from the inside out.
 fn edges_on_ray(
     picture: &Raster<[f32; 3]>,
     circle: &Circle,
@@ -199,8 +198,8 @@ fn edges_on_ray(
     index: usize,
     rays: usize,
 ) -> Vec<Crossing> {
-    // A ray is as wide as its part of the circumference, and a pixel more: its samples are means along the circle,
-    // which keeps faint rims above the noise.
+    // A ray is as wide as its part of the circumference, plus a pixel. Its samples are means along the circle,
+    // which lifts faint rims above the noise.
     let spacing = TAU / rays as f64;
     let width = spacing + 1.0 / circle.radius_px;
     let side_by_side = (width * circle.radius_px).round().clamp(1.0, MAX_SAMPLES) as usize;
@@ -246,16 +245,16 @@ fn edges_on_ray(
             let offset = (light as f64 + shift.clamp(-0.5, 0.5) - half as f64) / SAMPLES;
             Some(Crossing {
                 place: circle.center() + (circle.radius_px + offset) * towards,
-                // The height of a step with this slope, as a mean over the three channels.
+                // Height of a step with this slope, as a mean over the three channels.
                 contrast: encoded[peak] * BLUR * TAU.sqrt() / 3f64.sqrt(),
             })
         })
         .collect()
 }
 
-/// Encoded values at a place (bilinear between pixel centres, the border repeated), and the light of
-/// the four pixels likewise: about the square of its code, which is near enough to any camera's curve
-/// as only the middle of an edge a pixel or two wide is sought.
+/// Encoded values at a place (bilinear between pixel centres, the border repeated), and the light of the four
+/// pixels likewise. Light is approximated by the square of the code, near enough to any camera's curve to find the
+/// middle of an edge a pixel or two wide.
 fn sample(picture: &Raster<[f32; 3]>, place: DVec2) -> ([f32; 3], [f32; 3]) {
     let inside = |v: f64, n: usize| (v - 0.5).clamp(0.0, (n - 1) as f64);
     let (x, y) = (inside(place.x, picture.width), inside(place.y, picture.height));

@@ -1,5 +1,5 @@
-//! Rendered photographs of mirror balls for tests: a perspective mirror sphere in an environment, which
-//! is also what the camera sees around the ball.
+//! Rendered photographs of mirror balls for tests: a perspective mirror sphere in an environment that the camera
+//! also sees around the ball.
 
 use super::Circle;
 use glam::{DVec2, DVec3};
@@ -8,34 +8,34 @@ use imaging::{Encoded, Raster};
 /// Surroundings of the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surroundings {
-    /// Nothing: black.
+    /// Black surroundings.
     Dark,
     /// A room: walls, windows, furniture, a horizon.
     Room,
-    /// A room, and rectangles and discs in front of it, beside and partly behind the ball.
+    /// A room, with rectangles and discs in front of it, beside and partly behind the ball.
     Clutter,
 }
 
-/// A photograph of a mirror ball that is to be rendered.
+/// A photograph of a mirror ball to render.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     pub size: (usize, usize),
     pub ball: Option<Circle>,
     pub around: Surroundings,
-    /// A pole under the ball.
+    /// True for a pole under the ball.
     pub pole: bool,
-    /// Direction of a lamp far brighter than white, if any: the ball shows it, the camera is shaded from it.
+    /// Direction of a lamp far brighter than white, if any: visible on the ball, shaded from the camera.
     pub lamp: Option<DVec3>,
-    /// Light from everywhere, so that the ball is not black.
+    /// Ambient light, so that the ball is not black.
     pub ambient: f64,
-    /// Factor of all light.
+    /// Factor on all light.
     pub exposure: f64,
     /// Standard deviation of the noise in encoded values.
     pub noise: f64,
     pub seed: u64,
 }
 
-/// A number in [0, 1) for every input (splitmix64).
+/// Deterministic random number in [0, 1) (splitmix64).
 pub fn random(seed: u64, index: u64) -> f64 {
     let mut z = seed
         .wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15))
@@ -45,17 +45,17 @@ pub fn random(seed: u64, index: u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// The ball's radius over the camera's distance.
+/// Ratio of the ball's radius to the camera's distance.
 const NEARNESS: f64 = 0.03;
 const REFLECTIVITY: [f64; 3] = [0.62, 0.6, 0.56];
 
 impl Scene {
-    /// The photograph: 8 bits, encoded by a power of 2.2.
+    /// Renders the photograph: 8 bits, encoded with a power of 2.2.
     pub fn photograph(&self) -> Encoded {
         let (width, height) = self.size;
         let mut picture = Raster::from_fn(width, height, |x, y| {
             let corner = DVec2::new(x as f64, y as f64);
-            // Sixty-four rays where the rim is, four elsewhere.
+            // Sixty-four rays at the rim, four elsewhere.
             let is_rim = self.ball.is_some_and(|b| b.distance(corner + 0.5).abs() < 1.5);
             let n = if is_rim { 8 } else { 2 };
             let mut sum = DVec3::ZERO;
@@ -104,7 +104,7 @@ impl Scene {
             center_px: [0.5 * self.size.0 as f64, 0.5 * self.size.1 as f64],
             radius_px: 0.3 * self.size.0 as f64,
         });
-        // In units of the ball's radius, the camera at a distance; rays through the silhouette touch.
+        // In units of the ball's radius; rays through the silhouette touch the ball.
         let distance = 1.0 / NEARNESS;
         let slope = NEARNESS.asin().tan();
         let off = (at - ball.center()) / ball.radius_px * slope;
@@ -150,7 +150,7 @@ impl Scene {
             return light;
         }
         let r = |k: u64| random(self.seed, 500 + k);
-        // Walls whose brightness follows the height, a floor, windows and furniture in panels.
+        // Walls with brightness by height, a floor, windows and furniture in panels.
         let wall = 0.06 + 0.25 * r(0) + 0.1 * d.y;
         light += wall * DVec3::new(0.8 + 0.4 * r(1), 0.8 + 0.4 * r(2), 0.8 + 0.4 * r(3));
         if d.y < -0.35 {

@@ -1,6 +1,6 @@
-//! Finds circles in a reduced picture: edges vote along their normals for centres (the Hough transform with
-//! directions, Kimme, Ballard and Sklansky 1975). The winners are judged by how unlikely their agreeing edges are
-//! by chance (Desolneux, Moisan and Morel 2000), which depends neither on contrast nor on exposure.
+//! Circle search in a reduced picture. Edges vote along their normals for centres (the Hough transform with
+//! directions, Kimme, Ballard and Sklansky 1975). The winners are ranked by the improbability of their agreeing
+//! edges under chance (Desolneux, Moisan and Morel 2000), which depends neither on contrast nor on exposure.
 
 use super::circle::Circle;
 use super::edges::Edges;
@@ -12,30 +12,29 @@ use std::ops::Range;
 /// A circle with edges along it.
 struct Candidate {
     circle: Circle,
-    /// −ln of the number of such circles expected among edges of random direction.
+    /// −ln of the expected number of such circles among edges of random direction.
     evidence: f64,
 }
 
-/// Radii of one round of votes differ by this factor.
+/// Ratio of radii in one round of votes.
 const BAND: f32 = 1.4;
-/// Centres may lie outside the picture by this share of its longer side.
+/// Range of centres outside the picture, relative to its longer side.
 const MARGIN: f32 = 0.25;
-/// Centres that are examined per round.
+/// Centres examined per round.
 const PEAKS: usize = 8;
-/// Radii that are examined per centre.
+/// Radii examined per centre.
 const RADII: usize = 3;
-/// Candidates that are returned.
+/// Number of returned candidates.
 const CANDIDATES: usize = 12;
-/// Largest angle between an edge's direction and the circle's radius there: sixteen parts of a
-/// half turn, so that an edge of random direction agrees once in eight times.
+/// Largest angle between an edge's direction and the circle's radius there: a sixteenth of a half turn, so that a
+/// random edge agrees once in eight times.
 const AGREE_RAD: f64 = std::f64::consts::PI / 16.0;
-/// Probability of an edge of random direction within a pixel of a place on the circle that agrees.
-/// One in eight where there are edges everywhere; noise leaves no edge at half of the places and
-/// more, but clutter's edges are longer than one place.
+/// Probability that a random edge within a pixel of a place on the circle agrees. One in eight where edges are
+/// everywhere. Noise leaves no edge at half of the places or more, but clutter's edges are longer than one place.
 const CHANCE: f64 = 0.125;
 
-/// The circles with radii within `radii` pixels that stand out, best first. `near` limits them to those around a
-/// circle: the second value is how far centres may be off, as a share of its radius.
+/// Circles with radii within `radii` pixels that stand out, best first. `near` limits them to the surroundings of a
+/// circle: the second value is the allowed offset of centres, relative to its radius.
 pub(super) fn circles(
     edges: &Edges,
     radii: Range<f32>,
@@ -72,17 +71,17 @@ pub(super) fn circles(
     distinct.into_iter().map(|c| c.circle).collect()
 }
 
-/// True if two circles are one, found twice.
+/// True if two circles are duplicates.
 pub(super) fn same_circle(a: &Circle, b: &Circle) -> bool {
     let apart = a.center().distance(b.center()) + (a.radius_px - b.radius_px).abs();
     apart < 1.5 + 0.02 * a.radius_px.min(b.radius_px)
 }
 
-/// The places where most edges' normals of a band's length end.
+/// Places where most edges' normals of a band's length end.
 fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
     let margin = (MARGIN * edges.width.max(edges.height) as f32).min(band.end).ceil();
-    // Votes spread with the radius, as the edges' directions are known to a few degrees: larger
-    // circles need fewer cells and fewer steps.
+    // Votes spread with the radius, because the edges' directions are known to a few degrees: larger circles need
+    // fewer cells and steps.
     let cell = (0.04 * band.start).max(1.0);
     let columns = ((edges.width as f32 + 2.0 * margin) / cell).ceil() as usize + 1;
     let rows = ((edges.height as f32 + 2.0 * margin) / cell).ceil() as usize + 1;
@@ -99,7 +98,7 @@ fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
             along += cell;
         }
     }
-    // Twice a mean over 3×3 cells: about a Gaussian of 1.2 cells, or 5 % of the radius.
+    // Two means over 3×3 cells: about a Gaussian of 1.2 cells, or 5 % of the radius.
     let votes = mean_of_nine(&mean_of_nine(&votes, columns, rows), columns, rows);
     // A peak is the highest within a quarter of the radius.
     let apart = (0.25 * band.start / cell).max(1.0) as usize;
@@ -147,21 +146,20 @@ fn mean_of_nine(votes: &[f32], columns: usize, rows: usize) -> Vec<f32> {
     mean
 }
 
-/// The circles about a rough centre: the distances at which most edges face it, each circle then
-/// fitted to its edges.
+/// Circles about a rough centre: the distances at which most edges face it, each circle then fitted to its edges.
 fn about(edges: &Edges, center: Vec2, band: &Range<f32>) -> Vec<Candidate> {
     let (least, most) = (0.8 * band.start, 1.25 * band.end);
-    // The centre is known to 5 % of the radius, so distances are too; steps of 2 %.
+    // The centre is known to 5 % of the radius, and so are distances; steps of 2 %.
     let step = (0.02 * band.start).max(0.5);
     let mut histogram = vec![0.0f32; ((most - least) / step).ceil() as usize + 3];
-    // The edges' own directions err by a few degrees, the centre's error adds some.
+    // The edges' own directions are off by a few degrees, plus the effect of the centre's error.
     let facing = (AGREE_RAD as f32 + 0.07).cos();
     for edge in &edges.list {
         let offset = edge.place - center;
         let distance = offset.length();
         if distance >= least && distance < most && offset.dot(edge.across).abs() > facing * distance
         {
-            // A circle's edges grow with its radius.
+            // The number of a circle's edges grows with its radius.
             histogram[((distance - least) / step) as usize + 1] += edge.weight / distance;
         }
     }
@@ -189,7 +187,7 @@ fn about(edges: &Edges, center: Vec2, band: &Range<f32>) -> Vec<Candidate> {
         .collect()
 }
 
-/// The circle that the edges along a rough one agree on, and its evidence.
+/// Best-fitting circle of the edges along a rough one, and its evidence.
 fn fitted(edges: &Edges, rough: Circle) -> Option<Candidate> {
     let mut circle = rough;
     for share in [0.08, 0.04, 0.02, 0.01] {
@@ -204,8 +202,7 @@ fn fitted(edges: &Edges, rough: Circle) -> Option<Candidate> {
     Some(Candidate { circle, evidence: evidence(edges, &circle) })
 }
 
-/// For every place on the circle (a pixel apart) within the picture: the nearest agreeing edge
-/// within `reach`, if any.
+/// Nearest agreeing edge within `reach`, if any, for every place on the circle (a pixel apart) inside the picture.
 fn along(edges: &Edges, circle: &Circle, reach: f64) -> Vec<Option<DVec2>> {
     let places = (TAU * circle.radius_px).ceil().max(8.0);
     let steps = reach.ceil() as i32;
@@ -234,9 +231,8 @@ fn along(edges: &Edges, circle: &Circle, reach: f64) -> Vec<Option<DVec2>> {
         .collect()
 }
 
-/// Natural logarithm of one over the expected number of circles as good by chance: Hoeffding's bound
-/// of the binomial tail times the number of circles that a picture can hold. Neighbouring places share
-/// the blur, so every second counts.
+/// −ln of the expected number of equally good circles by chance: Hoeffding's bound of the binomial tail times the
+/// number of circles in a picture. Neighbouring places share the blur, so every second one counts.
 fn evidence(edges: &Edges, circle: &Circle) -> f64 {
     let places = along(edges, circle, 1.0);
     let agreeing = places.iter().flatten().count();
@@ -245,7 +241,7 @@ fn evidence(edges: &Edges, circle: &Circle) -> f64 {
         - tests
 }
 
-/// Improbability per trial of a share of `share` if `chance` is expected (the Kullback–Leibler divergence of two
+/// Improbability per trial of a share of `share` when `chance` is expected (the Kullback–Leibler divergence of two
 /// coins); 0 if it is less than expected.
 pub(super) fn divergence(share: f64, chance: f64) -> f64 {
     let term = |p: f64, q: f64| if p > 0.0 { p * (p / q).ln() } else { 0.0 };

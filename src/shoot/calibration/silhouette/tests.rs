@@ -32,7 +32,7 @@ fn plain(width: usize, height: usize, pixel: impl FnMut(usize, usize) -> f32) ->
     Photographs::one("plain.png", &Encoded(picture)).unwrap()
 }
 
-/// The larger of the centre's and the radius' error in pixels.
+/// Larger of the centre's and the radius' error in pixels.
 fn error_px(found: &Circle, truth: &Circle) -> f64 {
     let off = found.center().distance(truth.center());
     off.max((found.radius_px - truth.radius_px).abs())
@@ -45,14 +45,14 @@ fn assert_found(scene: &Scene, bound_px: f64) {
     assert!(error <= bound_px, "off by {error:.2}: {found:?} in {scene:?}");
 }
 
-/// A direction that is spread evenly over the sphere.
+/// A direction uniformly distributed over the sphere.
 fn direction(seed: u64) -> DVec3 {
     let (z, turn) = (2.0 * random(seed, 1) - 1.0, std::f64::consts::TAU * random(seed, 2));
     let across = (1.0 - z * z).sqrt();
     DVec3::new(across * turn.cos(), across * turn.sin(), z)
 }
 
-/// Any ball anywhere: from 12 pixels to nearly the frame, two in five cut by the frame at most to a half.
+/// A random ball: from 12 pixels to nearly the frame; two in five are cut by the frame, at most to a half.
 fn anything(seed: u64) -> Scene {
     let r = |k: u64| random(seed, k);
     let sizes = [(256, 256), (320, 200), (200, 300), (640, 427), (512, 512)];
@@ -88,8 +88,8 @@ proptest! {
         let place = |n: usize, u: f64| 1.02 * radius + u * (n as f64 - 2.04 * radius);
         let ball = circle(place(width, x), place(height, y), radius);
         let lamp = lamp.then(|| direction(seed));
-        // The lamp is just white: a brighter one at the rim covers up to half a pixel beyond it.
-        // One behind the ball lights a part of the rim thinner than a pixel, whose middle is found.
+        // The lamp is just white: a brighter one at the rim covers up to half a pixel beyond it. One behind the
+        // ball lights a part of the rim thinner than a pixel, and its middle is found.
         let bound_px = if lamp.is_some_and(|lamp: DVec3| lamp.z < -0.9) { 0.5 } else { 0.34 };
         let light = Scene { exposure: 0.025, ambient: 0.8, ..BLACK_SKY };
         assert_found(&Scene { size: (width, height), ball: Some(ball), lamp, pole, noise, seed, ..light }, bound_px);
@@ -129,8 +129,8 @@ proptest! {
 
 #[test]
 fn nearly_all_balls_in_rooms_and_clutter_are_found() {
-    // Single photographs whose rims are often as bright as what is behind them. Of some hundreds, one in
-    // twenty-five was refused, and in one in some hundreds a disc of the clutter was taken for the ball.
+    // Single photographs whose rims are often as bright as the background. Of several hundred, one in twenty-five
+    // was refused, and in one case a disc of the clutter was mistaken for the ball.
     let (mut errors, mut refused, mut mistaken) = (vec![], 0, 0);
     for seed in 30_000..30_060 {
         let scene = anything(seed);
@@ -163,8 +163,8 @@ fn a_large_photograph_is_measured_at_its_full_size() {
 
 #[test]
 fn photographs_under_one_lamp_each_add_up_to_a_rim() {
-    // The ball itself is four codes of eight bits above black, the noise one. Once the lamps are as bright
-    // as white, once forty times: then they cover half a pixel more than they should, also at the rim.
+    // The ball itself is four 8-bit codes above black, the noise one code. The lamps are once as bright as white
+    // and once forty times as bright, where they cover half a pixel too much, also at the rim.
     let ball = circle(121.4, 133.8, 87.3);
     for (exposure, bound_px) in [(0.025, 0.3), (1.0, 0.5)] {
         let olat = |seed: u64| Scene {
@@ -276,7 +276,7 @@ fn what_should_be_looked_at_is_said() {
     };
     assert_eq!(seen(1.0, 0.9).warning(), None);
     assert!(seen(1.0, 0.45).warning().unwrap().contains("45 %"));
-    assert!(seen(0.7, 0.68).warning().unwrap().contains("cuts 30 %"));
+    assert!(seen(0.7, 0.68).warning().unwrap().contains("cuts off 30 %"));
 }
 
 #[test]
@@ -286,7 +286,7 @@ fn a_circle_by_hand_is_measured_as_it_is() {
     let exact = measure(&photographs, &ball).unwrap();
     assert!(exact.circle == ball && exact.residual_px < 0.3 && exact.rim_share > 0.9, "{exact:?}");
     assert_eq!(exact.framed_share, 1.0);
-    // A pixel too large everywhere is a pixel off everywhere.
+    // A pixel too large everywhere equals a pixel off everywhere.
     let larger = measure(&photographs, &circle(130.5, 125.5, 91.0)).unwrap();
     assert!((larger.residual_px - 1.0).abs() < 0.2 && larger.rim_share > 0.9, "{larger:?}");
     let beside = measure(&photographs, &circle(110.5, 125.5, 90.0)).unwrap();

@@ -1,4 +1,4 @@
-//! Contents that are kept in a file, and contents that are refused there.
+//! Calibration files: saved contents, and contents refused on load.
 
 use super::*;
 
@@ -62,7 +62,7 @@ fn a_shoot_without_poses_says_so() {
     )
     .unwrap_err()
     .to_string();
-    assert!(error.contains("names no poses"), "{error}");
+    assert!(error.contains("lists no poses"), "{error}");
 }
 
 pub(super) fn small_project(root: &Path) -> Project {

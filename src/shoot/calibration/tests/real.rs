@@ -1,4 +1,4 @@
-//! Shoots made of real photographs of two shiny balls and an object, without a metric manifest.
+//! Shoots from real photographs of two shiny balls and an object, without a metric manifest.
 
 use super::super::highlight::apart_from_published;
 use super::*;
@@ -6,8 +6,8 @@ use base::progress::Report;
 use footage::{ImportSettings, import};
 use imaging::file::{read_encoded, write_mask_png, write_png};
 
-/// Writes a shoot of the shared photographs, with the given manifest and with both balls or one; None if they are
-/// missing, and the test returns. Its interview is lit by all lamps alike.
+/// Writes a shoot of the shared photographs, with the given manifest and with one or both balls; None if they are
+/// missing, and the test returns. All lamps light its interview equally.
 fn write_shoot(folder: &Path, manifest: &str, balls: &[usize]) -> Option<()> {
     let photographs = test_support::shared("data/shiny_balls")?;
     let decoded = |path: &Path| {

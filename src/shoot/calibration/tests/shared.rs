@@ -1,4 +1,4 @@
-//! The shared shoot of a real head scan, beside its truth.
+//! The shared shoot of a real head scan, compared with ground truth.
 
 use super::*;
 
@@ -50,7 +50,7 @@ pub(crate) fn shared_shoot(
     Some((project, home, truth, directions))
 }
 
-/// Angles and weights beside the truth, printed; returns their medians and γ's errors.
+/// Prints angles and weights against the truth; returns their medians and γ's errors.
 fn judge(
     found: &Calibration,
     truth: &serde_json::Value,
@@ -174,7 +174,7 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
         "clipped and not: {:.2}° apart in the median, {worst:.2}° at most",
         median(apart.clone())
     );
-    // But for those that are said to touch the cone behind the ball, where directions are estimates.
+    // Except lamps reported as touching the cone behind the ball, whose directions are estimates.
     let is_estimate = |lamp: &Lamp| {
         let behind = |sentence: &String| {
             sentence.contains("behind the mirror ball") && sentence.contains(&lamp.name)
@@ -187,8 +187,8 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
         assert!(apart <= bound, "{} {}: {apart:.2}°", lamp.name, lamp.confidence);
     }
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));
-    test_support::shown!(Light, "A calibration from balls of which every lamp is clipped",
- danger: "lamps have the wrong energy, and γ is sure of it", done: "clipping is counted, energies come from the subject too, and γ's interval is widened",
- bound: "directions to 2.5° and weights to 5 % in the median; γ within two stated deviations",
+    test_support::shown!(Light, "A calibration from balls with every lamp clipped",
+ danger: "wrong lamp energies, and a γ with too small an interval", done: "clipping is counted, energies come from the subject too, and γ's interval is widened",
+ bound: "directions to 2.5° and weights to 5 % in the median; γ within two of its deviations",
  measured: format!("{angle:.2}°, {:.1} %", 100.0 * weight));
 }

@@ -1,9 +1,9 @@
-//! Strange photographs and figures end in a result or a sentence, never in a panic.
+//! Invalid photographs and figures give a result or an error message, never a panic.
 
 use super::kept::small_project;
 use super::*;
 
-/// Result from the balls, or the reason for a refusal. A result is sound: unit directions, confidences from 0 to 1.
+/// Result from the balls, or the reason for a refusal. A result has unit directions and confidences from 0 to 1.
 fn outcome(project: &Project) -> std::result::Result<(), String> {
     let probes =
         Probes::load(project, &Progress::silent()).map_err(|refusal| refusal.to_string())?;
@@ -36,7 +36,7 @@ fn odd_sizes_and_balls_never_panic() {
         for (width, height) in [(1, 1), (1, 40), (41, 17), (64, 64)] {
             for level in [0.0, 1.0, 0.3] {
                 for (i, path) in project.probe_pictures().iter().enumerate() {
-                    // A lamp, on all but the even pictures.
+                    // A lamp, on all but the uniform pictures.
                     let picture = Raster::from_fn(width, height, |x, y| {
                         let lamp = x.abs_diff(5 * i) < 3 && y.abs_diff(20) < 3;
                         [if level == 0.3 && lamp { 0.9 } else { level }; 3]
@@ -64,7 +64,7 @@ fn odd_sizes_and_balls_never_panic() {
     }
     assert!(refused > 0);
     test_support::shown!(Light, "Black, white and tiny photographs (1×1, 1×40, 41×17) of balls beyond the frame, of 10¹⁰ pixels, at NaN; 1, 2 and 6 lamps",
- danger: "a crash, or directions that are NaN", done: "refused in a sentence, or lamps with an honest confidence",
+ danger: "a crash, or NaN directions", done: "refused with a message, or lamps with an honest confidence",
  bound: "unit directions, confidences from 0 to 1, all finite", measured: format!("holds; {refused} refused"));
 }
 
@@ -90,10 +90,10 @@ fn figures_that_no_ball_has_are_refused_in_a_sentence() {
     }
     project.settings.shoot.lamps.clear();
     let sentence = outcome(&project).unwrap_err();
-    assert!(sentence.contains("names no lamps"), "{sentence}");
+    assert!(sentence.contains("lists no lamps"), "{sentence}");
 }
 
-/// Gives the balls' photographs other codes.
+/// Changes the codes of the balls' photographs.
 fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
     let mut seed = 1u64;
     for path in project.probe_pictures() {
@@ -101,7 +101,7 @@ fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
         let spoilt = picture.map(|pixel| {
             pixel.map(|v| {
                 seed = (seed.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
-                // Evenly distributed with mean 0 and deviation 1.
+                // Uniformly distributed with mean 0 and deviation 1.
                 let random = ((seed >> 40) as f32 / (1u64 << 24) as f32 - 0.5) * 12f32.sqrt();
                 code(v, random).clamp(0.0, 1.0)
             })
@@ -110,7 +110,7 @@ fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
     }
 }
 
-/// Change of a ball's code, by a draw.
+/// Changes a ball's code, given a random draw.
 type Spoil<'a> = &'a dyn Fn(f32, f32) -> f32;
 
 #[test]
@@ -164,8 +164,8 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
         measured.push(format!("{name}: {count} of 14 trusted, {worst:.1}° off at most"));
     }
     test_support::shown!(Light, "Mirror balls under noise, of noise alone, black, white",
-        danger: "directions and a response that are wrong and sure",
-        done: "a lamp's confidence falls with what its ball shows; the response's interval widens; or a refusal",
-        bound: "no lamp of confidence above a half is off by 5°; none is trusted where the balls show nothing; γ within three deviations",
+        danger: "wrong directions and a wrong response with high confidence",
+        done: "a lamp's confidence follows the quality of its ball; the response's interval widens; or a refusal",
+        bound: "no lamp with confidence above 0.5 is off by 5°; none is trusted on empty balls; γ within three deviations",
         measured: measured.join("; "));
 }

@@ -1,7 +1,7 @@
 use super::*;
 use light::conventions::Tool;
 
-/// A project beside its shoot, both in `folder`, that is written down.
+/// A saved project beside its shoot, both in `folder`.
 fn project(folder: &Path) -> Project {
     let root = folder.join("film");
     let shoot = folder.join("shoot");
@@ -47,7 +47,7 @@ fn what_was_added_and_which_way_is_front_are_remembered_over_reopening() {
     for known in &known {
         assert_eq!((known.front, known.missing), (front, false), "{known:?}");
     }
-    // The project and its shoot are found where they were moved to.
+    // The project and its shoot are found after a move.
     let moved = tempfile::tempdir().unwrap();
     for part in ["film", "shoot"] {
         std::fs::rename(at.join(part), moved.path().join(part)).unwrap();
@@ -62,12 +62,12 @@ fn a_file_is_listed_once_under_a_name_of_its_own() {
     let mut project = project(folder.path());
     let (far, front) = (folder.path().join("far.hdr"), Front::new(90.0));
     project.add_environment(&far, Some(front));
-    // Another way to the same file; nothing is said of its front this time.
+    // Another path to the same file, without a front this time.
     project.add_environment(&folder.path().join("film/../far.hdr"), None);
     project.add_environment(&folder.path().join("shoot/hdri/sky.hdr"), None);
     assert_eq!(project.settings.environments.len(), 1);
     assert_eq!(project.environment(&far).unwrap().front, Some(front));
-    // A name that is taken, or that of one that is built in, would hide the other.
+    // A taken name, or that of a built-in environment, would hide the other.
     std::fs::create_dir(folder.path().join("more")).unwrap();
     for file in ["more/far.hdr", "nave.hdr"] {
         std::fs::write(folder.path().join(file), "").unwrap();

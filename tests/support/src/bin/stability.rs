@@ -1,4 +1,4 @@
-//! Prints `docs/stability.md`, made of the cases that the tests recorded in the file that is named.
+//! Prints `docs/stability.md` from the cases that the tests recorded in the given file.
 
 use std::process::ExitCode;
 

@@ -1,5 +1,5 @@
-//! The rung that is looked at: what it was thought to cost and costs, its picture beside the best and the truth, and the
-//! button that takes it over.
+//! The chosen rung: predicted and measured cost, its picture beside the best rung's and the truth, and the button that
+//! applies it.
 
 use super::words;
 use crate::accuracy::TRUTH;
@@ -9,7 +9,7 @@ use crate::theme::{self, GAP};
 use egui::{Grid, RichText, Ui, vec2};
 use tradeoff::{Knob, Ledger, Measured};
 
-/// A rung and what it is shown beside.
+/// A rung, with the ledger and the best rung to compare it with.
 pub struct Chosen<'a> {
     pub ledger: &'a Ledger,
     pub rung: &'a Measured,
@@ -32,7 +32,7 @@ impl Chosen<'_> {
         });
     }
 
-    /// The button that takes the rung over, or why there is none.
+    /// The button that applies the rung; "In use" if it is applied.
     fn apply_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let measured = self.rung;
         if self.ledger.applied.as_deref() == Some(measured.rung.name.as_str()) {
@@ -44,7 +44,7 @@ impl Chosen<'_> {
             (_, Some(why)) => (false, why),
             _ => (true, ""),
         };
-        let hint = "Takes this network, size, lamps and effects into the project. What is there now is set aside.";
+        let hint = "Applies this network, size, lamps and effects to the project. The current ones are set aside.";
         let button = ui.add_enabled(able, theme::main_button(able, "Use this"));
         if button.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
             out.push(Command::Accuracy(AccuracyCommand::Apply(measured.rung.name.clone())));
@@ -59,7 +59,7 @@ impl Chosen<'_> {
         }
     }
 
-    /// Time for the whole interview.
+    /// Relighting time for the whole interview, in words.
     fn clip(&self, context: &PanelContext) -> String {
         let frames = context.state.frames;
         format!(

@@ -1,4 +1,4 @@
-//! Accuracy: what each way to go costs in time, how near it comes to the truth, and the way that a person chooses.
+//! Accuracy: time and error of each quality setting, and the choice of one for the project.
 
 mod chosen;
 mod plot;
@@ -14,21 +14,21 @@ use project::Project;
 use std::path::PathBuf;
 use tradeoff::{Ledger, Pick, TradeoffSettings, front, pick};
 
-/// Room for the plot in points, at least and at most.
+/// Least and most height of the plot in points.
 const PLOT_HEIGHT: std::ops::RangeInclusive<f32> = 220.0..=460.0;
 
-/// Holds what the next measurement is to be, and what is looked for.
+/// Holds the settings of the next measurement, the targets of the search, and the chosen rung.
 pub struct AccuracyPanel {
     /// Settings of the next measurement; None before a person has changed them.
     wish: Option<Wish>,
-    /// Milliseconds that a frame may take, and decibels that it must reach.
+    /// Targets of the search: most milliseconds for a frame, and least PSNR in decibels.
     within_ms: f64,
     least_db: f64,
-    /// The rung that is looked at.
+    /// Index of the chosen rung.
     chosen: Option<usize>,
 }
 
-/// A person's choices for a measurement.
+/// Settings of a measurement that a person can choose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Wish {
     /// Minutes of training for all networks.
@@ -39,7 +39,7 @@ struct Wish {
 /// Reference of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Compared {
-    /// The shoot's truth where it has one, else the middle pose.
+    /// The shoot's truth if it has one, otherwise the middle pose.
     #[default]
     Best,
     Pose(usize),
@@ -63,7 +63,7 @@ impl AccuracyPanel {
             self.measure_ui(ui, context, project, out);
             ui.add_space(GAP);
             match &context.accuracy.ledger {
-                None => quiet_ui(ui, "Reading what was measured."),
+                None => quiet_ui(ui, "Reading the last measurement."),
                 Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
                 Some(Ok(None)) => nothing_ui(ui),
                 Some(Ok(Some(ledger))) => self.ladder_ui(ui, context, ledger, out),
@@ -101,7 +101,7 @@ impl AccuracyPanel {
                 ),
                 (false, _) if before.is_some() => (
                     "Measure again",
-                    "Measures with these. The old figures are set aside.",
+                    "Measures with these settings. The old figures are set aside.",
                 ),
                 (false, _) => (
                     "Measure",
@@ -123,7 +123,7 @@ impl AccuracyPanel {
         self.wish = (before != Some(wish)).then_some(wish);
     }
 
-    /// The rungs: as a plot, by what a person has or wants, and the one that is looked at.
+    /// The rungs: the search by time or accuracy, the plot, and the chosen rung.
     fn ladder_ui(
         &mut self,
         ui: &mut Ui,
@@ -208,7 +208,7 @@ impl AccuracyPanel {
 }
 
 impl Wish {
-    /// The choices made for a measurement.
+    /// Settings of a stored measurement.
     fn of(ledger: &Ledger) -> Self {
         let against = match ledger.settings.hold_out {
             Some(pose) => Compared::Pose(pose),
@@ -260,7 +260,7 @@ fn best(ledger: &Ledger) -> Option<usize> {
     pick(&ledger.rungs, Pick::Within(f64::INFINITY))
 }
 
-/// Message shown if nothing was measured yet.
+/// Message shown before the first measurement.
 fn nothing_ui(ui: &mut Ui) {
     ui.label("Not measured yet.");
     quiet_ui(

@@ -1,5 +1,5 @@
-//! Time for a frame against error, both on logarithmic axes: a point for each rung, and the front of those that are worth
-//! their time.
+//! Time for a frame against error, both on logarithmic axes: a point for each rung, and a line through the Pareto
+//! front.
 
 use super::words;
 use crate::theme;
@@ -10,10 +10,10 @@ use egui_plot::{
 };
 use tradeoff::{Knob, Measured};
 
-/// A press this far from a point, in points of the screen, still means it.
+/// Reach of a click around the point of a rung, in points of the screen.
 const REACH: f32 = 14.0;
 
-/// Colours of knobs, distinct for people with red-green colour blindness too; the first so many are discs, the others squares.
+/// Colours of knobs, distinct with red-green colour blindness too. A knob past the last colour starts over with a square.
 const COLORS: [Color32; 7] = [
     Color32::from_rgb(222, 222, 222),
     Color32::from_rgb(108, 172, 228),
@@ -35,7 +35,7 @@ fn is_square(knob: Option<Knob>) -> bool {
     knob.is_some_and(|knob| knob as usize >= COLORS.len())
 }
 
-/// Rungs as they are drawn.
+/// Plot of the rungs.
 pub struct Ladder<'a> {
     pub rungs: &'a [Measured],
     pub on_front: &'a [bool],
@@ -51,7 +51,7 @@ fn place(measured: &Measured) -> [f64; 2] {
 }
 
 impl Ladder<'_> {
-    /// Draws them and returns the one that was pressed.
+    /// Draws the plot. Returns the index of the clicked rung.
     pub fn ui(&self, ui: &mut Ui, height: f32) -> Option<usize> {
         let mut front: Vec<[f64; 2]> = (self.rungs.iter().zip(self.on_front))
             .filter(|&(_, &on)| on)
@@ -134,7 +134,7 @@ impl Ladder<'_> {
             100.0 * measured.error(),
         );
         if on_front {
-            name += "\nnothing else is both faster and nearer to the truth";
+            name += "\nno other setting is both faster and more accurate";
         }
         if applied {
             name += "\nin use";
@@ -160,7 +160,7 @@ impl Ladder<'_> {
     }
 }
 
-/// The knobs that rungs turn, in their colours.
+/// Legend of the knobs, in their colours.
 pub fn legend_ui(ui: &mut Ui, rungs: &[Measured]) {
     let mut knobs: Vec<Option<Knob>> = rungs.iter().map(|m| m.rung.knob).collect();
     knobs.sort_unstable();
@@ -174,13 +174,13 @@ pub fn legend_ui(ui: &mut Ui, rungs: &[Measured]) {
             } else {
                 ui.painter().circle_filled(rect.center(), 4.0, color(knob));
             }
-            let text = knob.map_or("As usual", Knob::label);
+            let text = knob.map_or("Baseline", Knob::label);
             ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
         }
         let (rect, _) = ui.allocate_exact_size(vec2(16.0, 14.0), Sense::hover());
         let line = [pos2(rect.left(), rect.center().y), pos2(rect.right(), rect.center().y)];
         ui.painter().line_segment(line, egui::Stroke::new(1.2, theme::QUIET));
-        ui.label(RichText::new("Worth its time").size(12.0).color(theme::QUIET))
+        ui.label(RichText::new("Best trade-off").size(12.0).color(theme::QUIET))
             .on_hover_text("No other setting is both faster and more accurate");
     });
 }
@@ -189,7 +189,7 @@ fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
     hints.tick_label_color(theme::QUIET).tick_label_font(FontId::proportional(11.0))
 }
 
-/// Marks at 1, 2 and 5 of each power of ten that is in sight.
+/// Marks at 1, 2 and 5 of each visible power of ten.
 fn steps(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let decades = low.floor() as i32..=high.ceil() as i32;

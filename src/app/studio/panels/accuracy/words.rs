@@ -2,11 +2,11 @@
 
 use tradeoff::{Knob, Measured, Pick};
 
-/// Title of a rung for a person: `Working size 64`.
+/// Title of a rung, such as `Working size: 64`.
 pub fn title(measured: &Measured) -> String {
     let rung = &measured.rung;
     let Some(knob) = rung.knob else {
-        return "As usual".to_owned();
+        return "Baseline".to_owned();
     };
     let value = rung.name.split_once('=').map_or("", |(_, value)| value);
     let value = match knob {
@@ -19,12 +19,12 @@ pub fn title(measured: &Measured) -> String {
     format!("{}: {value}", knob.label())
 }
 
-/// Milliseconds with as many digits as mean something.
+/// Milliseconds, with one decimal below 10.
 pub fn ms(ms: f64) -> String {
     if ms < 10.0 { format!("{ms:.1} ms") } else { format!("{ms:.0} ms") }
 }
 
-/// Bytes in the unit that a person reads.
+/// Bytes in kB, MB or GB.
 pub fn bytes(bytes: u64) -> String {
     let bytes = bytes as f64;
     if bytes >= 1e9 {
@@ -36,7 +36,7 @@ pub fn bytes(bytes: u64) -> String {
     }
 }
 
-/// That no rung does what is asked, and what the nearest does.
+/// Message that no rung meets the target, with the best figure.
 pub fn none(rungs: &[Measured], asked: Pick) -> String {
     let comparable = || rungs.iter().filter(|m| m.changes_db.is_none());
     match asked {
@@ -53,7 +53,7 @@ pub fn none(rungs: &[Measured], asked: Pick) -> String {
     }
 }
 
-/// Seconds as a person says them.
+/// Duration in seconds, minutes or hours.
 pub fn duration(seconds: f64) -> String {
     if seconds < 90.0 {
         format!("{seconds:.0} s")

@@ -1,4 +1,4 @@
-//! The colours of the files: a colour space of the program's, or what a person's OpenColorIO configuration makes of the light.
+//! The colours of the files: a built-in colour space, or a choice from an OpenColorIO configuration.
 
 use super::format::LIST;
 use crate::export_options::ExportOptions;
@@ -10,9 +10,9 @@ use color_config::{ColorChoice, ConfigNames, SpaceName};
 use egui::{Checkbox, Color32, ComboBox, Label, RichText, Role, TextEdit, Ui, WidgetInfo};
 use export::{Format, OutputSpace};
 
-/// Height of the list in points, at most, where a configuration is in it.
+/// Most height in points of a list with a configuration.
 const MENU: f32 = 480.0;
-/// The role of the space that a show works in.
+/// OpenColorIO role of the working space.
 const WORKING: &str = "scene_linear";
 
 pub fn ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
@@ -32,7 +32,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     }
 }
 
-/// Colours of the files, if a configuration decides them.
+/// Describes the colours of the files, if a configuration sets them.
 pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions) {
     let Some(sentence) = options.ocio_sentence() else {
         return;
@@ -47,7 +47,7 @@ pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions)
     }
 }
 
-/// The program's own colour spaces, and below them what a configuration offers.
+/// The list of built-in colour spaces, and below them the choices of a configuration.
 fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     let is_linear = options.format == Format::Exr;
     let plain = if is_linear { "Linear Rec. 709" } else { "sRGB" };
@@ -55,7 +55,7 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     let configured = options.ocio.space.as_deref().or(options.ocio.view.as_deref());
     let shown = configured.unwrap_or(own);
     let text = format!("Colours: {shown}");
-    // A list keeps its height: the longer one of a configuration is another.
+    // egui keeps the height of a list, so the longer list with a configuration has an id of its own.
     let is_longer = context.color_views.is_configured();
     let mut list =
         ComboBox::from_id_salt(("Colours", is_longer)).width(LIST).selected_text(short(shown));
@@ -89,7 +89,7 @@ fn offers_ui(
     let (now, is_linear) = (&options.ocio, options.format == Format::Exr);
     let mut chosen = None;
     if !is_linear {
-        // The list begins with the display that is looked at, which chooses nothing.
+        // The list starts at the display used for viewing, which does not choose it.
         let looked_at = context.state.color_view.as_ref();
         let begin = Some(now).filter(|now| now.is_view()).or(looked_at);
         chosen = color_views_ui(ui, names, Some(now), begin);
@@ -115,8 +115,8 @@ fn offers_ui(
     chosen
 }
 
-/// The colour spaces that files can hold, those in linear light or others: the one that the show works in, and then the
-/// configuration's order.
+/// The colour spaces that files can hold, in linear light or not: the working space first, then the configuration's
+/// order.
 fn spaces(names: &ConfigNames, is_linear: bool) -> Vec<&SpaceName> {
     let can_be = |space: &&SpaceName| {
         !space.is_data && (!is_linear || space.is_scene_linear || is_working(names, space))
@@ -131,7 +131,7 @@ fn is_working(names: &ConfigNames, space: &SpaceName) -> bool {
     roles.any(|role| role.role == WORKING && role.space == space.name)
 }
 
-/// True if a file in linear light can hold it; also true for a space, as long as it is not known.
+/// True if a file in linear light can hold the choice. Also true for a space until the configuration is read.
 fn is_light(choice: &ColorChoice, names: Option<&ConfigNames>) -> bool {
     match (&choice.space, names) {
         (None, _) => !choice.is_view(),
@@ -150,7 +150,7 @@ fn table_ui(ui: &mut Ui, options: &mut ExportOptions) {
             .hint_text("None, or a .cube file")
             .desired_width(130.0);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "A look-up table from sRGB to sRGB, baked into the files. A path in the project's folder, or a full one.",
+            "A look-up table from sRGB to sRGB, baked into the files. A path in the project's folder, or an absolute one.",
         );
         let named = !options.table.trim().is_empty();
         ui.add_enabled(named, Checkbox::new(&mut options.show_table, "Show it"))
@@ -159,7 +159,7 @@ fn table_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.end_row();
 }
 
-/// The program's own colour spaces for such files, with their names and what they are.
+/// The built-in colour spaces for such files, with names and descriptions.
 fn own_spaces(
     plain: &'static str,
     is_linear: bool,
@@ -188,7 +188,7 @@ fn about(space: OutputSpace, is_linear: bool) -> &'static str {
     match (space, is_linear) {
         (_, true) => "Linear light; the header has the primaries",
         (OutputSpace::Srgb, _) => {
-            "The same codes, tagged with the curve of sRGB where the file can say it"
+            "The same codes, tagged with the sRGB curve if the file format allows it"
         }
         (OutputSpace::P3, _) => "Display P3: D65 and the curve of sRGB",
         _ => "For a reference monitor: BT.1886, a power of 2.4",
@@ -209,7 +209,7 @@ mod tests {
             is_data,
         };
         let names = ConfigNames {
-            // Older configurations do not say which are linear: the role does.
+            // Older configurations do not mark linear spaces; the role does.
             spaces: vec![
                 space("light", true, false),
                 space("log", false, false),

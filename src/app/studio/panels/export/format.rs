@@ -1,4 +1,4 @@
-//! The kind of file, and what can be chosen about it.
+//! The file format and its options.
 
 use super::choice_ui;
 use crate::export_options::ExportOptions;
@@ -47,7 +47,7 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.label("Matte");
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in [
-                (MovieAlpha::Straight, "Straight", "Colour of its own, as most editors expect"),
+                (MovieAlpha::Straight, "Straight", "Not times alpha, as most editors expect"),
                 (MovieAlpha::Premultiplied, "Premultiplied", "Codes times alpha, over black"),
             ] {
                 if choice_ui(ui, "Matte", name, hint, options.movie_alpha == alpha) {
@@ -81,7 +81,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Matte");
     ui.horizontal(|ui| {
         let alphas = [
-            (ExrAlpha::Premultiplied, "Premultiplied", "Colour times alpha, as OpenEXR has it"),
+            (ExrAlpha::Premultiplied, "Premultiplied", "Colour times alpha, as OpenEXR defines it"),
             (ExrAlpha::Straight, "Straight", "Colour divided by alpha"),
         ];
         segments_ui(ui, |ui| {
@@ -128,7 +128,7 @@ fn hint(compression: ExrCompression) -> &'static str {
     }
 }
 
-/// A list of which one is chosen; `of` names it to screen readers.
+/// A drop-down list; `of` names it for screen readers.
 fn list_ui<T: PartialEq>(
     ui: &mut Ui,
     of: &str,

@@ -29,16 +29,16 @@ use std::path::Path;
 /// Width of a number's field in points.
 const FIELD: f32 = 56.0;
 
-/// Least height in points that the options have, and the queue.
+/// Least height in points of the options, and of the queue.
 const LEAST: f32 = 96.0;
 
-/// Holds whether the first control is to take the keyboard focus, and heights in points as they were drawn last.
+/// Holds a pending focus request, and heights in points from the last draw.
 #[derive(Default)]
 pub struct ExportPanel {
     focus: bool,
-    /// Of the buttons that export, with what stands above and below them.
+    /// Height of the export buttons, with the lines above and below them.
     add: f32,
-    /// Of the queue down to its newest export.
+    /// Height of the queue down to its newest export.
     newest: f32,
 }
 
@@ -54,7 +54,7 @@ impl ExportPanel {
         };
         let mut options = context.state.export_options.clone();
         ui.add_space(GAP);
-        // The buttons and the newest export are seen without scrolling.
+        // The buttons and the newest export stay visible without scrolling.
         let below = self.add + self.newest.min(ui.available_height() / 2.0).max(LEAST);
         let room = ui.available_height() - below - 3.0 * GAP;
         let scrolled = ScrollArea::vertical()
@@ -104,13 +104,13 @@ impl ExportPanel {
     }
 }
 
-/// Controls that keep the focus when rows come or go above them: their ids are their own.
+/// Controls with ids of their own, which keep the focus when rows above them come or go.
 fn steady<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
     let own = UiBuilder::new().scope_id(Id::unique(("export", name)));
     ui.scope_builder(own, add).inner
 }
 
-/// Returns the first control.
+/// First and last frame of the export. Returns the first control.
 fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
     let most = state.frames.saturating_sub(1);
     let (first, last) = state.range();
@@ -138,7 +138,7 @@ fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
     response.inner
 }
 
-/// One option of a group; returns whether it was clicked. `of` names the group to screen readers.
+/// One option of a group; returns whether it was clicked. `of` names the group for screen readers.
 fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> bool {
     let response = ui.add(Button::selectable(chosen, name));
     response.widget_info(|| {
@@ -172,7 +172,7 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.end_row();
 }
 
-/// Cost of the rung in use for this clip, if it was measured.
+/// Expected time, size and error of this export, if the rung in use was measured.
 fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &ExportOptions) {
     let Some(rung) = context.accuracy.measured().and_then(|ledger| ledger.in_use()) else {
         return;
@@ -206,7 +206,7 @@ fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &Exp
         .on_hover_text("Measured in Review, Accuracy");
 }
 
-/// Pixels of the longer side that pictures have if they are not resized.
+/// Longer side in pixels of pictures that are not resized.
 fn longer_side(context: &PanelContext, project: &Project, options: &ExportOptions) -> usize {
     let working = project.settings.size;
     let shown = context.relit.map(|relit| (relit.width, relit.height));
@@ -268,7 +268,7 @@ fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
     let response = steady(ui, "layers", |ui| ui.add_enabled(has_room, tick))
         .on_hover_text(
             "light_00.R … beside the picture; the weights are in the header. The layers add up to the relit subject, \
-             which is checked.",
+             which the export checks.",
         )
         .on_disabled_hover_text("Only EXR holds layers");
     if response.changed() {
@@ -313,7 +313,7 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
         let field = TextEdit::singleline(&mut options.name)
             .desired_width(ui.available_width() - choose - 2.0 * GAP);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "A path in the project's folder, or a full one. Frame number and extension are added.",
+            "A path in the project's folder, or an absolute one. Frame number and extension are added.",
         );
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the file name"));
@@ -370,7 +370,7 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
     }
 }
 
-/// Height of the buttons that export, and what the one for a farm takes of their row, in points.
+/// Height of the export buttons, and width of the farm's button with its gap, in points.
 const ADD: f32 = 28.0;
 const SEND: f32 = 124.0;
 
@@ -415,7 +415,7 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// For which farm a job of the same export is written.
+/// Menu of the farms for which this export can be written as a job.
 fn farm_ui(ui: &mut Ui, out: &mut Vec<Command>) {
     let hint = "Writes this export as a job for many machines, with a copy of network and look. You submit it.";
     let menu = ui.menu_button("Send to farm…", |ui| {

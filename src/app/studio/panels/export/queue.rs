@@ -1,4 +1,4 @@
-//! The export queue: what waits, the progress of the running export, and how the others ended.
+//! The export queue: waiting exports, the progress of the running one, and the results of the others.
 
 use crate::command::{Command, ExportCommand, JobCommand};
 use crate::icons;
@@ -12,7 +12,7 @@ use egui::{
 };
 use worker::{Export, ExportStatus, WrittenExport};
 
-/// Draws the queue; returns how many points it needs down to its newest export.
+/// Draws the queue. Returns its height in points down to the newest export.
 pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     let top = ui.cursor().top();
     ui.horizontal(|ui| {
@@ -35,7 +35,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     let heading = ui.cursor().top() - top;
     let mut newest = 0.0;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        // The newest is seen without scrolling.
+        // The newest is first, so that it needs no scrolling.
         for export in context.exports.iter().rev() {
             // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()

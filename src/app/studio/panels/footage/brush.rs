@@ -13,7 +13,7 @@ use project::Framing;
 
 /// Points that the brush moves before the next point of a stroke.
 const STEP: f32 = 1.5;
-/// The most points of a stroke; a longer line is more than one.
+/// Most points of a stroke; a longer line becomes several strokes.
 const MOST_POINTS: usize = 2000;
 
 /// Holds the stroke that is being painted.
@@ -30,7 +30,7 @@ fn color(side: BrushSide) -> Color32 {
 }
 
 impl Brush {
-    /// Draws the picture, its matte and its strokes into what is left of `ui`, and paints on frame `frame` if that is `allowed`.
+    /// Draws the picture, its matte and its strokes into the rest of `ui`, and paints on frame `frame` if `allowed`.
     pub fn ui(
         &mut self,
         ui: &mut Ui,

@@ -1,4 +1,4 @@
-//! The numbers and buttons of the matte's brush.
+//! Settings and buttons of the matte brush.
 
 use super::{field_ui, quiet_ui};
 use crate::command::{Command, MatteCommand, ViewCommand};
@@ -27,7 +27,7 @@ pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     });
 }
 
-/// Reason for strokes to have no effect on the shown picture; None if they have one.
+/// Reason why strokes do not affect the shown picture; None if they do.
 pub fn refusal(context: &PanelContext, project: &Project, frame: usize) -> Option<String> {
     if !strokes::is_own_matte(project, frame) {
         return Some(
@@ -75,7 +75,7 @@ pub fn matte_ui(
     let free = context.read_only.is_none() && context.status.job.is_none();
     let make = ui.add_enabled(free, Button::new("Make all mattes"));
     let make = make
-        .on_hover_text("Makes every matte that the shoot lacks again, with these strokes")
+        .on_hover_text("Remakes, with these strokes, every matte that the shoot does not supply")
         .on_disabled_hover_text("Not while a job is running or the project is read-only");
     if make.clicked() {
         out.push(Command::Matte(MatteCommand::MakeAll));

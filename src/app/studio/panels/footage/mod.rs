@@ -29,7 +29,7 @@ const STRIP: f32 = 70.0;
 #[derive(Default)]
 pub struct FootagePanel {
     draft: Option<Framing>,
-    /// The person is asked to confirm it, since calibration and network have to be made again.
+    /// The change waits for confirmation, because calibration and network must be made again.
     asking: bool,
     square: Square,
     brush: Brush,

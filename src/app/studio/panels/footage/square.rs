@@ -7,7 +7,7 @@ use project::Framing;
 
 /// Points from a corner within which it can be grabbed.
 const REACH: f32 = 9.0;
-/// Smallest size in pixels that a drag makes.
+/// Smallest side of the square in pixels after a drag.
 const LEAST: f32 = 16.0;
 /// The corners, as shares of the side from the upper left one, with their names.
 const CORNERS: [([f32; 2], &str); 4] = [
@@ -27,12 +27,12 @@ pub struct Square {
 /// Converts pixels of the picture to points of the window.
 pub struct Placement {
     origin: Pos2,
-    /// Points that a pixel takes.
+    /// Points per pixel.
     pub scale: f32,
 }
 
 impl Placement {
-    /// Centres the picture in the room, with what the project's framing shows outside it.
+    /// Centres the picture in the room, with the part of the project's framing outside it.
     pub fn of(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
         let (width, height) = (shown.size.0 as f32, shown.size.1 as f32);
         let picture = Rect::from_min_size(Pos2::ZERO, vec2(width, height));
@@ -60,7 +60,7 @@ fn square(framing: Framing) -> Rect {
 }
 
 impl Square {
-    /// Draws the picture and the square into what is left of `ui`, and moves the square as it is dragged.
+    /// Draws the picture and the square into the rest of `ui`, and moves the square with a drag.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
@@ -136,7 +136,7 @@ impl Square {
     }
 }
 
-/// The square when one of its corners is dragged: the opposite one stays.
+/// Returns the square after a drag of one corner. The opposite corner stays.
 fn grown(before: Framing, corner: [f32; 2], moved: Vec2) -> Framing {
     let outwards = |axis: usize| {
         if corner[axis] > 0.0 { moved[axis] } else { -moved[axis] }

@@ -11,7 +11,7 @@ use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, p
 const LEAST: f32 = 64.0;
 const BETWEEN: f32 = 3.0;
 
-/// Draws the strip into what is left of `ui`.
+/// Draws the strip into the rest of `ui`.
 pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
     let frames = spread(context.state.frames, (rect.width() / LEAST) as usize);
@@ -68,7 +68,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// At most `room` of `frames` frames, spread evenly from the first.
+/// Returns at most `room` of `frames` frames, spread evenly from the first.
 fn spread(frames: usize, room: usize) -> Vec<usize> {
     let count = frames.min(room.max(1));
     (0..count).map(|i| i * frames / count).collect()

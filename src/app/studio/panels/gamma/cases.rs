@@ -1,5 +1,5 @@
-//! The accounts of the pictures that the calibration leaves open: each with the exemplar relit under it, and a button
-//! that decides for it.
+//! The two responses between which the calibration cannot decide: each with the exemplar relit under it, and a button
+//! that picks it.
 
 use crate::command::{CalibrationCommand, Command, LookCommand};
 use crate::panel_context::PanelContext;
@@ -9,7 +9,7 @@ use calibration::gamma::Case;
 use egui::{Button, RichText, TextureHandle, Ui, vec2};
 use worker::GammaView;
 
-/// The responses and exposures of the cases that are open.
+/// Responses and exposures of the open cases.
 pub fn trials(view: &GammaView) -> Vec<Trial> {
     view.cases.iter().map(|(case, _)| case.trial()).collect()
 }

@@ -18,13 +18,13 @@ use imaging::{DualGamma, Response};
 use std::sync::Arc;
 use worker::GammaView;
 
-/// The textures of the view that is shown.
+/// Textures of the shown view.
 struct GammaTextures {
     view: Arc<GammaView>,
     interview: TextureHandle,
     relit: TextureHandle,
     surface: TextureHandle,
-    /// The exemplar relit under each case that is open.
+    /// The exemplar relit under each open case.
     cases: Vec<TextureHandle>,
 }
 
@@ -154,7 +154,7 @@ impl GammaPanel {
         let texture = |name: &str, picture: &worker::SrgbPicture| {
             load(name, egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb))
         };
-        // What does not depend on the trial stays while a slider moves.
+        // Textures that do not depend on the trial stay while a slider moves.
         let old = self.shown.take();
         let surface = match &old {
             Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface.clone(),

@@ -17,8 +17,8 @@ const QUIET_LINE: Color32 = Color32::from_gray(110);
 /// Points along a curve.
 const STEPS: usize = 96;
 
-/// The curve of a trial, with I^γ1 and I^γ2: encoded values to the right, linear upward.
-/// `cases` are the curves of the accounts of the pictures that are open.
+/// The curve of a trial, with I^γ1 and I^γ2: encoded values to the right, linear upward. `cases` are the open cases of
+/// the calibration.
 pub fn curve_ui(
     ui: &mut Ui,
     side: f32,
@@ -60,7 +60,7 @@ pub fn curve_ui(
     };
     let open = match cases {
         [] => "",
-        _ => " Blue: the curves of both accounts of the pictures.",
+        _ => " Blue: the curves of both open answers.",
     };
     response
         .on_hover_text(format!("{what} White: the calibrated curve, if another is tried.{open}"));
@@ -160,7 +160,7 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
         line(&after, Stroke::new(1.5, color));
     }
     response.on_hover_text(
-        "Codes of the subject from black to white. Filled: the interview. Coloured: exemplars relit alike with the tried \
+        "Codes of the subject from black to white. Filled: the interview. Coloured: exemplars in the same light with the tried \
          response. Grey: with a gamma of 2.2.",
     );
 }

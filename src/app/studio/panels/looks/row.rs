@@ -1,4 +1,4 @@
-//! A stored look in the list: its picture, its name, what can be done with it, and its versions.
+//! A stored look in the list: picture, name, menu and versions.
 
 use super::{LooksPanel, Thumbnails};
 use crate::command::{Command, LooksCommand};
@@ -22,7 +22,7 @@ const VERSION: f32 = 36.0;
 /// Side of the button that opens a look's menu.
 const MORE: f32 = 24.0;
 
-/// The look that gets another name, and what has been typed.
+/// The look being renamed, and the typed name.
 pub struct Renaming {
     of: LookId,
     typed: String,
@@ -30,13 +30,13 @@ pub struct Renaming {
     begun: bool,
 }
 
-/// Texts of a row, shown besides a picture.
+/// Texts of a row, beside its picture.
 struct RowText<'a> {
-    /// Its name, as labels are read aloud.
+    /// Name for screen readers.
     called: &'a str,
     name: &'a str,
     below: &'a str,
-    /// The current look is this one.
+    /// This is the current look.
     chosen: bool,
 }
 
@@ -85,7 +85,7 @@ impl LooksPanel {
         row.on_hover_text(format!("Shows this look, under {environment}"));
         let corner = place.right_top() + vec2(-MORE, 4.0);
         let corner = Rect::from_min_size(corner, Vec2::splat(MORE));
-        // It stands over the row, and moves nothing.
+        // Drawn over the row, so that nothing moves.
         let mut over = ui.new_child(UiBuilder::new().max_rect(corner));
         self.menu_ui(&mut over, id, &called, chosen, context, out);
         if self.open.contains(id) {
@@ -165,12 +165,12 @@ impl LooksPanel {
             ui.separator();
             entry(ui, can_write, "Remove", LooksCommand::Remove(id.clone()));
         });
-        let button = menu.0.on_hover_text("What can be done with this look");
+        let button = menu.0.on_hover_text("Actions on this look");
         button
             .widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More for {called}")));
     }
 
-    /// The field for another name: Enter takes it, Escape gives it up.
+    /// The field for a new name: Enter confirms, Escape cancels.
     fn rename_ui(&mut self, ui: &mut Ui, out: &mut Vec<Command>) {
         let Some(renaming) = &mut self.renaming else {
             return;
@@ -196,7 +196,8 @@ impl LooksPanel {
     }
 }
 
-/// A picture with a name beside it and a line below that. `beside` points at the right end are left free. Returns where it is.
+/// A picture with a name beside it and a line below the name. Leaves `beside` points free at the right end. Returns the
+/// row's rectangle.
 fn row_ui(
     ui: &mut Ui,
     height: f32,
@@ -243,7 +244,7 @@ fn row_ui(
     (rect, response)
 }
 
-/// A line of text that ends where there is no room.
+/// A line of text, cut at `width` points.
 fn line(
     painter: &Painter,
     words: &str,

@@ -23,14 +23,14 @@ const ROW: f32 = 20.0;
 /// Right edges of the table's columns, as shares of its width.
 const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
-/// The textures of the study that is shown.
+/// Textures of the shown study.
 struct ProbeTextures {
     study: Arc<ProbeView>,
     picture: TextureHandle,
     panorama: TextureHandle,
 }
 
-/// Holds textures, and how far the dome is turned.
+/// Holds textures, and the turn of the dome.
 #[derive(Default)]
 pub struct ProbePanel {
     shown: Option<ProbeTextures>,
@@ -96,7 +96,7 @@ impl ProbePanel {
         }
     }
 
-    /// The circle in numbers, and the ways to set it.
+    /// The circle in numbers, and the buttons that set it.
     fn circle_ui(
         &mut self,
         ui: &mut Ui,

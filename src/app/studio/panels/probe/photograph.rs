@@ -34,7 +34,7 @@ pub struct Photograph {
     dragged: Option<DragTarget>,
     /// Points of the rim clicked so far, in pixels; `None` while clicks choose lamps.
     pub points: Option<Vec<[f64; 2]>>,
-    /// Reason for finding no circle through the clicked points.
+    /// Reason why no circle fits the clicked points.
     pub refused: Option<String>,
     /// The angle in radians at which the rim is magnified.
     looked_at: f32,
@@ -63,7 +63,7 @@ impl Placement {
 }
 
 impl Photograph {
-    /// Draws the photograph into what is left of the window.
+    /// Draws the photograph into the rest of `ui`.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
@@ -174,7 +174,7 @@ impl Photograph {
         }
         if response.dragged_by(PointerButton::Primary) {
             let fine = if ui.input(|i| i.modifiers.shift) { 0.1 } else { 1.0 };
-            // A drag is recognised only after some points, which count too.
+            // egui recognises a drag only after some points, which count too.
             let whole = response.total_drag_delta().filter(|_| response.drag_started());
             let delta = whole.unwrap_or(moved);
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);

@@ -1,4 +1,4 @@
-//! The recent projects as cards: first frame, name, folder, and when each was opened last.
+//! The recent projects as cards: first frame, name, folder and last opening.
 
 use super::quiet_ui;
 use crate::command::{Command, ProjectCommand};
@@ -89,7 +89,7 @@ fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32
     can_open && response.on_hover_cursor(CursorIcon::PointingHand).clicked()
 }
 
-/// Name, folder, and when it was opened last or why it cannot be opened.
+/// Name, folder, and the last opening, or the reason why the project cannot be opened.
 fn words_ui(ui: &mut Ui, recent: &Recent) {
     ui.add(Label::new(RichText::new(&recent.name).strong()).truncate());
     let quiet = |text: String| RichText::new(text).color(theme::QUIET).size(12.0);

@@ -11,17 +11,17 @@ use egui::{
 const PICTURE: &[u8] = include_bytes!("../../../../../assets/welcome/interview.jpg");
 /// Least and most height in points.
 const HEIGHT: std::ops::RangeInclusive<f32> = 120.0..=360.0;
-/// The share of its height over which it fades into the page.
+/// Share of the picture's height that fades into the page.
 const FADE: f32 = 0.35;
 
-/// Holds its texture, once it was drawn.
+/// Holds the texture after the first draw.
 #[derive(Default)]
 pub struct Hero {
     texture: Option<TextureHandle>,
 }
 
 impl Hero {
-    /// Draws it over the whole width, about so high.
+    /// Draws the picture over the full width, `height` points high within limits.
     pub fn ui(&mut self, ui: &mut Ui, height: f32) {
         let size = vec2(ui.available_width(), height.clamp(*HEIGHT.start(), *HEIGHT.end()));
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -29,7 +29,7 @@ impl Hero {
             WidgetInfo::labeled(Role::Image, true, "A frame of the demo under four lights")
         });
         let texture = self.texture.get_or_insert_with(|| {
-            // The program's own picture: the tests see that it can be read.
+            // A bundled picture: tests check that it decodes.
             let (size, rgb) =
                 imaging::file::codes_from_memory(PICTURE).unwrap_or_else(|_| ((1, 1), vec![0; 3]));
             let picture = ColorImage::from_rgb(size.into(), &rgb);

@@ -1,4 +1,4 @@
-//! The project: the open one, recent ones, and the way to a new one.
+//! The project page: the open project, recent ones, and the start of a new one.
 
 mod cards;
 mod hero;
@@ -125,7 +125,7 @@ impl ProjectPanel {
     }
 }
 
-/// True if the page is the one that a window opens with: no project, no plan for one, and no job that makes one.
+/// True for the start page: no project, no plan for one, and no job that makes one.
 fn is_start(context: &PanelContext) -> bool {
     context.project.is_none() && context.wizard.plan().is_none() && context.status.job.is_none()
 }

@@ -1,4 +1,4 @@
-//! The parts of a shoot that a person brings one by one: a row for each kind, with what was brought.
+//! The parts of a shoot, added one by one: a row for each kind, with its files.
 
 use super::quiet_ui;
 use crate::command::{Command, Dialog};
@@ -47,11 +47,11 @@ pub fn parts_ui(
     });
 }
 
-/// Time in seconds after a drop in which the pointer's next move is taken for the place of the drop.
+/// Seconds after a drop in which the pointer's next move counts as the place of the drop.
 const LANDING_S: f64 = 1.0;
 
-/// Lands files dropped just now in the row that the pointer is over next: while files are dragged, window systems do not
-/// report the pointer's position.
+/// Assigns dropped files to the row that the pointer is over next: window systems do not report the pointer's position
+/// while files are dragged.
 fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
     if plan.parts.iter().all(|part| part.landed_s.is_none()) {
         return;
@@ -76,7 +76,7 @@ fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
     }
 }
 
-/// One kind of part: what was brought, or what belongs there.
+/// One kind of part: its files, or a description of what belongs there.
 fn kind_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -115,7 +115,7 @@ fn kind_ui(
     });
 }
 
-/// Files that were brought and are not known to be anything yet.
+/// Added files of unknown kind.
 fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
     let mut any = false;
     for one in context.wizard.brought().filter(|one| one.slot().is_none()) {
@@ -131,7 +131,7 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
     }
 }
 
-/// One file: its pictures, what it holds, why it is taken for that, and why it does not fit.
+/// One file: thumbnails, contents, the reason for its kind, and the reason why it does not fit.
 fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut Plan) {
     ui.horizontal_top(|ui| {
         if let Some(candidate) = one.candidate {
@@ -166,7 +166,7 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut P
     ui.add_space(GAP);
 }
 
-/// A file's name, what it is taken for, and a button that takes it out.
+/// A file's name, its kind, and a remove button.
 fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
     let path = &one.part.path;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -186,7 +186,7 @@ fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
                 ui.selectable_value(&mut now, Some(slot), slot.name());
             }
         });
-        let words = format!("What {name} is");
+        let words = format!("Kind of {name}");
         (list.response)
             .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, &words));
         if now != chosen {

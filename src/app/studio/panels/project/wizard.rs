@@ -1,4 +1,4 @@
-//! A new project on one page: the shoot, what was found in it, and the settings.
+//! A new project on one page: the shoot, its contents, and the settings.
 
 use super::parts::{forget, parts_ui};
 use super::quiet_ui;
@@ -12,7 +12,7 @@ use base::files::shown;
 use egui::{Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, vec2};
 use footage::scan::{Line, Scan};
 
-/// Working sizes that are offered.
+/// Offered working sizes.
 const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];
 /// Width of a row's name in points.
 const NAMES: f32 = 110.0;

@@ -37,7 +37,7 @@ impl ChosenUi<'_> {
             next_ui(ui, out);
         });
         let label = ui.label(RichText::new("Note").color(theme::QUIET));
-        // It begins with the note as it is, which an undo may have changed.
+        // Starts from the current note, which an undo may have changed.
         let mut text = note.to_owned();
         let field = TextEdit::multiline(&mut text)
             .id_salt(("note", &case.name, lamp_name))
@@ -52,7 +52,7 @@ impl ChosenUi<'_> {
     }
 }
 
-/// The button that goes on to the next cell to judge.
+/// The button for the next cell to judge.
 pub fn next_ui(ui: &mut Ui, out: &mut Vec<Command>) {
     let hint = "The worst cell after this one that has no verdict. Key: N";
     if ui.button("Next worst").on_hover_text(hint).clicked() {

@@ -178,7 +178,7 @@ fn metrics_ui(ui: &mut Ui, chosen: Metric, out: &mut Vec<Command>) {
         for metric in Metric::ALL {
             let hint = match metric {
                 Metric::Flip => {
-                    "What a viewer notices when flipping the pictures: 0 to 1, lower is better"
+                    "Difference that a viewer notices when flipping the pictures: 0 to 1, lower is better"
                 }
                 Metric::Psnr => "Error against white in decibels: higher is better",
                 Metric::Ssim => "Similarity of structure: up to 1, higher is better",

@@ -19,7 +19,7 @@ use worker::{LampSheet, PreviewPicture, SrgbPicture};
 /// Pictures wider than this many points show their lamp's number.
 const NUMBERED: f32 = 26.0;
 
-/// Holds one texture with all pictures of the sheet; a cell that was chosen in the map takes its place.
+/// Holds one texture with all pictures of the sheet. A cell chosen in the map is shown in place of the sheet.
 #[derive(Default)]
 pub struct LampSheetPanel {
     shown: Option<(Arc<LampSheet>, Atlas)>,
@@ -162,7 +162,7 @@ impl LampPicture<'_> {
             let at = rect.left_bottom() + vec2(3.0, -2.0);
             let number = painter.layout_no_wrap(self.number.to_string(), font, theme::TEXT);
             let place = Align2::LEFT_BOTTOM.anchor_size(at, number.size());
-            // Some pictures are as bright as the number.
+            // Dark, because some pictures are as bright as the number.
             painter.rect_filled(place.expand(1.5), 2.0, Color32::from_black_alpha(170));
             painter.galley(place.min, number, theme::TEXT);
         }

@@ -1,4 +1,4 @@
-//! Measured cases as a strip of thumbnails: the worst comes first.
+//! Measured cases as a strip of thumbnails, worst first.
 
 use crate::command::{Command, ProjectCommand, ReviewCommand};
 use crate::footage_reader::Thumbnail;
@@ -17,7 +17,7 @@ const WIDTH: f32 = 84.0;
 const HEIGHT: f32 = 56.0;
 const BETWEEN: f32 = 6.0;
 const LINE: f32 = 15.0;
-/// Behind a case without a thumbnail.
+/// Colour of a case without a thumbnail.
 const EMPTY: Color32 = Color32::from_gray(60);
 
 /// Draws the cases of the review with their mean scores. A click goes to a case under its worst lamp.
@@ -36,7 +36,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
                 continue;
             };
             let lamp = review.worst_lamp(metric, index);
-            // A pose has no light but its lamps: the one that a click leads to shows it.
+            // A pose is lit by single lamps only. Its thumbnail is under the lamp that a click leads to.
             let thumbnail = match case.case {
                 Case::Frame(frame) => Thumbnail::Frame(frame),
                 Case::Pose(pose) => Thumbnail::Olat { pose, lamp: lamp.unwrap_or(0) },
@@ -64,7 +64,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
     }
 }
 
-/// A case and where it is drawn.
+/// A case and its rectangle.
 struct CaseItem<'a> {
     case: &'a CaseScores,
     thumbnail: Thumbnail,
@@ -75,7 +75,7 @@ struct CaseItem<'a> {
 }
 
 impl CaseItem<'_> {
-    /// Draws it. Returns whether it was clicked.
+    /// Draws the case. Returns whether it was clicked.
     fn ui(&self, ui: &Ui, context: &PanelContext, worst_lamp: &str) -> bool {
         let id = ui.scope_id().with(("case", &self.case.name));
         let response = ui.interact(self.rect, id, Sense::click());

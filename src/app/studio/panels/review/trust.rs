@@ -1,4 +1,4 @@
-//! Frames that can be trusted without a truth, and missing poses.
+//! Expected errors of frames without truth, and poses still missing.
 
 use crate::command::{Command, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
@@ -10,7 +10,7 @@ use footage::scan::counted;
 /// Length of the list of frames.
 const WORST: usize = 8;
 
-/// Known trust in frames, and the button that finds it out.
+/// Expected errors of frames, and the button that estimates them.
 pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(Ok(kept)) = &context.review.saved else {
         return;
@@ -111,7 +111,7 @@ fn report_ui(
     }
 }
 
-/// Trust in a frame, in words.
+/// Distance and expected error of a frame, in words.
 fn words(report: &ConfidenceReport, frame: &FrameConfidence) -> String {
     let times = frame.distance / report.far;
     let expected = frame.expected.map_or(String::new(), |expected| {

@@ -14,7 +14,7 @@ pub fn color(mark: Mark) -> Color32 {
     }
 }
 
-/// The buttons of all verdicts; their keys are their places. Returns the clicked one.
+/// The verdict buttons; each key is the button's position. Returns the clicked verdict.
 pub fn verdicts_ui(ui: &mut Ui, given: Option<Mark>) -> Option<Mark> {
     let mut clicked = None;
     for (place, mark) in Mark::ALL.into_iter().enumerate() {

@@ -19,17 +19,18 @@ pub const COLORS: [Color32; 3] = [
 /// Pixels per 8-bit code, for each channel.
 pub type Histogram = [[u32; 256]; 3];
 
-/// The codes that are counted: a picture's, or a region's.
+/// Codes to count, of a picture or a region.
 pub struct Codes<'a> {
     pixels: &'a [[u8; 3]],
     columns: usize,
     of: Region,
-    /// Every how many rows are counted.
+    /// Row step: 1 counts all rows.
     step: usize,
 }
 
 impl<'a> Codes<'a> {
-    /// Those of a picture of so many columns and rows, every so many rows. The region is of a picture of `whole` columns and rows.
+    /// Codes of a picture of `size` columns and rows, every `step`th row. The region is given in a picture of `whole`
+    /// columns and rows.
     pub fn of(
         rgb: &'a [u8],
         size: [usize; 2],
@@ -55,20 +56,21 @@ impl<'a> Codes<'a> {
         })
     }
 
-    /// Index of each column among fewer.
+    /// Index of each column among `among` columns.
     fn columns(&self, among: usize) -> Vec<usize> {
         let [width, _] = self.of.size();
         (0..width).map(|x| x * among / width.max(1)).collect()
     }
 
-    /// Number of pixels that one counted pixel stands for.
+    /// Number of pixels that one counted pixel represents.
     pub fn share(&self) -> f32 {
         let [_, rows] = self.of.size();
         rows as f32 / rows.div_ceil(self.step).max(1) as f32
     }
 }
 
-/// Number of pixels at the end of the range, black (0) or white (255), in each channel. Each stands for `share` pixels.
+/// Text with the number of pixels at the end of the range, black (0) or white (255), in each channel. A counted pixel
+/// represents `share` pixels.
 pub fn clipped(histogram: &Histogram, code: usize, share: f32) -> String {
     let [r, g, b] = histogram.map(|counts| (counts[code] as f32 * share).round());
     let end = if code == 0 { "black" } else { "white" };
@@ -87,12 +89,12 @@ pub fn histogram(codes: &Codes) -> Histogram {
     counts
 }
 
-/// A number for each code.
+/// A value for each code, computed from the code as a share of 255.
 fn table<T>(of: impl Fn(f32) -> T) -> [T; 256] {
     std::array::from_fn(|code| of(code as f32 / 255.0))
 }
 
-/// The row of a level from 0 to 1: the brightest comes first.
+/// Row of a level from 0 to 1, brightest first.
 fn row(level: f32, rows: usize) -> usize {
     (((1.0 - level) * (rows - 1) as f32 + 0.5) as usize).min(rows - 1)
 }
@@ -128,7 +130,7 @@ pub fn waveform(codes: &Codes, size: [usize; 2]) -> ColorImage {
     ColorImage::new(size, counts.into_iter().map(grey).collect())
 }
 
-/// The same for red, green and blue, side by side.
+/// As [`waveform`] for red, green and blue, side by side.
 pub fn parade(codes: &Codes, size: [usize; 2]) -> ColorImage {
     let [columns, rows] = size;
     let third = columns / 3;

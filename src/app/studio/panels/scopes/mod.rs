@@ -26,11 +26,11 @@ use pixel::{pixel_ui, readings_ui};
 use std::sync::Arc;
 use worker::PreviewPicture;
 
-/// Columns and levels of the waveform, and columns and rows of the vectorscope: small, and where one fills the pane.
+/// Columns and levels of the waveform, and columns and rows of the vectorscope: small, and enlarged.
 const WAVEFORM: [[usize; 2]; 2] = [[192, 96], [512, 256]];
 const VECTORS: [usize; 2] = [128, 256];
 
-/// Drawing of the picture's codes besides the histogram.
+/// Scope below the histogram.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 enum Scope {
     #[default]
@@ -41,8 +41,8 @@ enum Scope {
 
 impl Scope {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (Self::Waveform, "Waveform", "How bright each column of the picture is"),
-        (Self::Parade, "Parade", "How bright red, green and blue are in each column"),
+        (Self::Waveform, "Waveform", "Brightness of each column of the picture"),
+        (Self::Parade, "Parade", "Brightness of red, green and blue in each column"),
         (
             Self::Vectorscope,
             "Vectors",
@@ -67,7 +67,7 @@ enum Scale {
 }
 
 impl Scale {
-    /// The levels that have a line, from 0 to 1, with their numbers.
+    /// Levels with a line, from 0 to 1, and their labels.
     fn levels(self) -> [(f32, u32); 5] {
         match self {
             Self::Percent => [0, 25, 50, 75, 100].map(|level| (level as f32 / 100.0, level)),
@@ -83,7 +83,7 @@ pub struct ScopesPanel {
     scale: Scale,
     /// The drawing that fills the pane.
     large: Option<Large>,
-    /// The counted picture if both of two are seen.
+    /// The picture to count while both are visible.
     side: Side,
     found: Option<Found>,
     means: RegionReadings,
@@ -101,9 +101,9 @@ struct Counted {
 struct Found {
     of: Arc<PreviewPicture>,
     counted: Counted,
-    /// Every how many rows were counted.
+    /// Row step: 1 counts all rows.
     step: usize,
-    /// Number of pixels that one counted pixel stands for.
+    /// Number of pixels that one counted pixel represents.
     share: f32,
     histogram: Histogram,
     texture: TextureHandle,
@@ -156,7 +156,7 @@ impl ScopesPanel {
         pixel_ui(ui, context, (relit, is_relit), out);
     }
 
-    /// Choice of the counted picture, if there are two; of both that are seen a person chooses.
+    /// Name of the counted picture, if there are two; a choice while both are visible.
     fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, seen: Seen) {
         let says = |ui: &mut Ui, name: &str| {
             let text = RichText::new(format!("Counted: {name}")).size(12.0);
@@ -185,7 +185,7 @@ impl ScopesPanel {
         });
     }
 
-    /// Counts the newest picture, unless that was done. Of one that moves, only some rows are counted.
+    /// Counts the newest picture, unless already counted. While it `moves`, counts only some rows.
     fn count(
         &mut self,
         ui: &Ui,
@@ -204,7 +204,7 @@ impl ScopesPanel {
             return;
         }
         if rgb.is_empty() {
-            // A picture that is on the GPU alone was asked for before this pane was visible; its codes follow.
+            // A picture that is only on the GPU was requested before this pane was visible; its codes follow.
             self.found = self.found.take().filter(|found| found.counted.side == side);
             return;
         }
@@ -241,7 +241,7 @@ impl ScopesPanel {
         histogram_ui(ui, &found.histogram, height);
         for clip in clips {
             ui.label(RichText::new(clip).size(12.0).color(theme::QUIET))
-                .on_hover_text("Pixels of which this channel is at the end of its range");
+                .on_hover_text("Pixels with this channel at the end of its range");
         }
     }
 
@@ -280,12 +280,12 @@ impl ScopesPanel {
     }
 }
 
-/// Points that are left below in the pane, which scrolls.
+/// Height in points left in the visible part of the pane, which scrolls.
 fn room(ui: &Ui) -> f32 {
     ui.clip_rect().bottom() - ui.cursor().top() - 2.0 * GAP
 }
 
-/// Heading above a scope, and the button that has it fill the pane, or shows all again.
+/// Heading above a scope, and the button that enlarges it or shows all scopes again.
 fn heading_ui(ui: &mut Ui, large: &mut Option<Large>, this: Large, beside: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
         beside(ui);

@@ -9,7 +9,7 @@ use egui::{Rect, RichText, Sense, Ui, pos2, vec2};
 use imaging::color::luminance;
 use worker::PreviewPicture;
 
-/// The pixel under the cursor. `is_relit`: the relit picture itself is seen or counted.
+/// The pixel under the cursor. `is_relit` is true while the relit picture itself is visible or counted.
 pub fn pixel_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -64,7 +64,7 @@ fn lamps_ui(
     let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
     let heading = match is_relit {
         true => "Light from each lamp",
-        // Others may have no lamps, or a light of their own.
+        // Other pictures may have no lamps, or another light.
         false => "Light from each lamp, in the relit picture",
     };
     ui.label(RichText::new(heading).color(theme::QUIET));

@@ -1,4 +1,4 @@
-//! The curve of a lane over the frames, with keys and tangents that are dragged.
+//! The curve of a lane over the frames, with keys and tangents to drag.
 
 use super::TimelinePanel;
 use super::drag::{KeyDrag, Side, turned};
@@ -19,9 +19,9 @@ use scene::{Setting, Unit};
 /// Length of a tangent in points, and radius of the knob at its end.
 const TANGENT: f32 = 44.0;
 const KNOB: f32 = 4.0;
-/// The least distance of two lines of the grid in points.
+/// Least distance of grid lines in points.
 const GRID: f32 = 26.0;
-/// A drag by fewer points up or down leaves the value as it is.
+/// A vertical drag by fewer points leaves the value unchanged.
 const STILL: f32 = 4.0;
 
 /// Positions of frames and values.
@@ -29,12 +29,12 @@ const STILL: f32 = 4.0;
 struct Plot {
     track: Track,
     rect: Rect,
-    /// At the bottom and at the top.
+    /// Values at the bottom and at the top.
     values: [f64; 2],
 }
 
 impl Plot {
-    /// Points that a value of 1 takes.
+    /// Points per unit of value.
     fn scale(&self) -> f64 {
         f64::from(self.rect.height()) / (self.values[1] - self.values[0])
     }
@@ -61,7 +61,7 @@ impl Plot {
     }
 }
 
-/// The values that a curve spans over a clip, with some room.
+/// Range of a curve's values over a clip, with a margin.
 fn span(of: Setting, keys: &Keyframes, frames: usize) -> [f64; 2] {
     let last = frames.saturating_sub(1) as f64;
     let along = (0..=200).map(|i| last * f64::from(i) / 200.0);
@@ -76,7 +76,7 @@ fn span(of: Setting, keys: &Keyframes, frames: usize) -> [f64; 2] {
     [least - room, most + room]
 }
 
-/// A distance of lines of at least `least`: 1, 2 or 5 times a power of ten.
+/// Distance of grid lines, at least `least`: 1, 2 or 5 times a power of ten.
 fn grid(least: f64) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|times| times * decade);
@@ -153,7 +153,7 @@ impl TimelinePanel {
                     None => painter.circle(knob, KNOB, theme::WELL, Stroke::new(1.5, color)),
                 };
                 response
-                    .on_hover_text(format!("{name}: drag it. Alt leaves the other side as it is"));
+                    .on_hover_text(format!("{name}: drag it. Alt leaves the other side unchanged"));
                 knobs.push((index, side, knob));
             }
         }
@@ -178,7 +178,7 @@ impl TimelinePanel {
         self.set_key_ui(context, area, |_| Some((of, keys)), &plot.track, out);
         area.context_menu(|ui| self.menu_ui(ui, context, out));
         if let Some(from) = from.filter(|_| area.drag_started_by(PointerButton::Primary)) {
-            // One that was cut off may be left.
+            // Clears a drag that was interrupted.
             (self.drag, self.boxed) = (None, None);
             let knob = tangents.iter().find(|(.., at)| at.distance(from) < 2.0 * KNOB);
             let all = keys.keys().iter();
@@ -194,7 +194,7 @@ impl TimelinePanel {
                 }
                 (None, Some((_, key))) => {
                     self.selection = self.selection.within(of);
-                    // Shift keeps the frame here.
+                    // Here Shift keeps the frame, so it does not add to the selection.
                     self.grab(of, key, false, animation);
                 }
                 (None, None) => self.boxed = Some([from; 2]),
@@ -258,10 +258,10 @@ fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
         painter.hline(rect.x_range(), y, line);
         let unit = of.unit();
         let text = if unit == Unit::Energy && value <= 0.0 {
-            // In stops that is −∞; below there is no light.
+            // Zero energy is −∞ stops. Energy cannot be negative.
             if value < 0.0 { "" } else { "off" }.to_owned()
         } else {
-            // −0 is 0.
+            // Adding 0 turns −0 into 0.
             format!("{:.decimals$}{}", unit.shown(value) + 0.0, unit.suffix())
         };
         let font = FontId::proportional(11.0);

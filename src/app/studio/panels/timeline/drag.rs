@@ -5,11 +5,11 @@ use crate::key_selection::KeySelection;
 use light::keyframes::{Interpolation, Key, Keyframes};
 use scene::{Animation, Setting};
 
-/// A drag, with the keys as they were before it: what it does is computed from those.
+/// A drag, with the keys from before it. Every step of the drag starts from those.
 pub enum KeyDrag {
-    /// Of the selected keys, by one of them.
+    /// The selected keys, dragged by one of them.
     Keys { key: Key, before: Animation, selection: KeySelection },
-    /// Of a key's tangent.
+    /// A key's tangent.
     Tangent { of: Setting, index: usize, side: Side, before: Keyframes },
 }
 
@@ -23,7 +23,7 @@ pub enum Side {
 impl Side {
     pub const BOTH: [Self; 2] = [Self::In, Self::Out];
 
-    /// Its name.
+    /// Name of the side.
     pub fn name(self) -> &'static str {
         match self {
             Self::In => "in",
@@ -31,7 +31,7 @@ impl Side {
         }
     }
 
-    /// Its direction along the frames.
+    /// Sign of the side's direction along the frames.
     pub fn sign(self) -> f32 {
         match self {
             Self::In => -1.0,
@@ -39,7 +39,7 @@ impl Side {
         }
     }
 
-    /// The index of the key whose interpolation is that of this side; None at an end of the curve.
+    /// Index of the key whose interpolation shapes this side; None at an end of the curve.
     fn governor(self, keys: &Keyframes, index: usize) -> Option<usize> {
         match self {
             Self::In => index.checked_sub(1),
@@ -53,8 +53,8 @@ impl Side {
     }
 }
 
-/// The keys after a tangent of the key at `index` was turned to a slope, in values a frame. The other side turns with it,
-/// unless `alone`; a side that is not shaped by tangents stays as it is.
+/// Returns the keys with a tangent of the key at `index` turned to `slope`, in value per frame. The other side turns
+/// with it, unless `alone`. A side that tangents do not shape stays unchanged.
 pub fn turned(keys: &Keyframes, index: usize, side: Side, slope: f64, alone: bool) -> Keyframes {
     let mut turned = keys.clone();
     let Some(key) = keys.keys().get(index) else {
@@ -71,13 +71,13 @@ pub fn turned(keys: &Keyframes, index: usize, side: Side, slope: f64, alone: boo
     }
     match turned.set_slopes(index, slopes) {
         Ok(()) => turned,
-        // Too steep for a number.
+        // The slope is too steep for a finite number.
         Err(_) => keys.clone(),
     }
 }
 
 impl TimelinePanel {
-    /// Begins to drag a key, and all that are selected with it.
+    /// Begins to drag a key, and all keys selected with it.
     pub(super) fn grab(&mut self, of: Setting, key: Key, adds: bool, animation: &Animation) {
         if !self.selection.contains(of, key.frame) {
             if !adds {
@@ -112,7 +112,7 @@ mod tests {
         assert_eq!(alone.slopes(1), Some([-1.0, 2.0]));
         let alone = turned(&keys(), 1, Side::Out, 2.0, true);
         assert_eq!(alone.slopes(1), Some([0.0, 2.0]));
-        assert_eq!(alone.at(5.0), keys().at(5.0), "the other side stays as it was");
+        assert_eq!(alone.at(5.0), keys().at(5.0), "the other side is unchanged");
     }
 
     #[test]

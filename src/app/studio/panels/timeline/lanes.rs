@@ -83,7 +83,7 @@ impl TimelinePanel {
         self.select_boxed(ui, &area, all);
     }
 
-    /// The names of the lanes, which choose one, with their values. Returns where the lanes are.
+    /// The names of the lanes, as buttons that choose one, with their values. Returns the rectangles of the lanes.
     pub(super) fn names_ui(
         &mut self,
         ui: &mut Ui,
@@ -105,7 +105,7 @@ impl TimelinePanel {
                 .id_salt(("lane", of))
                 .max_rect(left)
                 .layout(Layout::right_to_left(Align::Center));
-            // A child of its own: it makes no lane higher.
+            // A separate child, so that it does not make the lane higher.
             self.name_ui(&mut ui.new_child(beside), context, of, out);
             rows.push(row);
         }
@@ -153,7 +153,7 @@ impl TimelinePanel {
             let response = ui.add(name);
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_chosen, &lane));
             if response.clicked() {
-                // A second click gives it up; its curve stays.
+                // A second click releases the lane, unless a curve is shown.
                 let stays = self.curves || !is_chosen;
                 self.chosen = stays.then_some(of);
             }
@@ -172,7 +172,7 @@ impl TimelinePanel {
                 }
             });
             let hint = format!(
-                "{title}: click to choose the lane or give it up, double-click to select its keys"
+                "{title}: click to choose or release the lane, double-click to select its keys"
             );
             response.on_hover_text(hint).id
         });
@@ -257,7 +257,7 @@ impl TimelinePanel {
         ));
     }
 
-    /// A double-click on an empty place of a lane sets a key there, with the value that the lane has.
+    /// A double-click on an empty place of a lane sets a key there, with the lane's value at that frame.
     pub(super) fn set_key_ui<'a>(
         &mut self,
         context: &PanelContext,
@@ -297,7 +297,7 @@ impl TimelinePanel {
         if area.drag_started_by(PointerButton::Primary)
             && let Some(from) = ui.input(|input| input.pointer.press_origin())
         {
-            // One that was cut off may be left.
+            // Clears a drag that was interrupted.
             (self.drag, self.boxed) = (None, None);
             match key_at(from) {
                 Some((of, key)) => self.grab(of, key, shift, animation),
@@ -319,7 +319,7 @@ impl TimelinePanel {
         }
     }
 
-    /// Selects those of the drawn keys that are in a box, which is drawn with the pointer.
+    /// Draws the selection box, and selects the keys in it when the drag ends.
     pub(super) fn select_boxed(
         &mut self,
         ui: &Ui,
@@ -362,7 +362,7 @@ pub fn lanes<'a>(context: &'a PanelContext) -> Vec<(Setting, &'a Keyframes)> {
     context.state.look.animation.lanes().collect()
 }
 
-/// The key that is drawn under a place.
+/// The key drawn at a position, if any.
 pub fn nearest(
     keys: impl Iterator<Item = (Setting, Key, Pos2)>,
     pos: Pos2,
@@ -373,7 +373,7 @@ pub fn nearest(
     nearest.map(|(of, key, _)| (of, key))
 }
 
-/// Asks for lanes if any of them changes.
+/// Sends lanes as a command, if any of them differs.
 pub fn push_changed(
     lanes: Vec<(Setting, Keyframes)>,
     now: &scene::Animation,

@@ -1,4 +1,4 @@
-//! The menu of the keys: how the selected ones go on, and what is done with them.
+//! The menu of the keys: interpolation, tangents and clipboard.
 
 use super::TimelinePanel;
 use super::lanes::push_changed;
@@ -34,7 +34,7 @@ impl TimelinePanel {
         }
     }
 
-    /// Has the system say what is on its clipboard.
+    /// Requests the clipboard's contents from the system.
     fn ask_to_paste(&mut self, ui: &Ui, onto: Onto) {
         self.awaited = Some(onto);
         ui.ctx().send_viewport_cmd(ViewportCommand::RequestPaste);

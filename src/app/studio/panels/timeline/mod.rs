@@ -1,4 +1,4 @@
-//! The timeline: playback, the scrub bar, and the lanes of what is animated with their keys and curves.
+//! The timeline: playback, the scrub bar, and the lanes of animated settings with their keys and curves.
 
 mod curve;
 mod drag;
@@ -25,7 +25,7 @@ use scene::{Animation, Setting};
 use scrub::HANDLE;
 use track::{FIT, RULER, Sight, Track};
 
-/// A pane of fewer points has the scrub bar below the buttons, not beside them, and lanes with names this wide.
+/// Width of the pane in points below which the scrub bar is under the buttons, and width of the lanes' names there.
 const WIDE: f32 = 600.0;
 const NARROW_NAMES: f32 = 148.0;
 /// Least width in points of the buttons, and of the lanes' names below them.
@@ -33,7 +33,7 @@ const BUTTONS: f32 = 290.0;
 /// Height of a message in points.
 const NOTE: f32 = 36.0;
 
-/// Holds what is selected, and what is being dragged.
+/// Holds the selection, the drag and the frames in sight.
 #[derive(Default)]
 pub struct TimelinePanel {
     selection: KeySelection,
@@ -44,21 +44,21 @@ pub struct TimelinePanel {
     drag: Option<KeyDrag>,
     /// Corners of the box that selects keys.
     boxed: Option<[Pos2; 2]>,
-    /// The values that the curve's plot spans; they stay while something is dragged.
+    /// Range of values in the curve's plot; fixed during a drag.
     values: [f64; 2],
     /// A key has the focus.
     has_focus: bool,
     /// Reason for a refusal, shown until the next press.
     note: Option<String>,
-    /// Target of the clipboard's keys, used once the system has said what they are.
+    /// Target of a paste, used once the system has sent the clipboard's contents.
     awaited: Option<Onto>,
     /// The frames in sight; None for all.
     sight: Option<Sight>,
     /// The current frame and the clip's number of frames when it was drawn last.
     drawn: (usize, usize),
-    /// The place that the pointer holds while it moves the frames.
+    /// Position of the pointer while it pans the frames.
     held: Option<f32>,
-    /// The pointer is over it.
+    /// The pointer is over the timeline.
     is_hovered: bool,
     /// There are more lanes than fit: the wheel scrolls them.
     lanes_scroll: bool,
@@ -87,7 +87,7 @@ impl TimelinePanel {
             true => (buttons.inner.max(BUTTONS) + GAP, area.top()),
             false => (NARROW_NAMES, head.bottom()),
         };
-        // The bar to scroll by covers nothing.
+        // Leaves room for the scroll bar.
         let across = Rangef::new(area.left() + gutter + HANDLE, area.right() - HANDLE - GAP);
         let bar = Rect::from_x_y_ranges(across.expand(HANDLE), top..=top + scrub::HEIGHT);
         let track = self.track(ui, context.state, (area, bar.bottom()), across);
@@ -116,12 +116,12 @@ impl TimelinePanel {
         }
     }
 
-    /// True if the pointer is over it.
+    /// True if the pointer is over the timeline.
     pub fn is_hovered(&self) -> bool {
         self.is_hovered
     }
 
-    /// Action of a key, applied. Returns a command that is left to apply.
+    /// Applies the action of a keyboard key. Returns a command that the window must still apply.
     pub fn apply(&mut self, command: TimelineCommand, state: &State) -> Option<Command> {
         let animation = &state.look.animation;
         match command {
@@ -164,7 +164,7 @@ impl TimelinePanel {
         };
     }
 
-    /// The frames in sight: zoomed and moved by wheel and pointer, and with the current frame once that has changed.
+    /// The frames in sight: zoomed and panned by wheel and pointer, and moved to the current frame when that changes.
     fn track(
         &mut self,
         ui: &Ui,
@@ -259,7 +259,7 @@ impl TimelinePanel {
         }
     }
 
-    /// Copies, pastes and removes keys, if the keyboard is the timeline's.
+    /// Copies, pastes and removes keys, if the timeline has the keyboard.
     fn press_ui(&mut self, ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let is_ours = context.state.active == Pane::Timeline || self.has_focus;
         let takes = is_ours || self.awaited.is_some();
@@ -302,7 +302,7 @@ impl TimelinePanel {
     }
 }
 
-/// The buttons that play, and the number of the current frame.
+/// The playback buttons, and the number of the current frame.
 fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let state = context.state;
     let last = state.frames.saturating_sub(1);

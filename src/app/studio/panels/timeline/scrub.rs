@@ -14,14 +14,14 @@ pub const HANDLE: f32 = 12.0;
 /// Heights between the ruler and the bottom: the bar, and the line of cached frames.
 const BAR: f32 = 16.0;
 const CACHE: f32 = 2.0;
-/// Height of the mark that says which part of the clip is in sight.
+/// Height of the mark for the part of the clip in sight.
 const OVERVIEW: f32 = 3.0;
-/// Height of all of it.
+/// Height of the whole scrub bar.
 pub const HEIGHT: f32 = RULER + BAR + CACHE + 2.0;
-/// Width that the number beside a handle takes.
+/// Width of the number beside a handle.
 const NUMBER: f32 = 32.0;
 
-/// Draws it. Predicted frames are marked: they play without waiting.
+/// Draws the scrub bar. Marks predicted frames, which play without waiting.
 pub fn scrub_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -94,7 +94,7 @@ pub fn scrub_ui(
     }
 }
 
-/// Positions of the frames as lines, one for each run of them.
+/// Frames as lines, one for each run of consecutive frames.
 fn lines(track: &Track, frames: impl Iterator<Item = usize>) -> Vec<Rangef> {
     let mut frames: Vec<usize> = frames.collect();
     frames.sort_unstable();
@@ -103,7 +103,7 @@ fn lines(track: &Track, frames: impl Iterator<Item = usize>) -> Vec<Rangef> {
     ends.filter_map(|(first, last)| track.run(*first, *last)).collect()
 }
 
-/// A mark above the ruler that says which part of the clip is in sight, if it is not all of it.
+/// A mark above the ruler for the part of the clip in sight; none if the whole clip is.
 fn overview_ui(ui: &Ui, track: &Track, rect: Rect) {
     let Some(sight) = track.sight() else {
         return;
@@ -164,7 +164,7 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             let line = rect.y_range().shrink(5.0);
             painter.vline(rect.center().x + grip, line, Stroke::new(1.0, theme::PANEL));
         }
-        // Within the range where there is room, and outside of it otherwise.
+        // Within the range if there is room, otherwise outside.
         let (x, inwards) = match is_wide {
             true => (edge - outwards * 4.0, true),
             false => (edge + outwards * (HANDLE + 4.0), false),
@@ -206,7 +206,7 @@ mod tests {
         let found = lines(&track, [6, 1, 0, 3, 2].into_iter());
         assert_eq!(found, [line(0.0, 40.0), line(60.0, 70.0)]);
         assert!(lines(&track, std::iter::empty()).is_empty());
-        // Of a part of the clip.
+        // With a part of the clip in sight.
         let sight = track.zoomed(2.0, 80.0);
         let part = Track::new(track.across, 8, sight);
         assert_eq!(part.ends(), (4, 7));

@@ -3,7 +3,7 @@
 use crate::theme;
 use egui::{Align2, Color32, FontId, Painter, Rangef, Rect, Stroke};
 
-/// The least distance of a ruler's numbers and ticks, in points.
+/// Least distance of a ruler's numbers, and of its ticks, in points.
 const NUMBER: f32 = 44.0;
 const TICK: f32 = 5.0;
 /// Height of the ruler in points.
@@ -11,10 +11,10 @@ pub const RULER: f32 = 19.0;
 
 /// Width of the button that shows all frames, at the right end of the ruler.
 pub const FIT: f32 = 22.0;
-/// The least number of frames that are in sight.
+/// Least number of frames in sight.
 const LEAST: f64 = 4.0;
 
-/// The frames' positions along the timeline.
+/// Positions of the frames along the timeline.
 #[derive(Clone, Copy)]
 pub struct Track {
     /// From the first frame in sight to the last.
@@ -28,13 +28,13 @@ pub struct Track {
 /// A part of the clip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// Frames before it, and within it; neither has to be whole.
+    /// Frames before the part, and within it. Both may be fractional.
     pub from: f64,
     pub frames: f64,
 }
 
 impl Sight {
-    /// As much of it as a clip has. None if that is all of the clip.
+    /// The part limited to a clip of `frames` frames. None if it covers the whole clip.
     fn within(self, frames: usize) -> Option<Self> {
         let all = frames as f64;
         let shown = self.frames.clamp(LEAST.min(all), all);
@@ -43,7 +43,8 @@ impl Sight {
     }
 }
 
-/// Number of frames between two marks at least `room` points apart, `cell` points a frame: 1, 2 or 5 times a power of ten.
+/// Number of frames between two marks at least `room` points apart, at `cell` points per frame: 1, 2 or 5 times a power
+/// of ten.
 fn step(room: f32, cell: f32) -> usize {
     let mut decade = 1usize;
     loop {
@@ -58,18 +59,18 @@ fn step(room: f32, cell: f32) -> usize {
 }
 
 impl Track {
-    /// A part of a clip of so many frames; None for all of it.
+    /// Track for the part `sight` of a clip of `frames` frames; None for the whole clip.
     pub fn new(across: Rangef, frames: usize, sight: Option<Sight>) -> Self {
         let all = Sight { from: 0.0, frames: frames as f64 };
         Self { across, frames, sight: sight.and_then(|sight| sight.within(frames)).unwrap_or(all) }
     }
 
-    /// The part in sight; None if it is all of the clip.
+    /// The part in sight; None if it is the whole clip.
     pub fn sight(&self) -> Option<Sight> {
         self.sight.within(self.frames)
     }
 
-    /// The part in sight after a magnification by so much about a place, which keeps its frame.
+    /// The part in sight after a zoom by `factor` about `x`, which keeps its frame.
     pub fn zoomed(&self, factor: f32, x: f32) -> Option<Sight> {
         let all = self.frames as f64;
         let frames = self.sight.frames / f64::from(factor.max(f32::MIN_POSITIVE));
@@ -79,14 +80,14 @@ impl Track {
         Sight { from, frames }.within(self.frames)
     }
 
-    /// The part in sight after a move by points to the right.
+    /// The part in sight after a pan by `points` to the right.
     pub fn panned(&self, points: f32) -> Option<Sight> {
         let frames = f64::from(points) / f64::from(self.cell().max(f32::MIN_POSITIVE));
         let from = self.sight.from - frames;
         Sight { from, ..self.sight }.within(self.frames)
     }
 
-    /// The part in sight that includes a frame: the frames after it come with it.
+    /// The part in sight, moved if needed to show a frame and the frames after it.
     pub fn showing(&self, frame: usize) -> Option<Sight> {
         let Sight { from, frames } = self.sight;
         let at = frame as f64;
@@ -97,7 +98,7 @@ impl Track {
         Sight { from, frames }.within(self.frames)
     }
 
-    /// The first and the last frame of which something is in sight.
+    /// First and last frame that are at least partly in sight.
     pub fn ends(&self) -> (usize, usize) {
         let Sight { from, frames } = self.sight;
         let last = (from + frames).ceil() as usize;
@@ -105,7 +106,7 @@ impl Track {
         ((from as usize).min(last), last)
     }
 
-    /// True if a place is in sight.
+    /// True if a position is in sight.
     pub fn has(&self, x: f32) -> bool {
         self.across.expand(0.5).contains(x)
     }
@@ -115,12 +116,12 @@ impl Track {
         (f64::from(self.across.span()) / self.sight.frames.max(1.0)) as f32
     }
 
-    /// Share of the way along at a place: 0 at the left end, 1 at the right one.
+    /// Position as a share of the track: 0 at the left end, 1 at the right end.
     fn share(&self, x: f32) -> f64 {
         f64::from((x - self.across.min) / self.across.span().max(1.0))
     }
 
-    /// The place of the left edge of a frame.
+    /// Position of the left edge of a frame.
     fn left(&self, frame: f64) -> f32 {
         let share = (frame - self.sight.from) / self.sight.frames.max(1.0);
         self.across.min + (share * f64::from(self.across.span())) as f32
@@ -132,24 +133,24 @@ impl Track {
         Rangef::new(self.left(frame), self.left(frame + 1.0))
     }
 
-    /// The part of a run of frames that is in sight; None if nothing is.
+    /// The visible part of a run of frames; None if the run is out of sight.
     pub fn run(&self, first: usize, last: usize) -> Option<Rangef> {
         let (left, right) = (self.span(first).min, self.span(last).max);
         let run = Rangef::new(left.max(self.across.min), right.min(self.across.max));
         (run.min < run.max).then_some(run)
     }
 
-    /// The middle of a frame, which may lie between two.
+    /// Position of the middle of a frame, which may be fractional.
     pub fn x(&self, frame: f64) -> f32 {
         self.left(frame + 0.5)
     }
 
-    /// The frame at a share of the way along, which may lie between two: as [`Self::x`] has it.
+    /// The frame at a share of the track, which may be fractional; the inverse of [`Self::x`].
     pub fn between(&self, share: f64) -> f64 {
         self.sight.from + share * self.sight.frames - 0.5
     }
 
-    /// The frame at a place, of those that are in sight.
+    /// The frame in sight nearest to a position.
     pub fn frame_at(&self, x: f32) -> usize {
         let Sight { from, frames } = self.sight;
         let frame = (from + self.share(x).clamp(0.0, 1.0) * frames) as usize;
@@ -157,7 +158,7 @@ impl Track {
         frame.clamp(first, last)
     }
 
-    /// Number of frames before the border of two frames that is nearest to a place.
+    /// Number of frames before the frame border nearest to a position.
     pub fn cut_at(&self, x: f32) -> usize {
         let cut = (self.sight.from + self.share(x) * self.sight.frames).round();
         (cut.max(0.0) as usize).min(self.frames)
@@ -168,7 +169,7 @@ impl Track {
         self.every(step(NUMBER, self.cell()))
     }
 
-    /// Every so many of the frames in sight.
+    /// Frames in sight at multiples of `step`.
     fn every(&self, step: usize) -> impl Iterator<Item = usize> {
         let (first, last) = self.ends();
         let all = (first.next_multiple_of(step)..=last).step_by(step);
@@ -275,7 +276,7 @@ mod tests {
             assert_eq!(shown.cell(), 10.0);
         }
         assert_eq!(long(None).showing(7), None);
-        // Numbers and ticks are of what is in sight, and no more than fit.
+        // Numbers and ticks are on frames in sight only, as many as fit.
         assert_eq!(track.numbered().collect::<Vec<_>>(), [500, 505, 510, 515, 520, 525, 530, 535]);
         assert_eq!(track.run(0, 509), Some(Rangef::new(100.0, 200.0)));
         assert_eq!(track.run(538, 600), None);

@@ -1,4 +1,4 @@
-//! Checkpoints to go back to.
+//! List of checkpoints to go back to.
 
 use super::figures::clock;
 use crate::command::{Command, TrainingCommand};
@@ -7,7 +7,7 @@ use crate::theme::{self, GAP};
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
 use training::checkpoints::SavedCheckpoint;
 
-/// The list, the newest first.
+/// The list, newest first.
 pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.label(RichText::new("Checkpoints").color(theme::QUIET));
     let kept = context.training.records.as_ref().map_or(&[][..], |r| &r.kept);

@@ -83,7 +83,7 @@ fn steps(cost: &RunCost, limited: bool) -> String {
     }
 }
 
-/// A duration as people write it.
+/// A duration in seconds, minutes, hours or days.
 pub fn duration(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
     match minutes {
@@ -151,7 +151,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
 /// The buttons that start a run, and pause and stop it while it runs.
 #[derive(Default)]
 pub struct Buttons {
-    /// The person is asked to confirm starting over.
+    /// True while the confirmation to start over is shown.
     confirming: bool,
 }
 
@@ -175,7 +175,7 @@ impl Buttons {
         }
         let records = context.training.records.as_deref();
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
-            // Starting over sets a checkpoint that cannot be read aside.
+            // Starting over sets an unreadable checkpoint aside.
             let broken = records.is_some_and(|records| records.failure.is_some());
             ui.horizontal(|ui| start_ui(ui, broken, out));
             return;

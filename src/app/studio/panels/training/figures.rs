@@ -28,7 +28,7 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
 /// Name, value and explanation.
 type Figure = (&'static str, String, &'static str);
 
-/// Number of figures that come first; those behind are the optimiser's, and folded.
+/// Number of figures at the top; the rest are the optimiser's, and folded.
 const PLAIN: usize = 5;
 
 fn grid_ui(ui: &mut Ui, name: &str, figures: &[Figure]) {
@@ -74,7 +74,7 @@ fn rows(context: &PanelContext) -> [Figure; 11] {
             held_out.unwrap_or_else(none),
             "PSNR on the held-out pose; the best network is used",
         ),
-        ("Phase", point.map_or_else(none, |p| phase(p).to_owned()), "What it trains on"),
+        ("Phase", point.map_or_else(none, |p| phase(p).to_owned()), "Current training pictures"),
         (
             "Learning rate",
             point.map_or_else(none, |p| format!("{:.2e}", p.learning_rate)),

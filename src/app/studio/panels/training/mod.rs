@@ -22,7 +22,7 @@ const SIDE: f32 = 292.0;
 /// Height of a line of small text in points.
 const LINE: f32 = 20.0;
 
-/// Holds textures, and whether a question is open.
+/// Holds textures, and whether a confirmation is open.
 #[derive(Default)]
 pub struct TrainingPanel {
     pictures: pictures::Pictures,

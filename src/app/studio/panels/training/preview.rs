@@ -1,4 +1,4 @@
-//! Cost and pictures of a training, before it runs.
+//! Cost and display of a training run, before it starts.
 
 use super::controls::duration;
 use crate::panel_context::PanelContext;
@@ -13,7 +13,7 @@ use training::{Pace, RunCost};
 /// Width of the names in points.
 const NAMES: f32 = 76.0;
 
-/// The sentences, each behind its name.
+/// The facts, each after its name.
 pub fn preview_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let chosen = context.state.look.training;
     let choice = context.training.choice(chosen, project);

@@ -1,4 +1,4 @@
-//! Light by the face: a press on the picture places a light that falls there, and it follows the pointer.
+//! Light by the face: a press on the picture places a light that falls there, and the light follows the pointer.
 
 use crate::command::{AimCommand, Command, ViewCommand};
 use crate::panel_context::PanelContext;
@@ -13,7 +13,7 @@ use worker::PreviewPicture;
 
 /// Radius in points of the dot where the light falls.
 const DOT: f32 = 6.0;
-/// Points from where a light falls within which a press takes that light, in place of another.
+/// Reach in points around the place where a light falls: a press within it grabs that light.
 const NEAR: f32 = 24.0;
 
 /// True if a drag of the picture aims a light: with Ctrl it turns the environment.
@@ -21,8 +21,8 @@ pub fn takes(ui: &Ui, response: &Response) -> bool {
     response.dragged_by(PointerButton::Primary) && !ui.input(|i| i.modifiers.command)
 }
 
-/// Follows the pointer, which is over this pixel of the picture in `place`: proposes the light or lamp that falls there, and
-/// says what to do or why nothing was done.
+/// Follows the pointer over `pixel` of the picture in `place`. Proposes the light or lamp that falls there, and shows
+/// what to do or why nothing was done.
 pub fn aim_ui(
     ui: &Ui,
     response: &Response,
@@ -75,8 +75,8 @@ pub fn aim_ui(
     said.widget_info(|| WidgetInfo::labeled(Role::Label, true, &words));
 }
 
-/// Handles where lights fall on the picture, which is in `place`: of all lights while lights are placed by the face, else of
-/// the one that was chosen last. A drag moves its light to where it falls on the point under the pointer.
+/// Handles where lights fall on the picture in `place`: of all lights in "Light by the face", otherwise of the chosen
+/// light. A drag moves the light so that it falls under the pointer.
 pub fn handles_ui(
     ui: &Ui,
     rect: Rect,
@@ -128,7 +128,8 @@ pub fn handles_ui(
     }
 }
 
-/// Point of a hand-placed light on the picture in `place`. Light from behind falls on nothing that is seen.
+/// Point where a hand-placed light falls on the picture in `place`. None for light from behind, which falls on nothing
+/// visible.
 fn falls_at(
     light: usize,
     (relit, place): (&PreviewPicture, Rect),
@@ -149,7 +150,7 @@ fn falls_at(
     Some(place.min + share * place.size())
 }
 
-/// The light placed by hand that falls nearest to a point, if it is near.
+/// The hand-placed light that falls nearest to a point, within reach.
 fn nearest(at: Pos2, picture: (&PreviewPicture, Rect), context: &PanelContext) -> Option<usize> {
     let lights = 0..context.state.look.lighting.placed.len();
     let falls = lights.filter_map(|i| Some((i, falls_at(i, picture, context)?.distance(at))));

@@ -1,5 +1,5 @@
-//! A measured frame or pose under one lamp: what was predicted, the truth, and their difference, moved and zoomed
-//! together, or one of them alone.
+//! A measured frame or pose under one lamp: prediction, truth and difference, panned and zoomed together, or one of
+//! them alone.
 
 use super::{label, paint, placed, texture, toolbar, zoom};
 use crate::command::{Command, ViewCommand};
@@ -16,12 +16,12 @@ use imaging::Encoded;
 use std::sync::Arc;
 use worker::{CellPictures, SrgbPicture};
 
-/// Height of the line that says what is shown.
+/// Height of the title line in points.
 const HEIGHT: f32 = 32.0;
-/// Points that have to be free for the line's hint.
+/// Free width in points that the line's hint needs.
 const HINT: f32 = 200.0;
 
-/// The textures of the pictures that are shown.
+/// Textures of the shown pictures.
 #[derive(Default)]
 pub struct CellUi {
     shown: Option<CellTextures>,
@@ -36,7 +36,7 @@ struct CellTextures {
 }
 
 impl CellUi {
-    /// Draws the cell that the state asks for. Returns whether there is one; why not is left in the review.
+    /// Draws the cell selected in the state. Returns false without one; the review holds the reason.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
@@ -121,7 +121,7 @@ struct OnePicture<'a> {
 }
 
 impl OnePicture<'_> {
-    /// Draws it into `part`. A click shows it alone, or all three again.
+    /// Draws the picture into `part`. A click shows it alone, or all three again.
     fn ui(&self, ui: &Ui, part: Rect, context: &PanelContext, out: &mut Vec<Command>) {
         let (place, _) = placed(part, self.size, context);
         paint(ui, part, self.texture, place, (0.0, 1.0));
@@ -144,7 +144,7 @@ impl OnePicture<'_> {
     }
 }
 
-/// Name of the shown cell, its error figures, and the way back.
+/// Name of the shown cell, its error figures, and the button back.
 fn bar_ui(
     ui: &mut Ui,
     rect: Rect,

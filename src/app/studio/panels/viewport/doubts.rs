@@ -8,7 +8,7 @@ use imaging::Mask;
 use std::sync::Arc;
 use worker::{PredictedFrame, PreviewPicture};
 
-/// Opacity where most is expected.
+/// Opacity at the largest expected errors.
 const MOST_OPAQUE: f32 = 0.75;
 
 /// Overlay of one frame.
@@ -24,7 +24,7 @@ struct Made {
     words: String,
 }
 
-/// Overlay values of a frame: one per cell, the clear and the opaque one, and their meaning in words.
+/// Overlay values of a frame: one per cell, the values drawn clear and opaque, and a legend.
 struct Values<'a> {
     cells: &'a [f32],
     clear: f32,
@@ -33,7 +33,7 @@ struct Values<'a> {
 }
 
 impl Doubts {
-    /// Draws what is expected over the picture in `place`. Returns what the colour means.
+    /// Draws the expected errors over the picture in `place`. Returns the legend of the colour.
     pub fn draw(
         &mut self,
         painter: &Painter,
@@ -45,7 +45,7 @@ impl Doubts {
             return "not estimated yet: see Review".to_owned();
         };
         let Some(frame) = shown(report, relit.scene.frame) else {
-            return "this frame was not looked at".to_owned();
+            return "this frame was not estimated".to_owned();
         };
         let predicted = &relit.predicted;
         let is_of = |made: &&Made| {
@@ -73,13 +73,13 @@ impl Doubts {
     }
 }
 
-/// Known trust in a frame, or in the one before it that was looked at.
+/// Estimate for a frame, or for the last estimated frame before it.
 fn shown(report: &ConfidenceReport, frame: usize) -> Option<&FrameConfidence> {
     let all = report.frames.iter();
     all.rev().find(|known| (known.frame..known.frame + report.every.max(1)).contains(&frame))
 }
 
-/// Square that the network sees, of a picture in `place`.
+/// Rectangle of the network's crop, for a picture in `place`.
 fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
     let (Some(_), Some(project)) = (&relit.predicted.plate, context.project) else {
         return place;
@@ -93,7 +93,7 @@ fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
 
 impl<'a> Values<'a> {
     fn of(report: &ConfidenceReport, frame: &'a FrameConfidence) -> Self {
-        // The same colour means the same in all frames.
+        // A colour has the same meaning in all frames.
         let known = |of: fn(&FrameConfidence) -> &Vec<f32>| {
             let all = report.frames.iter().flat_map(of).copied();
             let mut all: Vec<f32> = all.filter(|value| *value > 0.0).collect();
@@ -125,13 +125,14 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Opacity of the colour over a value.
+    /// Opacity of the colour for a value.
     fn opacity(&self, value: f32) -> f32 {
         let share = (value - self.clear) / (self.opaque - self.clear).max(f32::MIN_POSITIVE);
         MOST_OPAQUE * share.clamp(0.0, 1.0)
     }
 
-    /// The value at a place of the square, each from 0 to 1: between those of the nearest cells that show the subject.
+    /// The value at a point of the square, both coordinates from 0 to 1: interpolated between the nearest cells that
+    /// show the subject.
     fn at(&self, x: f32, y: f32) -> f32 {
         let along = |share: f32| {
             let place = (share * SIDE as f32 - 0.5).clamp(0.0, (SIDE - 1) as f32);
@@ -153,7 +154,7 @@ impl<'a> Values<'a> {
     }
 }
 
-/// The colour of a warning, of the opacity that values ask for, where the subject is.
+/// The overlay: the warning colour on the subject, as opaque as the values require.
 fn picture(values: &Values, mask: &Mask) -> ColorImage {
     let (width, height) = mask.size();
     let pixels = (0..width * height).map(|i| {
@@ -184,7 +185,7 @@ mod tests {
         assert_eq!(at(2.0), 0.0);
         assert_eq!((values.opacity(0.05), values.opacity(9.0)), (0.0, MOST_OPAQUE));
         assert!(values.at(0.0, 0.0).is_finite() && values.at(1.0, 1.0).is_finite());
-        // Nothing outside the matte, whatever is expected there.
+        // Clear outside the matte, whatever the value there.
         let mask = Mask::from_fn(32, 32, |x, _| if x < 19 { 1.0 } else { 0.0 });
         let picture = picture(&values, &mask);
         assert!(picture.pixels[18 + 32 * 5].a() > 0);

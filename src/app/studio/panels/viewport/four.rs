@@ -1,4 +1,4 @@
-//! Four looks side by side, moved and zoomed together. A click makes one of them the present look.
+//! Four looks side by side, panned and zoomed together. A click makes one of them the current look.
 
 use super::look_list::look_list_ui;
 use super::{paint, placed, texture, viewing, zoom};
@@ -21,7 +21,7 @@ const HEIGHT: f32 = 32.0;
 /// Height and greatest width of a place's menu in points.
 const MENU: [f32; 2] = [24.0, 220.0];
 
-/// The textures of the pictures.
+/// Textures of the pictures.
 #[derive(Default)]
 pub struct FourUi {
     shown: [Option<(Arc<SrgbPicture>, TextureHandle)>; 4],
@@ -40,8 +40,8 @@ impl FourUi {
         viewing::sign_ui(ui, rect, Align2::CENTER_BOTTOM, context.state);
     }
 
-    /// The pixel under the cursor, and its codes in each of the four pictures. None for a channel or false colours: those are no
-    /// codes of the pictures.
+    /// The pixel under the cursor, and its codes in each of the four pictures. None for a channel or false colours,
+    /// which are not codes of the pictures.
     fn read(&self, ui: &Ui, rect: Rect, context: &PanelContext) -> Option<String> {
         if context.state.inspection != Inspection::Picture {
             return None;
@@ -75,7 +75,7 @@ impl FourUi {
         Some(read)
     }
 
-    /// One of the four, in `part`.
+    /// Draws one of the four pictures in `part`.
     fn place_ui(
         &mut self,
         ui: &mut Ui,
@@ -169,7 +169,7 @@ fn words_ui(ui: &Ui, part: Rect, words: &str) {
     painter.galley(back.min + vec2(10.0, 6.0), text, theme::TEXT);
 }
 
-/// The button that says what stands in a place, with the list of what can.
+/// The menu of a place: names its look, and lists the looks to choose from.
 fn menu_ui(
     ui: &mut Ui,
     place: usize,
@@ -199,14 +199,14 @@ fn menu_ui(
                 out.push(set(FourSlot::Empty));
             }
         });
-        let button = menu.0.on_hover_text("Choose what stands here");
+        let button = menu.0.on_hover_text("Choose the look shown here");
         button.widget_info(|| {
             WidgetInfo::labeled(Role::Button, true, format!("Place {letter}, {name}"))
         });
     });
 }
 
-/// Name of the view, the values `read` from it, and the way back.
+/// Name of the view, the values `read` from it, and the button back.
 fn bar_ui(
     ui: &mut Ui,
     rect: Rect,

@@ -14,8 +14,8 @@ const RADIUS: f32 = 34.0;
 /// Radius of the head in the middle.
 const HEAD: f32 = 9.0;
 
-/// The compass in the lower right corner. A drag around it turns the environment as far as the pointer goes around; a click
-/// brings the dot there.
+/// The compass in the lower right corner. A drag around it turns the environment by the angle that the pointer moves
+/// around the centre; a click moves the dot there.
 pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama)
     else {
@@ -28,7 +28,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
         return;
     }
     let response = ui.interact(area, ui.scope_id().with("compass"), Sense::click_and_drag());
-    // A yaw that went around more than once keeps its turns for its keys.
+    // A yaw of more than one turn keeps its turns for its keys.
     let yaw = within_a_turn(context.state.look.yaw_deg);
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(yaw), "Compass"));
     let lively = response.hovered() || response.dragged();
@@ -97,7 +97,8 @@ fn angle(v: Vec2) -> f32 {
     v.x.atan2(-v.y).to_degrees()
 }
 
-/// Degrees by which a pointer goes around from one place to another. In the middle there is no direction.
+/// Degrees by which a pointer moves around the centre between two positions. 0 on the head, where the direction is
+/// uncertain.
 fn turned(from: Vec2, to: Vec2) -> f32 {
     match from.length().min(to.length()) < HEAD {
         true => 0.0,

@@ -1,4 +1,4 @@
-//! Shown in place of the picture: what is missing, why, and the button that provides it.
+//! Notice in place of the picture: what is missing, why, and the button that provides it.
 
 use crate::command::Command;
 use crate::environment_library::PanoramaState;
@@ -9,7 +9,7 @@ use crate::theme::{self, GAP};
 use egui::Ui;
 use worker::{Blocked, Need};
 
-/// Said beside the pane of a training.
+/// Shown beside the training pane.
 const LATER: &str = "The picture appears when the job ends";
 
 /// Content shown in place of the picture.

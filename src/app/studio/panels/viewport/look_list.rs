@@ -7,7 +7,7 @@ use crate::stored_looks::{LookId, Shelf};
 use crate::theme;
 use egui::{RichText, ScrollArea, Ui};
 
-/// A look as it stands in a list.
+/// Title of a look in a list.
 fn titled(id: &LookId) -> String {
     match id.shelf {
         Shelf::Project => id.name.to_string(),
@@ -20,8 +20,8 @@ pub fn list() -> ScrollArea {
     ScrollArea::vertical().min_scrolled_height(320.0)
 }
 
-/// The looks of a project and of a person, the older versions below each. Returns the look that was clicked, and the version's
-/// number; None for the newest, whatever that will be.
+/// The looks of a project and of a person, each with its older versions below. Returns the clicked look and the
+/// version's number. None as the number means the newest version, also after a later update.
 pub fn look_list_ui(
     ui: &mut Ui,
     context: &PanelContext,

@@ -1,4 +1,4 @@
-//! The picture, alone or compared with another; if there is none, what is needed to make one.
+//! The picture, alone or compared with another; without a picture, the steps that are missing.
 
 mod aim;
 pub mod cell;
@@ -74,7 +74,7 @@ impl ViewportTextures {
         vec2(self.relit.width as f32, self.relit.height as f32)
     }
 
-    /// Rectangle of the picture, if it is wiped with another, which may be on its way.
+    /// Rectangle of the picture in wipe mode, also before the second picture arrives.
     fn wiped(&self, rect: Rect, context: &PanelContext) -> Option<Rect> {
         let compare = &context.state.compare;
         let is_wiped = compare.on && compare.mode == CompareMode::Wipe;
@@ -87,8 +87,8 @@ impl ViewportTextures {
         compare.on && compare.mode == CompareMode::Side && self.second.is_some()
     }
 
-    /// The place of the picture that is drawn at a point, and whether it is the right of two. `place` is that of the picture, or
-    /// of the left one.
+    /// Rectangle of the picture drawn at a point, and true if it is the right one of two. `place` is the rectangle of
+    /// the only or the left picture.
     fn place_at(&self, at: Pos2, rect: Rect, place: Rect, context: &PanelContext) -> (Rect, bool) {
         let right = 0.5 * rect.width();
         match self.has_sides(context) && at.x > rect.left() + right {
@@ -97,8 +97,8 @@ impl ViewportTextures {
         }
     }
 
-    /// The pixel under the cursor, and whether the second picture is seen there. `place` is where the picture is, or the
-    /// left of two.
+    /// The pixel under the cursor, and true if the second picture is visible there. `place` is the rectangle of the
+    /// only or the left picture.
     fn under(
         &self,
         ui: &Ui,
@@ -130,7 +130,7 @@ impl ViewportTextures {
 }
 
 impl ViewportPanel {
-    /// One that draws textures of this GPU.
+    /// Returns a viewport that draws textures of this GPU.
     pub fn drawn_with(window: RenderState) -> Self {
         Self { native: NativeTexture::of(window), ..Self::default() }
     }
@@ -144,7 +144,7 @@ impl ViewportPanel {
         let mut rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         self.upload(ui.ctx(), context.relit);
-        // Where there is a larger pane for it, it is there.
+        // A visible Lamps pane shows the cell instead, larger.
         let is_elsewhere = context.shown.contains(&Pane::Lamps);
         if !is_elsewhere && self.cell.ui(ui, rect, context, out) {
             ui.advance_cursor_after_rect(rect);
@@ -195,7 +195,7 @@ impl ViewportPanel {
                 let means = &mut self.means;
                 readout::strip_ui(ui, below, context, &shown.relit, self.second, means, out);
                 if context.state.inspection == Inspection::FalseColor {
-                    // Below the sign that says so.
+                    // Below the sign of the viewing settings.
                     readout::legend_ui(ui, rect.with_min_y(rect.top() + viewing::SIGN));
                 }
                 viewing::sign_ui(ui, rect, Align2::CENTER_TOP, context.state);
@@ -290,7 +290,8 @@ fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     (placed, fit)
 }
 
-/// The picture and what it is compared with. Returns where it is, and the points per pixel when fitted.
+/// The picture and its comparison. Returns the rectangle of the only or the left picture, and the points per pixel when
+/// fitted.
 fn pictures_ui(
     ui: &Ui,
     rect: Rect,
@@ -356,7 +357,7 @@ fn pictures_ui(
     (place, fit)
 }
 
-/// Draws the part of a texture between two shares of its width, where it belongs in `place`.
+/// Draws the part of a texture between two shares of its width, at its position in `place`.
 fn paint(ui: &Ui, clip: Rect, texture: TextureId, place: Rect, (from, to): (f32, f32)) {
     let x = |share: f32| place.left() + share * place.width();
     let part = Rect::from_min_max(pos2(x(from), place.top()), pos2(x(to), place.bottom()));
@@ -374,7 +375,7 @@ fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
     painter.galley(back.min + vec2(6.0, 3.0), galley, theme::TEXT);
 }
 
-/// The line between the two pictures; it can be dragged.
+/// The line between the two pictures, to drag.
 fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) {
     let x = place.left() + wipe * place.width();
     let line = Rect::from_x_y_ranges(x - HOLD..=x + HOLD, place.y_range()).intersect(rect);
@@ -396,13 +397,13 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
     }
 }
 
-/// Brings the line between two pictures under the pointer.
+/// Command that moves the line between two pictures under the pointer.
 fn wipe_to(place: Rect, at: Pos2) -> Command {
     Command::View(ViewCommand::Wipe((at.x - place.left()) / place.width()))
 }
 
-/// Drags and the wheel. Where two pictures are wiped, a drag moves the line over `wiped`, the picture's place; else it turns the
-/// light, unless it `aims` another. With Ctrl and Shift it draws a region: `drawing` is where that began.
+/// Drags and the wheel. In wipe mode a drag moves the line over `wiped`, the picture's rectangle. Otherwise it turns
+/// the light, unless it `aims` one. With Ctrl and Shift it draws a region that starts at `drawing`.
 fn gestures(
     ui: &Ui,
     rect: Rect,
@@ -424,7 +425,7 @@ fn gestures(
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
     }
     if drawing.is_some() {
-        // Seen to once it is known where the picture is.
+        // Handled in `draw_region`, once the picture's rectangle is known.
     } else if by(PointerButton::Primary) && !(aims && aim::takes(ui, &response)) {
         match (wiped, response.interact_pointer_pos()) {
             (Some(place), Some(at)) => out.push(wipe_to(place, at)),
@@ -441,8 +442,8 @@ fn gestures(
     response
 }
 
-/// Takes in a drag that draws a region from a point on, of the picture in `place`; a click ends the region. Returns whether the
-/// drag is over.
+/// Draws a region of the picture in `place`, from `from` to the pointer; a click removes the region. Returns true once
+/// the drag is over.
 fn draw_region(
     ui: &Ui,
     drag: &Response,
@@ -462,7 +463,7 @@ fn draw_region(
             Region::between(share(from), share(at), size)
         }
         (false, true) => None,
-        // The last motion of a drag was seen to before its end.
+        // The last motion of the drag is already handled.
         _ => return is_over,
     };
     if region != context.state.region {
@@ -471,7 +472,7 @@ fn draw_region(
     is_over
 }
 
-/// The edge of the region that is measured, in each of the pictures.
+/// Outline of the measured region, in each of the pictures.
 fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context: &PanelContext) {
     let size = [shown.relit.width, shown.relit.height];
     let Some(region) = context.state.region.and_then(|region| region.inside(size)) else {
@@ -494,7 +495,7 @@ fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context
     }
 }
 
-/// The wheel and a pinch over what is in `rect`.
+/// Zoom by wheel or pinch over `rect`.
 fn zoom(ui: &Ui, response: &Response, rect: Rect, out: &mut Vec<Command>) {
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
@@ -507,13 +508,13 @@ fn zoom(ui: &Ui, response: &Response, rect: Rect, out: &mut Vec<Command>) {
     }
 }
 
-/// A message over the picture: why it is not yet the one that was asked for.
+/// Message over the picture: why it is not the requested one yet.
 fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
     }
     match (context.state.cell, &context.review.cell) {
-        (Some(_), None) => return Some("Predicting what was measured".to_owned()),
+        (Some(_), None) => return Some("Predicting the measured picture".to_owned()),
         (Some(_), Some(Err(sentence))) => return Some(sentence.clone()),
         _ => {}
     }
@@ -538,8 +539,8 @@ fn missing(context: &PanelContext) -> Option<String> {
     (state.compare).missing(state, context.looks, context.environments)
 }
 
-/// A message in the lower left corner; returns its rectangle. A `refusal` says why something could not be done
-/// and stays until it is dismissed.
+/// A message in the lower left corner; returns its rectangle. A `refusal` gives the reason for a refusal and stays
+/// until it is dismissed.
 fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec<Command>) -> Rect {
     let sides = if refusal { [26.0, 34.0] } else { [0.0; 2] };
     let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP - sides[0] - sides[1]);

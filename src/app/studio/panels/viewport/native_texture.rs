@@ -1,4 +1,4 @@
-//! Textures of the window's GPU that egui did not make: pictures that were made there.
+//! Textures on the window's GPU that egui did not create: pictures rendered there.
 
 use compositor::passes::DisplayTexture;
 use eframe::egui_wgpu::RenderState;
@@ -8,7 +8,7 @@ use egui::{TextureHandle, TextureId};
 /// Source of a picture's texture.
 pub enum ShownTexture {
     InMemory(TextureHandle),
-    /// And a texture for pictures in memory, to be used again.
+    /// The second texture is for pictures in memory, kept for reuse.
     OnGpu(TextureId, Option<TextureHandle>),
 }
 
@@ -29,7 +29,7 @@ impl ShownTexture {
     }
 }
 
-/// The name under which egui draws pictures of the window's GPU.
+/// Id under which egui draws pictures on the window's GPU.
 #[derive(Default)]
 pub struct NativeTexture {
     window: Option<RenderState>,
@@ -41,7 +41,7 @@ impl NativeTexture {
         Self { window: Some(window), id: None }
     }
 
-    /// Has egui draw this picture from now on; None if it is on another GPU than the window.
+    /// Makes egui draw this picture from now on. None if the picture is on another GPU than the window.
     pub fn show(&mut self, picture: &DisplayTexture) -> Option<TextureId> {
         let window = self.window.as_ref()?;
         if !picture.is_on(&window.device) {

@@ -1,4 +1,4 @@
-//! The pixel under the cursor or the means of a region, and what false colours mean.
+//! The pixel under the cursor or the means of a region, and the legend of false colours.
 
 use super::side::Side;
 use super::viewing;
@@ -26,31 +26,31 @@ pub const REGION_HINT: &str = "Ctrl+Shift+drag over the picture reads the mean o
 const LINE: f32 = 17.0;
 const BUTTONS: f32 = 150.0;
 
-/// The strip's height in points: what is shown, and below what is read of it.
+/// Height of the strip in points: a line for the picture, and a line for its readings.
 pub const HEIGHT: f32 = 2.0 * LINE + 7.0;
 
-/// Values of a pixel of one of the two pictures, or the mean of several.
+/// Values of one pixel of one of the two pictures, or the mean of several pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// The picture's name.
     pub name: String,
-    /// Its 8-bit codes, 0 to 255.
+    /// 8-bit codes, 0 to 255.
     pub codes: [f32; 3],
-    /// Its scene-linear light, where that is known.
+    /// Scene-linear light, if known.
     pub linear: Option<[f32; 3]>,
     /// The values are a mean.
     pub is_mean: bool,
 }
 
 impl Reading {
-    /// The codes: of a mean, with a tenth.
+    /// Text of the codes; a mean has one decimal.
     pub fn codes_text(&self) -> String {
         let ([r, g, b], tenths) = (self.codes, usize::from(self.is_mean));
         let width = 3 + 2 * tenths;
         format!("{r:width$.tenths$} {g:width$.tenths$} {b:width$.tenths$}")
     }
 
-    /// The codes, and the light if it is known.
+    /// Text of the codes, and of the light if known.
     pub fn text(&self) -> String {
         let light = self
             .linear
@@ -64,7 +64,7 @@ pub fn moves(ui: &Ui, context: &PanelContext) -> bool {
     context.state.playing || ui.input(|i| i.pointer.any_down())
 }
 
-/// The readings of a region, until the picture or the region is another: it may have millions of pixels.
+/// Readings of a region, cached until the picture or the region changes: a region may have millions of pixels.
 #[derive(Default)]
 pub struct RegionReadings(Option<RegionReading>);
 
@@ -72,13 +72,14 @@ struct RegionReading {
     of: Arc<PreviewPicture>,
     region: Region,
     compared: CompareSettings,
-    /// Every how many rows were read.
+    /// Row step: 1 reads all rows.
     step: usize,
     found: Vec<Reading>,
 }
 
 impl RegionReadings {
-    /// The readings of a region of the newest picture. While that moves, only some rows of a large region are read.
+    /// The readings of a region of the newest picture. While the picture `moves`, only some rows of a large region are
+    /// read.
     pub fn of(
         &mut self,
         context: &PanelContext,
@@ -105,8 +106,8 @@ impl RegionReadings {
     }
 }
 
-/// The readings of a region, or of one pixel: of the picture, or of what is shown in its place, and of what that is compared
-/// with. Channels and false colours are read as the picture that they are of. Every so many rows are read.
+/// The readings of a region or of one pixel: of the picture or the one shown in its place, and of the picture to
+/// compare. Channels and false colours give the readings of the picture behind them. Reads every `step`th row.
 pub fn readings(
     context: &PanelContext,
     relit: &PreviewPicture,
@@ -168,12 +169,12 @@ enum Detail {
     All,
     /// Without the light.
     Codes,
-    /// Nor names.
+    /// Without light and names.
     Letters,
 }
 
 impl Detail {
-    /// The text of the readings, and whether each part of it is bright: those of the picture that is `shown`.
+    /// Parts of the text of the readings, each with true if it is bright: the readings of the picture `shown`.
     fn parts(self, found: &[Reading], shown: usize) -> Vec<(String, bool)> {
         let two = found.len() > 1;
         let mut parts = Vec::new();
@@ -197,7 +198,7 @@ impl Detail {
     }
 }
 
-/// Adds to a line of the strip.
+/// Appends text to a line of the strip.
 fn append(job: &mut LayoutJob, text: &str, color: Color32) {
     let format = TextFormat { font_id: FontId::monospace(12.0), color, ..TextFormat::default() };
     job.append(text, 0.0, format);
@@ -250,7 +251,7 @@ pub fn strip_ui(
         }
         (None, None) => &[],
     };
-    // What is bright, and as much of it as there is room for.
+    // The bright reading, and the longest text that fits.
     let shown = usize::from(second).min(found.len().saturating_sub(1));
     let right = rect.right() - GAP;
     let values = [Detail::All, Detail::Codes, Detail::Letters].map(|detail| {
@@ -277,8 +278,8 @@ pub fn strip_ui(
     draw(values, 1, right);
     let response = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, text.trim_end()));
-    let mut hint = "The pixel under the cursor: 8-bit codes as they are shown, then scene-linear light. A and B are the \
-                    two pictures that are compared. Codes include how the picture is looked at, light does not. "
+    let mut hint = "The pixel under the cursor: 8-bit codes as shown, then scene-linear light. A and B are the \
+                    two compared pictures. Codes include the viewing settings, light does not. "
         .to_owned()
         + REGION_HINT;
     if differs {
@@ -288,9 +289,9 @@ pub fn strip_ui(
     buttons_ui(ui, buttons, context, out);
 }
 
-/// Loop, zoom and what fits the picture, at the right end of the strip.
+/// Loop, zoom and fit buttons, at the right end of the strip.
 fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
-    // Beside the first line alone.
+    // Beside the first line only.
     let rect = rect.with_max_y(rect.top() + LINE + 3.0).shrink2(vec2(GAP, 1.0));
     ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -314,13 +315,13 @@ fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Com
             let button = Button::selectable(loops, icon).frame_when_inactive(true);
             let response = ui.add_enabled(context.state.frames > 1, button);
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, loops, "Loop"));
-            let hint = "Plays the range between in and out again and again, or stops at its end. Key: Ctrl+L";
+            let hint = "Repeats the range between in and out, or stops at its end. Key: Ctrl+L";
             if response.on_hover_text(hint).clicked() {
                 out.push(Command::View(ViewCommand::ToggleLoop));
             }
             let zoom = format!("{:.0} %", 100.0 * context.state.view.zoom);
             ui.label(RichText::new(zoom).size(12.0).color(theme::QUIET))
-                .on_hover_text("Of the fitted picture");
+                .on_hover_text("Zoom relative to the fitted picture");
         });
     });
 }

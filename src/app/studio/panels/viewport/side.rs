@@ -1,4 +1,4 @@
-//! The side that is seen of two compared pictures, its name, and its codes.
+//! The visible side of two compared pictures, its name and its codes.
 
 use super::toolbar;
 use crate::comparison::CompareMode;
@@ -14,19 +14,19 @@ pub enum Side {
     Second,
 }
 
-/// The visible part of them.
+/// The visible part of the two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
-    /// The picture, which is compared with nothing.
+    /// The picture without a comparison.
     Alone,
-    /// One at a time.
+    /// One of the two.
     One(Side),
     Both,
     /// Their difference, in place of the first.
     Difference,
 }
 
-/// True if a person holds Shift to see the picture's counterpart.
+/// True while Shift is held to see the other picture.
 pub fn peeks(ui: &Ui) -> bool {
     ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down())
 }
@@ -36,7 +36,7 @@ impl Seen {
     pub fn now(ui: &Ui, context: &PanelContext, relit: &PreviewPicture) -> Self {
         let compare = &context.state.compare;
         if !compare.on || context.state.four.on || relit.second.is_none() {
-            // Another picture may stand in the place of the relit one even so.
+            // Even so, another picture may replace the relit one.
             return match relit.first {
                 Some(_) => Self::One(Side::First),
                 None => Self::Alone,
@@ -64,7 +64,7 @@ impl Side {
         }
     }
 
-    /// The same with its letter.
+    /// Name of the picture after its letter, A or B.
     pub fn title(self, context: &PanelContext, relit: &PreviewPicture) -> String {
         let letter = match self {
             Self::First => "A",
@@ -73,7 +73,7 @@ impl Side {
         format!("{letter} {}", self.name(context, relit))
     }
 
-    /// Its 8-bit codes, and how many columns and rows they have. Empty where they are on the GPU alone.
+    /// 8-bit codes of the picture, and their columns and rows. Empty if they are only on the GPU.
     pub fn codes(self, relit: &PreviewPicture) -> (&[u8], [usize; 2]) {
         let other = match self {
             Self::First => &relit.first,

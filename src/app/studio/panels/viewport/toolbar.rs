@@ -1,4 +1,4 @@
-//! The bar above the picture: what is compared on the left; on the right the viewing settings, which no export has.
+//! The bar above the picture: the comparison on the left; on the right the viewing settings, which exports ignore.
 
 use super::look_list::{list, look_list_ui};
 use super::viewing;
@@ -18,16 +18,16 @@ use egui::{
 
 /// Keys that compare two pictures by hand.
 const HINT: &str = "W wipes, Q switches between the two, holding Shift shows the other";
-/// Height of a row in points, and letters of a compared picture's name, at the most.
+/// Height of a row in points, and most letters of a compared picture's name.
 const HEIGHT: f32 = 32.0;
 const LETTERS: usize = 22;
 
-/// Id for the stored width that one side of the bar took last.
+/// Id of the last width of one side of the bar.
 fn side_id(side: &str) -> egui::Id {
     egui::Id::unique(("viewer bar", side))
 }
 
-/// The bar's height in points: a second row where it is too narrow for one.
+/// Height of the bar in points: two rows if it is too narrow for one.
 pub fn height(ui: &Ui, width: f32) -> f32 {
     let took = |side| ui.data(|data| data.get_temp::<f32>(side_id(side)));
     let sides = ["left", "right"].map(|side| took(side).unwrap_or_default());
@@ -92,7 +92,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
             table_ui(ui, context, out);
             if context.state.doubts {
                 let back = Button::new(RichText::new("Errors ×").color(theme::ACCENT));
-                let hint = "Show the picture without where errors are expected";
+                let hint = "Hide the expected errors";
                 if ui.add(back).on_hover_text(hint).clicked() {
                     out.push(Command::View(ViewCommand::ToggleDoubts));
                 }
@@ -109,7 +109,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
     });
 }
 
-/// A name that is not too long for a button.
+/// A name, cut short for a button.
 pub fn short(name: &str) -> String {
     match name.chars().count() > LETTERS {
         true => name.chars().take(LETTERS - 1).chain(['…']).collect(),
@@ -152,7 +152,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// Choice of the compared picture: the relit one, or another in its place.
+/// Choice of the first picture: the relit one, or another in its place.
 fn first_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let compare = &context.state.compare;
     let first = compare.first.as_ref().filter(|_| compare.on);
@@ -200,7 +200,7 @@ fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .widget_info(|| WidgetInfo::labeled(Role::ComboBox, compare.on, "How to compare"));
 }
 
-/// The list of what differences are multiplied by.
+/// The list of gains for the difference.
 pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let now = context.state.gain;
     let list =
@@ -304,13 +304,13 @@ fn checkpoints_ui(
     });
 }
 
-/// Names of the only light on the subject, as a button that ends the solo. Returns true if it was clicked.
+/// Names of the solo lamps or lights, as a button that ends the solo. Returns true if it was clicked.
 fn solo_ui(ui: &mut Ui, names: &str, hint: &str) -> bool {
     let back = Button::new(RichText::new(format!("Solo: {names} ×")).color(theme::ACCENT));
     ui.add(back).on_hover_text(hint).clicked()
 }
 
-/// The look-up table that the picture is shown through, as a button that takes it away.
+/// The look-up table that the picture is shown through, as a button that removes it.
 fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let options = &context.state.export_options;
     let root = context.project.map(|project| &project.root);

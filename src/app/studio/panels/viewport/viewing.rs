@@ -1,4 +1,4 @@
-//! Viewing of the picture: exposure, gamma, tone curve and channels. Nothing of it is exported, and a sign says so.
+//! Viewing settings of the picture: exposure, gamma, tone curve and channels. Exports ignore them, and a sign says so.
 
 use super::toolbar::{called, short};
 use crate::command::{Command, ViewCommand};
@@ -19,12 +19,12 @@ use scene::{Channel, EXPOSURE_STOPS, GAMMA, Inspection, ViewTransform, Viewing};
 
 /// Width of a number in points.
 const FIELD: f32 = 52.0;
-/// Points at the edge of the pictures that the sign takes.
+/// Height of the sign at the edge of the pictures, in points.
 pub const SIGN: f32 = 32.0;
-/// Height of the menu of curves and views in points, at most.
+/// Most height of the menu of curves and views in points.
 const MENU: f32 = 480.0;
 
-/// The controls, from right to left in one track. Returns the width that they took.
+/// The controls, from right to left in one track. Returns their width in points.
 pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     let track = Frame::new().fill(theme::WELL).corner_radius(4);
     let shown = track.inner_margin(Margin::symmetric(6, 1)).show(ui, |ui| {
@@ -37,7 +37,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
             .speed(0.01)
             .range(GAMMA)
             .fixed_decimals(2);
-        let hint = "Lifts or lowers the midtones, for looking only. Double-click or Ctrl+R resets.";
+        let hint = "Lifts or lowers the midtones, for viewing only. Double-click or Ctrl+R resets.";
         if number_ui(ui, "γ", gamma, viewing.gamma != 1.0, hint) {
             changed.gamma = 1.0;
         }
@@ -45,7 +45,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
             .speed(0.02)
             .range(EXPOSURE_STOPS)
             .fixed_decimals(1);
-        let hint = "Brighter or darker by stops, for looking only. Keys: E and Shift+E. Double-click or Ctrl+R resets.";
+        let hint = "Brighter or darker by stops, for viewing only. Keys: E and Shift+E. Double-click or Ctrl+R resets.";
         let is_set = viewing.exposure_stops != 0.0;
         if number_ui(ui, "Exp", stops, is_set, hint) {
             changed.exposure_stops = 0.0;
@@ -55,7 +55,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
         }
         let eye = RichText::new(icons::SEEN).size(16.0).color(theme::QUIET);
         ui.label(eye).on_hover_text(
-            "View: only how you look at the picture. What is exported is set under Light.",
+            "View settings change only the display. Exports use the settings under Light.",
         );
     });
     shown.response.rect.width()
@@ -85,7 +85,7 @@ fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str
     is_reset
 }
 
-/// Choice of the curve to look through: the look's tone curve, another, or a view of the person's colour configuration.
+/// Choice of the viewing curve: the look's tone curve, another, or a view of the OpenColorIO configuration.
 fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let viewing = &context.state.viewing;
     let of_look = context.state.look.effects.view;
@@ -94,15 +94,15 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         (None, None) => theme::TEXT,
         _ => theme::VIEWING,
     };
-    // A view is named at once, and looked through when its table is there.
+    // A view is named at once, and applied once its table is ready.
     let named = configured.and_then(|choice| choice.view.as_deref());
     let now = named.unwrap_or_else(|| curve_name(viewing.view.unwrap_or(of_look)));
     let as_exported = match context.state.export_options.ocio.is_asked() {
-        // An export by a configuration is without the curve.
+        // An export through a configuration does not use the curve.
         true => format!("The look's curve ({})", curve_name(of_look)),
         false => format!("As exported ({})", curve_name(of_look)),
     };
-    // A list keeps its height: the longer one of a configuration is another.
+    // egui keeps the height of a list, so the longer list with a configuration has an id of its own.
     let is_longer = context.color_views.is_configured();
     let list = ComboBox::from_id_salt(("viewing curve", is_longer))
         .selected_text(RichText::new(short(now)).color(color))
@@ -128,7 +128,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         });
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "View"));
     let hint =
-        "A tone curve or OpenColorIO view, for looking only. Exports use the curve under Light.";
+        "A tone curve or OpenColorIO view, for viewing only. Exports use the curve under Light.";
     list.response.on_hover_text(hint);
 }
 
@@ -149,7 +149,7 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             }
         }
     });
-    called(menu.0.on_hover_text("Which channel is shown"), "Channels".to_owned());
+    called(menu.0.on_hover_text("Channel to show"), "Channels".to_owned());
 }
 
 /// Name of the view shown in place of the picture.
@@ -161,12 +161,12 @@ fn inspected(inspection: Inspection) -> Option<&'static str> {
         Inspection::Channel(Channel::Luminance) => "luminance",
         Inspection::Channel(Channel::Alpha) => "matte (alpha)",
         Inspection::FalseColor => "false colour",
-        // A difference is named where the pictures are.
+        // A difference is labelled over the pictures.
         Inspection::Picture | Inspection::Difference { .. } => return None,
     })
 }
 
-/// Changes made for looking; None if the picture is shown as it is exported.
+/// Viewing settings that differ from neutral, in words; None if the display equals the export.
 pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
     let Viewing { exposure_stops, gamma, view, through } = viewing;
     let mut changes = Vec::new();
@@ -184,7 +184,7 @@ pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
     (!changes.is_empty()).then(|| format!("viewing {}", changes.join(", ")))
 }
 
-/// The part of the viewing that exports lack: all but a view that they go through too.
+/// Viewing settings that exports lack: all but a view that the export uses too.
 fn unexported(state: &State) -> Viewing {
     let mut viewing = state.viewing.clone();
     let exported = &state.export_options.ocio;
@@ -194,7 +194,7 @@ fn unexported(state: &State) -> Viewing {
     viewing
 }
 
-/// The sign over the pictures, in the middle of an edge, while they are not shown as they are exported.
+/// The sign over the pictures, in the middle of an edge, while the display differs from the export.
 pub fn sign_ui(ui: &Ui, rect: Rect, edge: Align2, state: &State) {
     let Some(words) = words(&unexported(state), state.shown_inspection()) else {
         return;
@@ -239,7 +239,7 @@ mod tests {
         let through = Viewing { through, ..viewing };
         let said = words(&through, Inspection::Channel(Channel::Red)).unwrap();
         assert_eq!(said, "viewing red channel, -1.5 stops, γ 1.20, Film");
-        // Whatever the menu shows in place of the picture is named.
+        // The sign names every view that the menu shows in place of the picture.
         for (inspection, name, _) in SHOWN {
             let is_said = words(&neutral, inspection).is_some();
             assert_eq!(is_said, inspection != plain, "{name}");

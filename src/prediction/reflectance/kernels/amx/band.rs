@@ -11,7 +11,7 @@ use crate::kernels::shape::Shape;
 #[derive(Clone, Copy)]
 pub struct Chunks {
     pub count: usize,
-    /// Pairs of channels in each, at most 16; the last ones may be of zeros.
+    /// Pairs of channels per step, at most 16; the last ones may be zeros.
     pub pairs: usize,
 }
 
@@ -27,17 +27,17 @@ impl Chunks {
     }
 }
 
-/// Consecutive pixels of a picture's row among a block's sums.
+/// Consecutive pixels of a picture's row within a block of sums.
 pub struct Run {
-    /// Number of the block's tile, and the first column there.
+    /// Number of the tile in the block, and its first column.
     pub tile: usize,
     pub column: usize,
-    /// First pixel among the band's.
+    /// First pixel in the band's row.
     pub pixel: usize,
     pub length: usize,
 }
 
-/// Places of the band whose sums are taken together.
+/// Places of the band that are summed together.
 pub struct Block {
     pub start: usize,
     /// Distance between the first columns of two tiles.
@@ -60,7 +60,7 @@ pub struct Band {
 pub struct Cover {
     pub blocking: Blocking,
     pub stride: usize,
-    /// Tiles start at the left of each row, instead of following one another over its end.
+    /// True if tiles start at the left of each row, instead of continuing over its end.
     pub by_row: bool,
 }
 
@@ -124,7 +124,7 @@ impl Band {
         runs
     }
 
-    /// Copies a pair of channels; `row(channel, y, into)` gives one row.
+    /// Copies a pair of channels; `row(channel, y, into)` fills one row.
     pub fn fill(
         &self,
         shape: &Shape,

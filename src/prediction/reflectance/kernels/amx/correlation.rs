@@ -1,4 +1,4 @@
-//! Gradients by weights: the left factor is the input, channel by channel, the right one the output's
+//! Gradients by weights: the left factor is the input, channel by channel, the right factor the output's
 //! gradient with its channels side by side. Sums run over the pixels of a band.
 
 use super::Precision;
@@ -10,12 +10,12 @@ use crate::kernels::shape::{Shape, Sources};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 
-/// Pixels of a step: a tile of the left factor is as wide.
+/// Pixels of a step, equal to the width of a left tile.
 const STEP: usize = 2 * SIDE;
 /// Sums of four tiles.
 const BLOCK: usize = 4 * TILE;
 
-/// Division of the work; by the shape alone, as the order of the sums depends on it.
+/// Division of the work. It depends only on the shape, since the order of the sums depends on it.
 struct Division {
     blocking: Blocking,
     /// Distance between rows of a band. It is even, so that pairs of pixels start with a row.
@@ -24,7 +24,7 @@ struct Division {
     rows: usize,
     /// Blocks of input channels and of output channels.
     blocks: [usize; 2],
-    /// Parts that add up on their own, at most.
+    /// Most parts with separate sums.
     groups: usize,
 }
 
@@ -176,13 +176,13 @@ impl Band {
     }
 }
 
-/// Sums of a task: for its blocks of input channels and all of output channels, each tap's sums.
+/// Sums of a task: for its blocks of input channels and all output channels, the sums of each tap.
 struct Share<'a> {
     bands: &'a [(usize, usize)],
     /// First block of input channels.
     first: usize,
     sums: &'a mut [f32],
-    /// None while another task has them.
+    /// None while another task uses them.
     bias: Option<&'a mut [f32]>,
 }
 
@@ -197,12 +197,12 @@ struct Scratch {
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
-    /// Taken while in use: the thread that waits for others may meanwhile compute another
+    /// Taken while in use: a thread that waits for others may meanwhile compute another
     /// convolution.
     static SHARED: Cell<Buffer<f32>> = const { Cell::new(Buffer::new()) };
 }
 
-/// Gradients by weights and biases. `before(picture, channel, y, into)` gives a row of the gradient
+/// Gradients by weights and biases. `before(picture, channel, y, into)` fills a row of the gradient
 /// of the convolution's sums.
 pub fn correlate(
     precision: Precision,
@@ -217,7 +217,7 @@ pub fn correlate(
         })
         .collect();
     let groups: Vec<_> = bands.chunks(bands.len().div_ceil(division.groups)).collect();
-    // Where there are fewer groups than threads, each is shared out by input channels.
+    // With fewer groups than threads, each group is divided by input channels.
     let parts = rayon::current_num_threads().div_ceil(groups.len());
     let part = division.blocks[0].div_ceil(parts);
     let block = division.blocks[1] * shape.taps() * BLOCK;
@@ -398,7 +398,7 @@ fn gather(
         let within = input % down * across + tile % across;
         let used = (shape.inputs - input * SIDE).min(SIDE);
         let start = |tap: usize, c: usize| (block * taps + tap) * BLOCK + within * TILE + c * SIDE;
-        // Up to 16 taps of an input at once for all outputs. What is too many of them is written over
+        // Up to 16 taps of an input at once for all outputs. Surplus taps are overwritten
         // by the taps that follow.
         vectorized(
             #[inline(always)]

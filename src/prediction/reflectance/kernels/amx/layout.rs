@@ -2,9 +2,9 @@
 
 use super::Precision;
 
-/// Rows of a tile, and the sums in each.
+/// Rows of a tile, and sums per row.
 pub const SIDE: usize = 16;
-/// Sums of a tile, or words of one.
+/// Number of sums or words in a tile.
 pub const TILE: usize = SIDE * SIDE;
 /// Bytes of a tile's row.
 pub const ROW_BYTES: usize = 64;
@@ -12,11 +12,11 @@ pub const ROW_BYTES: usize = 64;
 /// Four blocks of sums, row by row.
 pub type Blocks = [[f32; SIDE * SIDE]; 4];
 
-/// Such blocks that share no line of the processor's cache with anything else.
+/// Four such blocks, aligned so that they share no cache line with other data.
 #[repr(C, align(64))]
 pub struct Sums(pub Blocks);
 
-/// The four blocks of sums that are kept, as tiles of the left factor × tiles of the right.
+/// Arrangement of the four blocks of sums: tiles of the left factor × tiles of the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blocking {
     /// 2 × 2, in the order (0, 0), (0, 1), (1, 0), (1, 1).
@@ -38,9 +38,9 @@ impl Blocking {
     }
 }
 
-/// Places of a factor's tiles. All distances are in bytes.
+/// Positions of a factor's tiles. All distances are in bytes.
 ///
-/// A tile of the left factor has 16 rows of `2 · pairs` bf16, one of the right has `pairs` rows of 16
+/// A tile of the left factor has 16 rows of `2 · pairs` bf16, a tile of the right factor has `pairs` rows of 16
 /// pairs of bf16.
 #[derive(Clone, Copy)]
 pub struct Factor<'a> {
@@ -48,14 +48,14 @@ pub struct Factor<'a> {
     pub start: usize,
     /// Distance between a tile's rows.
     pub row: usize,
-    /// Distance between the tiles that are used together.
+    /// Distance between tiles that are used together.
     pub next: usize,
     /// Distance of the low parts from the high parts.
     pub low: usize,
 }
 
 impl Factor<'_> {
-    /// The end of what is read with `tiles` tiles of `rows` rows, `farthest` behind the start.
+    /// End of the bytes read by `tiles` tiles of `rows` rows, of which the farthest step is `farthest` bytes after the start.
     pub fn end(
         &self,
         precision: Precision,

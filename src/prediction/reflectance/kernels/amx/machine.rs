@@ -1,5 +1,5 @@
-//! The instructions of AMX. What they read and write has been checked by [`super::tiles`], which alone
-//! calls them.
+//! AMX instructions. All memory that they read and write is checked by [`super::tiles`], their only
+//! caller.
 
 #![allow(unsafe_code)]
 

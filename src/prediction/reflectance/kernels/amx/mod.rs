@@ -1,7 +1,7 @@
-//! Convolutions on the tile registers of Intel's AMX, whose products of bf16 are added up in f32.
+//! Convolutions on the tile registers of Intel's AMX: products of bf16, summed in f32.
 //!
-//! They follow the plan of [`super::convolution`]: bands of rows with zeros around them, in which a
-//! tap is a constant distance. Here the copy is also where values become bf16.
+//! They follow the plan of [`super::convolution`]: bands of rows surrounded by zeros, in which a
+//! tap is a constant distance. Here the copy also converts values to bf16.
 
 mod band;
 mod correlation;
@@ -19,7 +19,7 @@ pub use correlation::correlate;
 pub use product::convolve;
 pub use tiles::available;
 
-/// Inputs and outputs from which tiles are filled well enough: with fewer, vectors are faster.
+/// Inputs and outputs from which tiles are full enough: below, vectors are faster.
 pub const MIN_CHANNELS: usize = 16;
 
 /// Conversion of f32 factors to factors of bf16.

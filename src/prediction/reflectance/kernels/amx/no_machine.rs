@@ -1,6 +1,6 @@
-//! Stands in for AMX on other processors.
+//! Replacement for AMX on other processors.
 
-// The functions are called as those that they stand in for.
+// The functions have the signatures of the real ones.
 #![allow(unsafe_code)]
 
 use super::Precision;

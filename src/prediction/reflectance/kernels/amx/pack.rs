@@ -1,11 +1,11 @@
-//! From f32 to bf16, in the layouts that tiles are loaded from.
+//! Conversion from f32 to bf16, in the layouts of tiles.
 
 #![allow(unsafe_code)]
 
 use super::Precision;
 use super::layout::SIDE;
 
-/// bf16 that is nearest to `x`, ties to even, as the upper half of a word. NaN stays NaN.
+/// The bf16 nearest to `x`, ties to even, as the upper half of a word. NaN stays NaN.
 #[inline(always)]
 fn rounded(x: f32) -> u32 {
     let bits = x.to_bits();
@@ -18,13 +18,13 @@ fn rounded(x: f32) -> u32 {
 #[inline(always)]
 fn split(x: f32) -> [u32; 2] {
     let high = rounded(x);
-    // What is not finite has no remainder.
+    // Infinite values and NaN have no remainder.
     let rest = x - f32::from_bits(high);
     let low = if high & 0x7F80_0000 == 0x7F80_0000 { 0.0 } else { rest };
     [high, rounded(low)]
 }
 
-/// The word that holds `first` and then `second`, of which both are the upper half of a word.
+/// Word with `first` and then `second`, each given as the upper half of a word.
 #[inline(always)]
 fn pair(first: u32, second: u32) -> u32 {
     first >> 16 | second
@@ -148,7 +148,7 @@ fn transpose_in_registers(words: &mut [[u32; SIDE]; SIDE]) {
     *words = unsafe { core::mem::transmute::<[__m512i; SIDE], [[u32; SIDE]; SIDE]>(columns) };
 }
 
-/// Memory that is kept from one use to the next, aligned to the processor's cache lines.
+/// Reusable memory, aligned to the processor's cache lines.
 pub struct Buffer<T>(Vec<T>);
 
 impl<T: Copy + Default> Buffer<T> {
@@ -156,7 +156,7 @@ impl<T: Copy + Default> Buffer<T> {
         Self(Vec::new())
     }
 
-    /// `length` values, whatever they are.
+    /// `length` values with arbitrary content.
     pub fn get(&mut self, length: usize) -> &mut [T] {
         const LINE: usize = 64;
         let slack = LINE / size_of::<T>();
@@ -174,7 +174,7 @@ impl<T> Default for Buffer<T> {
     }
 }
 
-/// Numbers without padding, of which every bit pattern is one.
+/// Numbers without padding, for which every bit pattern is valid.
 pub trait Word: Copy {}
 impl Word for u16 {}
 impl Word for u32 {}

@@ -1,4 +1,4 @@
-//! Convolutions: the left factor is the weights, the right one a band of the picture.
+//! Convolutions: the left factor is the weights, the right factor a band of the picture.
 
 use super::Precision;
 use super::band::{Band, Chunks, Cover, Run};
@@ -12,7 +12,7 @@ use crate::kernels::shape::Shape;
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 
-/// The weights as [`weights::pack`] leaves them.
+/// Weights in the layout of [`weights::pack`].
 struct Packed<'a> {
     words: &'a [u32],
     /// Words of a block.
@@ -29,9 +29,9 @@ struct Product<'a, 'b> {
     weights: Packed<'a>,
     width: usize,
     bias: Option<&'a [f32]>,
-    /// The first channel, the first one of a block.
+    /// First channel, the first one of a block.
     first: usize,
-    /// The band's rows in each output plane.
+    /// Rows of the band in each output plane.
     out: &'a mut [&'b mut [f32]],
 }
 
@@ -92,7 +92,7 @@ fn scatter(tiles: &[[f32; TILE]], row: usize, bias: f32, runs: &[Run], plane: &m
     }
 }
 
-/// Division of the work. Whatever it is, the sums are the same.
+/// Division of the work, without influence on the sums.
 struct Division {
     /// Rows of a band.
     rows: usize,
@@ -106,14 +106,14 @@ impl Division {
     fn new(shape: &Shape, precision: Precision, cover: &Cover, chunks: Chunks) -> Self {
         /// Bytes of a band, so that it stays in the second-level cache.
         const CACHED: usize = 768 * 1024;
-        /// Rows below which those around them cost too much.
+        /// Number of rows below which their surroundings cost too much.
         const FEW: usize = 8;
         let threads = rayon::current_num_threads();
         let wanted = if threads > 1 { 2 * threads } else { 1 };
         let row = 4 * precision.parts() * chunks.total() * cover.stride;
         let most = (CACHED / row).saturating_sub(2 * shape.radius()).max(FEW / 2);
-        // Every task reads its weights once. Where they are more than the picture, tasks had better
-        // differ in them.
+        // Every task reads its weights once. If the weights are larger than the picture, tasks should
+        // differ in their weights.
         let heavy = shape.outputs * shape.taps() > 2 * shape.plane();
         let rows = if heavy {
             most
@@ -131,16 +131,16 @@ impl Division {
 }
 
 thread_local! {
-    /// A thread's current band and rows on their way there, kept so that their memory is.
+    /// A thread's current band and incoming rows, kept to reuse their memory.
     static SCRATCH: RefCell<(Buffer<u32>, Vec<f32>)> =
         const { RefCell::new((Buffer::new(), Vec::new())) };
-    /// Weights, and bands that threads share. Taken while in use: the thread that waits for others
+    /// Weights, and bands that threads share. Taken while in use: a thread that waits for others
     /// may meanwhile compute another convolution.
     static SHARED: Cell<[Buffer<u32>; 2]> = const { Cell::new([Buffer::new(), Buffer::new()]) };
 }
 
-/// The sums of a convolution. `row(picture, channel, y, into)` gives a row of the input, `finish` is
-/// applied to whole rows of the output, as many at a time as are finished.
+/// The sums of a convolution. `row(picture, channel, y, into)` fills a row of the input, `finish` is
+/// applied to complete rows of the output, as many at a time as are finished.
 pub fn convolve(
     precision: Precision,
     shape: &Shape,
@@ -168,7 +168,7 @@ pub fn convolve(
         Band::new(shape, &cover, from, rows.min(shape.height - from))
     };
     let pair_words = |band: &Band| band.plane * precision.parts();
-    // Where channels of a band are computed by several tasks, it is copied once for all of them.
+    // If several tasks compute channels of a band, it is copied once for all of them.
     let length = band(0).plane * precision.parts() * chunks.total();
     let common: &[u32] = if division.parts > 1 {
         let common = common.get(length * shape.batch * bands);

@@ -1,4 +1,4 @@
-//! Against sums in f64.
+//! Comparison with sums in f64.
 
 use super::*;
 use crate::kernels::chunks::tests::noise;
@@ -207,7 +207,7 @@ fn sums_agree_with_f64() {
                     found[0][0], found[1][0], found[2][0]
                 );
             }
-            // Sums of a few products are as good as their terms, which `check` has seen.
+            // Sums of a few products are as accurate as their terms, which `check` has tested.
             let terms = [channels[0], channels[1], size[0] * size[1], usize::MAX];
             let many = channels[0] * channels[1] * kernel >= 16;
             for ((w, f), terms) in worst[p].iter_mut().zip(found).zip(terms) {
@@ -221,7 +221,7 @@ fn sums_agree_with_f64() {
             println!("{p} {name}: {:.2e} of the largest, {:.2e} of the terms", w[0], w[1]);
         }
     }
-    // Of the largest value, Split is as good as asked for.
+    // Relative to the largest value, Split meets its bound.
     for w in &worst[1] {
         assert!(w[0] <= 1e-5, "{w:?}");
     }

@@ -1,4 +1,4 @@
-//! The processor's tile registers: one routine, which keeps four blocks of 16 × 16 sums in them.
+//! The processor's tile registers, through one routine that holds four blocks of 16 × 16 sums in them.
 
 #![allow(unsafe_code)]
 
@@ -7,7 +7,7 @@ use super::{Precision, machine};
 use std::cell::Cell;
 use std::marker::PhantomData;
 
-/// The steps of a sum: how far behind their starts the tiles of both factors lie.
+/// Steps of a sum: offsets of the tiles of both factors.
 pub struct Steps {
     offsets: Vec<[usize; 2]>,
     farthest: [usize; 2],
@@ -20,10 +20,10 @@ impl Steps {
     }
 }
 
-/// The tile registers of this thread while they are set up.
+/// The tile registers of this thread while they are configured.
 pub struct Tiles {
     pairs: usize,
-    /// They belong to the thread.
+    /// Not Send: the registers belong to the thread.
     _thread: PhantomData<*const ()>,
 }
 
@@ -31,17 +31,17 @@ thread_local! {
     static IN_USE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work` with tile registers for products over `pairs` pairs of elements at a step (1 to 16).
+/// Runs `work` with tile registers for products over `pairs` pairs of elements per step (1 to 16).
 ///
 /// # Panics
 ///
 /// When the processor has no such registers, or within another such call.
 pub fn with_tiles<T>(pairs: usize, work: impl FnOnce(&Tiles) -> T) -> T {
     assert!(available(), "the processor has no AMX");
-    assert!((1..=SIDE).contains(&pairs), "{pairs} pairs fit no tile");
+    assert!((1..=SIDE).contains(&pairs), "{pairs} pairs do not fit a tile");
     assert!(!IN_USE.replace(true), "the tiles are set up already");
     let tiles = Tiles { pairs, _thread: PhantomData };
-    // Dropped, and with it the registers freed, when `work` panics too.
+    // Dropped, and the registers freed, also when `work` panics.
     let tiles = InUse(tiles);
     // SAFETY: both were asserted above.
     unsafe { machine::configure(pairs) };
@@ -59,8 +59,8 @@ impl Drop for InUse {
 }
 
 impl Tiles {
-    /// into = Σ over steps of left tile · right tile, for the blocks of sums that `blocking` names.
-    /// Each sum is taken in the order of the steps; with split factors, a step adds high · low,
+    /// into = Σ over steps of left tile · right tile, for the blocks of sums in `blocking`.
+    /// Each sum follows the order of the steps; with split factors, a step adds high · low,
     /// high · high and low · high.
     pub fn sum(
         &self,

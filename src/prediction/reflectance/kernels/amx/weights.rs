@@ -1,4 +1,4 @@
-//! Weights as a convolution's left factor.
+//! Weights as the left factor of a convolution.
 
 use super::Precision;
 use super::band::Chunks;
@@ -39,8 +39,8 @@ pub fn pack(
                             }
                             continue;
                         }
-                        // The taps of a channel lie together, though perhaps turned: up to 16 of them
-                        // are read at once for each pair of channels, then brought to their tiles.
+                        // The taps of a channel are contiguous, though perhaps reversed: up to 16 of them
+                        // are read at once for each pair of channels, then moved to their tiles.
                         for from in (0..taps.len()).step_by(SIDE) {
                             for (p, (high, low)) in high.iter_mut().zip(&mut low).enumerate() {
                                 let channel = first + 2 * p;
@@ -82,13 +82,13 @@ pub fn pack(
     into.par_chunks_exact_mut(chunks.count * taps.len() * step).enumerate().for_each(work);
 }
 
-/// The taps at a place, and what follows them.
+/// The taps at a position, and the values after them.
 #[inline(always)]
 fn taps_at(weights: &[f32], start: usize) -> Option<&[f32; SIDE]> {
     weights.get(start..)?.first_chunk()
 }
 
-/// The same at the end of the weights, and zeros for no place.
+/// The same at the end of the weights; zeros without a position.
 #[inline(never)]
 fn last_taps(weights: &[f32], start: Option<usize>) -> [f32; SIDE] {
     let mut taps = [0.0; SIDE];

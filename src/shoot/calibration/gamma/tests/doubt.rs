@@ -1,4 +1,4 @@
-//! Doubts stated by a fit where the pictures do not tell.
+//! Uncertainty reported by a fit when the pictures are ambiguous.
 
 use super::small_shoot::{SmallShoot, dual, without_bright, without_dark};
 use super::*;
@@ -28,8 +28,8 @@ fn without_dark_pixels_gamma1_is_said_to_be_rough() {
 
 #[test]
 fn a_much_changed_exposure_raises_doubt_even_on_small_balls() {
-    // Balls of 84 pixels under fourteen lamps hardly tell, so the fit may keep to an untouched camera: 20 %
-    // pass unnoticed there, though not on balls of 230 pixels under 41 lamps (see the shared shoot).
+    // Balls of 84 pixels under fourteen lamps are hardly informative, so the fit may assume an untouched camera. An
+    // error of 20 % passes unnoticed there, but not on balls of 230 pixels under 41 lamps (see the shared shoot).
     for exposure in [0.75, 1.4] {
         let fit = fitted(&SmallShoot { exposure, ..SmallShoot::default() }, None);
         off(&fit, [2.5, 1.9]);
@@ -60,7 +60,7 @@ fn light_that_is_no_sum_of_lamps_is_not_taken_for_a_changed_exposure() {
     let off = off(&fit, [2.9, 1.9]);
     assert!(off[0].abs() < 0.15);
     assert!(fit.changed_exposure() < 0.5 && (fit.exposure - 1.0).abs() < 0.08);
-    // So dark a subject says little about the bright tones; the intervals know.
+    // So dark a subject says little about the bright tones, and the intervals show it.
     let [_, wide, widest] = &Interval::of(&fit.cases)[..] else {
         panic!("three intervals");
     };
@@ -91,7 +91,7 @@ fn a_camera_of_another_curve_is_noticed() {
         let shoot = SmallShoot::default().project(Path::new("nowhere")).settings.shoot;
         let found = ChosenResponse::fitted(&fit, &shoot);
         assert_eq!((found.response, found.deviation), (response, [0.0; 2]));
-        // Two of the deviations (0.03 to 0.04) that dual gammas of such small shoots have.
+        // Twice the deviation (0.03 to 0.04) of dual gammas in such small shoots.
         assert!((found.exposure - 1.0).abs() < 0.08, "{}", found.exposure);
     }
 }

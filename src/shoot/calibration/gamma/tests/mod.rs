@@ -22,7 +22,7 @@ fn off(fit: &GammaFit, [gamma1, gamma2]: [f32; 2]) -> [f32; 2] {
     off
 }
 
-/// The sentences that a calibration of this fit would warn with.
+/// Warnings of a calibration with this fit.
 fn warnings(fit: &GammaFit) -> Vec<String> {
     let shoot = SmallShoot::default().project(Path::new("nowhere")).settings.shoot;
     Evidence::new(fit, &shoot).warnings([fit.deviation[0], fit.deviation[1]], fit.exposure)
@@ -58,7 +58,7 @@ fn the_truth_lies_within_two_deviations() {
             within += usize::from(off.abs() <= 2.0 * deviation);
         }
     }
-    // Of sixteen, one is expected to lie outside.
+    // One of sixteen is expected outside.
     assert!(within >= 14, "{within} of 16");
 }
 
@@ -101,7 +101,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     };
     let (manifest, truth) = (json("manifest.json"), json("truth.json"));
     let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
-    // The stage photographs its poses under the interview's light too: here they are frames.
+    // The stage also photographs its poses under the interview's light; here they serve as frames.
     for pose in ["pose00", "pose03"] {
         let taken = format!("truth/{pose}_under_interview_light_black_bg.png");
         let frame = format!("interview/{pose}.png");

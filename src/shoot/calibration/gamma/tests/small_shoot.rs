@@ -1,4 +1,4 @@
-//! A small shoot of a spotted ball, whose camera and light are known.
+//! A small shoot of a spotted ball with known camera and light.
 
 use super::super::*;
 use glam::Vec3;
@@ -12,24 +12,24 @@ const SIZE: usize = 96;
 #[derive(Clone, Copy)]
 pub struct SmallShoot {
     pub response: Response,
-    /// Of the interview's camera beside that of the OLATs.
+    /// Exposure of the interview's camera relative to the OLATs'.
     pub exposure: f32,
-    /// Turn of the frames' heads against the poses', in radians.
+    /// Rotation of the frames' heads relative to the poses', in radians.
     pub turn: f32,
-    /// Light that comes from everywhere onto the subject under each lamp, beside that of the lamp.
+    /// Ambient light on the subject under each lamp, relative to the lamp.
     pub fill: f32,
     /// Reflectance of the darkest spot, relative to the brightest.
     pub darkest_spot: f32,
-    /// Levels of subject and balls.
+    /// Brightness of subject and balls.
     pub subject: f32,
     pub ball: f32,
-    /// A lamp's image on the ball is a disc of one level.
+    /// True if a lamp's image on the ball is a disc of constant level.
     pub flat: bool,
-    /// Brightness of a warm window that lights the interview beside the lamps, relative to all of them.
+    /// Brightness of a warm window that also lights the interview, relative to all lamps.
     pub window: f32,
     /// Reflectance of the subject for red, green and blue.
     pub skin: [f32; 3],
-    /// Noise of the sensor beside that of the virtual stage's.
+    /// Sensor noise relative to the virtual stage's.
     pub noise: f32,
     pub seed: u32,
 }
@@ -57,7 +57,7 @@ impl Default for SmallShoot {
     }
 }
 
-/// The directions of a small dome and how bright each lamp was during the interview.
+/// Directions of a small dome and the brightness of each lamp during the interview.
 fn dome() -> Vec<(Vec3, f32)> {
     (0..14)
         .map(|i| {
@@ -109,7 +109,7 @@ impl SmallShoot {
         }
     }
 
-    /// Writes the shoot into `root` and gives its project.
+    /// Writes the shoot into `root` and returns its project.
     pub fn shoot(&self, root: &Path) -> Project {
         let project = self.project(root);
         let (ball, lamps) = (project.settings.shoot.ball, dome());
@@ -118,8 +118,7 @@ impl SmallShoot {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (seed >> 8) as f32 / 16_777_216.0 - 0.5
         };
-        // A sensor's noise as on the virtual stage (four even draws are near enough to a Gaussian), then
-        // eight bits.
+        // Sensor noise as on the virtual stage (four uniform draws are near enough to a Gaussian), then eight bits.
         let mut write = |picture: project::Picture, light: &Image| {
             let noisy = light.map(|pixel| {
                 pixel.map(|l| {
@@ -152,8 +151,8 @@ impl SmallShoot {
                 picture
             })
             .collect();
-        // What the window adds to the interview: an even bright patch on the ball, and on the subject the light of
-        // many directions within it.
+        // Light of the window in the interview: a uniform bright patch on the ball, and light from many directions
+        // within it on the subject.
         const WARM: [f32; 3] = [1.3, 1.0, 0.6];
         let (to_window, reach) = (Vec3::new(-0.6, 0.35, 0.72).normalize(), 0.12f32);
         let all: f32 = lamps.iter().map(|(_, weight)| weight).sum();
@@ -216,7 +215,7 @@ impl SmallShoot {
         project
     }
 
-    /// Makes the shoot and reads it.
+    /// Makes and reads the shoot.
     pub fn load(&self) -> (Subject, Probes) {
         let folder = tempfile::tempdir().unwrap();
         let project = self.shoot(folder.path());
@@ -231,7 +230,7 @@ pub fn without_bright() -> SmallShoot {
     SmallShoot { subject: 0.01, fill: 0.0002, ball: 0.03, ..SmallShoot::default() }
 }
 
-/// A shoot in fog: every lamp lights all of a pale subject, and lamps are even discs on the balls.
+/// A shoot in fog: every lamp lights all of a pale subject, and lamps are uniform discs on the balls.
 pub fn without_dark() -> SmallShoot {
     SmallShoot { subject: 0.05, fill: 0.2, darkest_spot: 0.7, flat: true, ..SmallShoot::default() }
 }

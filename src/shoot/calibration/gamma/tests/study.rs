@@ -1,4 +1,4 @@
-//! Views of a fit: other curves, the surface of its cost, the pictures under a response.
+//! Views of a fit: other curves, the cost surface, the pictures under a response.
 
 use super::small_shoot::{SmallShoot, dual};
 use super::*;
@@ -35,11 +35,11 @@ fn the_surface_is_lowest_at_the_fit_and_its_valley_holds_the_truth() {
     let surface = fitted.surface(7, &Progress::silent()).unwrap();
     assert_eq!(surface.gammas, [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0]);
     assert_eq!(surface.cost.len(), 49);
-    // No place of a coarse grid beats the fit by more than the walk's own accuracy.
+    // No place of a coarse grid beats the fit by more than the walk's accuracy.
     assert!(surface.cost.iter().all(|cost| *cost > -0.1));
     let at = |gamma1: usize, gamma2: usize| surface.cost[gamma2 * 7 + gamma1];
-    // (2.5, 2.0) is the place nearest to the truth: the valley, which runs along equal changes of both
-    // exponents, falls to it from all sides.
+    // (2.5, 2.0) is the place nearest to the truth: the valley runs along equal changes of both exponents and falls
+    // to it from all sides.
     for beside in [at(2, 2), at(4, 2), at(3, 1), at(3, 3)] {
         assert!(at(3, 2) < beside, "{:?}", surface.cost);
     }
@@ -56,7 +56,7 @@ fn a_study_shows_what_a_response_makes_of_the_pictures() {
     let weights = study.weights(&right);
     let picture = study.relit(&right, 1.0, &weights);
     assert_eq!(picture.0.size(), (32, 32));
-    // Pose 1 and frame 1 are the same: so are their pixels, to noise and the weights' error.
+    // Pose 1 and frame 1 are the same, so their pixels agree within noise and the weights' error.
     let frame = file::read_encoded(project.frame_picture(1).file()).unwrap();
     for (x, y) in [(16, 16), (12, 20), (20, 9)] {
         let (found, is) = (picture.0.at(x, y), frame.0.at(3 * x + 1, 3 * y + 1));
@@ -65,7 +65,7 @@ fn a_study_shows_what_a_response_makes_of_the_pictures() {
         }
     }
     assert_eq!(picture.0.at(0, 0), [0.0; 3]);
-    // Histograms hold every sample once, and those of the right response are nearer to each other.
+    // Histograms count every sample once, and those of the right response are nearer to each other.
     let interview = study.interview_histogram();
     let distance = |response: &Response| -> f64 {
         let relit = study.relit_histogram(response, 1.0, &study.weights(response));
@@ -83,7 +83,7 @@ fn a_study_shows_what_a_response_makes_of_the_pictures() {
         distance
     };
     assert!(4.0 * distance(&right) < distance(&dual(2.0, 2.4)));
-    // A brighter exposure is a brighter picture.
+    // A higher exposure gives a brighter picture.
     let brighter = study.relit(&right, 1.3, &weights);
     assert!(brighter.0.at(16, 16)[1] > picture.0.at(16, 16)[1]);
     study.show_pose(&project, 2).unwrap();

@@ -1,10 +1,10 @@
-//! Confidence on made-up balls at random.
+//! Confidence on random synthetic balls.
 
 use super::scene::Scene;
 use super::*;
 
-/// Number of series made. `SERIES=500 FIRST=7000 cargo test -p afterlight-calibration never_trusted -- --nocapture`
-/// makes more, from another seed on.
+/// Number of series. `SERIES=500 FIRST=7000 cargo test -p afterlight-calibration never_trusted -- --nocapture` runs
+/// more, starting at another seed.
 const SERIES: u64 = 24;
 
 /// Results for the lamps of many series.
@@ -13,14 +13,14 @@ struct Tally {
     /// Confidences of the lamps within 2.5° of the truth, and of those beyond 5°.
     right: Vec<f32>,
     wrong: Vec<f32>,
-    /// By how many degrees those are off that have a confidence above one half.
+    /// Errors in degrees of the lamps with a confidence above one half.
     trusted: Vec<f32>,
-    /// The wrong ones of these.
+    /// Descriptions of the wrong ones among them.
     bad: Vec<String>,
 }
 
 impl Tally {
-    /// Series on balls whose radius in pixels is within a range.
+    /// Series on balls with a radius in pixels within a range.
     fn of(scene: fn(u64, (f64, f64)) -> Scene, radius_px: (f64, f64)) -> Self {
         let read = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
         let count: u64 = read("SERIES").unwrap_or(SERIES);
@@ -31,7 +31,7 @@ impl Tally {
         }
         let trusted = sorted(std::mem::take(&mut tally.trusted).into_iter());
         println!(
-            "{} lamps within 2.5°, {:.1} % of them trusted; {} beyond 5°, {} of them trusted; the trusted are off by \
+            "{} lamps within 2.5°, {:.1} % of them trusted; {} beyond 5°, {} of them trusted; error of the trusted \
              {:.2}° in the median and {:.2}° at most",
             tally.right.len(),
             100.0 * share(&tally.right),
@@ -42,7 +42,7 @@ impl Tally {
         );
         assert!(
             tally.bad.is_empty(),
-            "{} wrong and sure:\n{}",
+            "{} wrong with high confidence:\n{}",
             tally.bad.len(),
             tally.bad.join("\n")
         );
@@ -86,7 +86,7 @@ fn a_direction_that_is_wrong_is_never_trusted() {
 #[test]
 fn a_direction_on_a_small_ball_that_is_wrong_is_never_trusted() {
     let Tally { right, wrong, .. } = Tally::of(Scene::sized, (12.0, 40.0));
-    // A pixel is as wide as nine to three degrees here.
+    // A pixel spans three to nine degrees here.
     assert!(right.len() > wrong.len() && share(&right) > 0.1);
 }
 

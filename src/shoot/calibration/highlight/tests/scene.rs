@@ -1,5 +1,5 @@
-//! A made-up series of photographs of a mirror ball, with a room, other things that reflect the lamps, scratches, dust,
-//! a photographer, noise, clipping and JPEG.
+//! A synthetic series of photographs of a mirror ball, with a room, reflecting objects, scratches, dust, a
+//! photographer, noise, clipping and JPEG.
 
 use super::far;
 use glam::{DVec2, DVec3, Vec3};
@@ -24,7 +24,7 @@ impl Draw {
         low + (high - low) * self.unit()
     }
 
-    /// Evenly distributed over factors.
+    /// Log-uniform draw.
     pub fn factor(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
@@ -38,7 +38,7 @@ impl Draw {
         r * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// A direction whose z is from `low` to `high`.
+    /// A direction with z between `low` and `high`.
     pub fn direction(&mut self, low: f64, high: f64) -> DVec3 {
         let z = self.between(low, high);
         let (sin, cos) = self.between(0.0, std::f64::consts::TAU).sin_cos();
@@ -54,7 +54,7 @@ impl Draw {
     }
 }
 
-/// A shining shape: its direction, half its width in radians, and its radiance.
+/// A luminous shape: its direction, half width in radians, and radiance.
 #[derive(Clone, Copy)]
 enum Shine {
     /// A disc.
@@ -77,7 +77,7 @@ impl Shine {
         }
     }
 
-    /// Its part of the sphere in steradians, nearly.
+    /// Approximate solid angle in steradians.
     fn solid_angle(&self) -> f64 {
         match *self {
             Self::Disc(_, radius) => std::f64::consts::PI * radius * radius,
@@ -86,22 +86,22 @@ impl Shine {
     }
 }
 
-/// A series of photographs with the truth.
+/// A series of photographs with ground truth.
 pub(super) struct Scene {
     pub series: Vec<Encoded>,
-    /// The circle as somebody found it: not quite right.
+    /// The detected circle, slightly wrong.
     pub ball: Ball,
     /// Directions of the lamps; `None` if a lamp was off.
     pub lamps: Vec<Option<Vec3>>,
 }
 
 impl Scene {
-    /// Everything at random by a seed, on a ball whose radius in pixels is within a range.
+    /// A random scene from a seed, on a ball with a radius in pixels within a range.
     pub fn sized(seed: u64, radius: (f64, f64)) -> Self {
         Self::with(seed, radius, false)
     }
 
-    /// The same with lamps that are banks of four lamps far apart.
+    /// A random scene whose lamps are banks of four lamps far apart.
     pub fn of_wide_banks(seed: u64, radius: (f64, f64)) -> Self {
         Self::with(seed, radius, true)
     }
@@ -109,7 +109,7 @@ impl Scene {
     fn with(seed: u64, (least, most): (f64, f64), wide_banks: bool) -> Self {
         let mut draw = Draw(seed.wrapping_mul(0x2545_F491_4F6C_DD1D) ^ 77);
         let radius = draw.factor(least, most);
-        // A pixel holds the mean of its light: small balls need more rays in each.
+        // A pixel averages its light: small balls need more rays per pixel.
         let rays = ((120.0 / radius).ceil() as usize).max(3);
         let size = (2.3 * radius) as usize;
         let centre = [0, 1].map(|_| 0.5 * size as f64 + draw.between(-3.0, 3.0));
@@ -148,7 +148,7 @@ impl Scene {
             })
             .collect();
         let ambient = draw.factor(1e-4, 0.03);
-        // Things that the lamps light: walls, a table, the subject, the photographer.
+        // Lit objects: walls, a table, the subject, the photographer.
         let things: Vec<(Shine, f64)> = (0..(draw.unit() * 5.0) as usize)
             .map(|_| {
                 let thing = Shine::Disc(draw.direction(-0.9, 0.95), draw.factor(0.05, 0.4));
@@ -182,11 +182,11 @@ impl Scene {
                 .iter()
                 .map(|(thing, albedo)| {
                     let (Shine::Disc(to, _) | Shine::Square(to, _)) = *thing;
-                    // It faces the ball, and the lamp's light meets it at some angle.
+                    // It faces the ball, and the lamp's light arrives at some angle.
                     albedo * power * flux / std::f64::consts::PI * (0.6 - 0.4 * at.dot(to)).max(0.0)
                 })
                 .collect();
-            // A lamp behind the ball lights the room too, and all of it a little.
+            // A lamp behind the ball also lights the room, and all of it a little.
             let stray = 0.02 * power * flux / std::f64::consts::PI;
             let place_of = |d: DVec3| {
                 let half = (d + DVec3::Z).normalize_or(DVec3::X);
@@ -306,7 +306,7 @@ fn blurred(light: &[f64], size: usize) -> Vec<f64> {
     pass(&pass(light, 1, 0), 0, 1)
 }
 
-/// The picture as a JPEG keeps it.
+/// The picture after JPEG compression.
 pub(super) fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
     let bytes: Vec<u8> =
         (picture.pixels.iter().flatten()).map(|v| (v * 255.0).round() as u8).collect();

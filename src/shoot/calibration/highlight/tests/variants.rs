@@ -1,11 +1,12 @@
-//! The shared balls as other cameras would show them: smaller, in a room with a window, in a coarser JPEG.
+//! The shared balls as seen by other cameras: smaller, in a room with a window, in a coarser JPEG.
 
 use super::scene::through_jpeg;
 use super::*;
 use imaging::resample::resize_area;
 use imaging::{Image, Response};
 
-/// The photographs with the light of each pixel changed, at a size that leaves the ball `radius_px`, as JPEG.
+/// Photographs with the light of each pixel changed, as JPEG, at a size that gives the ball a radius of
+/// `radius_px`.
 fn changed(
     (series, ball): (&[Encoded], &Ball),
     radius_px: f32,
@@ -29,7 +30,7 @@ fn changed(
     (shown.collect(), far(center, across * ball.radius_px))
 }
 
-/// Degrees off the published direction and confidence of each lamp.
+/// Error in degrees against the published direction, and confidence, for each lamp.
 fn judged(series: &[Encoded], ball: &Ball, published: &[Vec3]) -> Vec<(f32, f32)> {
     (lamps(ball, series).iter().zip(published))
         .map(|(lamp, published)| (apart(lamp.direction, *published), lamp.confidence))
@@ -68,7 +69,7 @@ fn real_balls_shown_by_other_cameras_are_as_right() {
             );
             assert!(off[11] <= 2.5, "{what}: {judged:?}");
         }
-        // On these a pixel is three to six degrees wide: not every lamp is right, but none is wrong and sure.
+        // A pixel spans three to six degrees here: some lamps are wrong, but none with high confidence.
         for radius_px in [40.0, 30.0, 20.0] {
             let (series, ball) = changed(of, radius_px, same);
             let judged = judged(&series, &ball, &published);

@@ -4,7 +4,7 @@ use super::*;
 use imaging::{Encoded, Raster};
 use proptest::prelude::*;
 
-/// A scene of six orders of magnitude.
+/// A scene with six orders of magnitude.
 fn scene() -> Image {
     Image::from_fn(48, 32, |x, y| {
         let level = 10f32.powf(-3.0 + 6.0 * (x * 32 + y) as f32 / 1536.0);
@@ -12,7 +12,7 @@ fn scene() -> Image {
     })
 }
 
-/// Record of light by an 8-bit camera with noise at some exposure.
+/// Light recorded by a noisy 8-bit camera at an exposure.
 fn shot(light: &Image, stops: f32, response: &Response, seed: u32) -> Photograph {
     let mut seed = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
     let exposed = light.map(|p| p.map(|v| v * stops.exp2()));
@@ -48,7 +48,7 @@ fn a_bracket_holds_more_than_any_of_its_photographs() {
     let stops = [0.0, -2.5, -5.0, -7.5, -10.0, 2.5, 5.0];
     let photographs = shots(&stops);
     let bracket = merged(&photographs, &stops).unwrap();
-    // The worst single channel of the span that the exposures cover.
+    // Worst single channel within the range of the exposures.
     let (mut worst, mut square, mut count) = (0.0f32, 0.0f32, 0.0f32);
     for (is, truth) in bracket.photograph.light.pixels.iter().zip(&scene().pixels) {
         for (is, truth) in is.iter().zip(truth).filter(|(_, t)| **t > 3e-3) {
@@ -100,7 +100,7 @@ fn what_all_exposures_clip_and_what_none_raises_is_counted() {
     let photographs = [0.0, -2.0].map(|s| shot(&light, s, &response(), 3));
     let bracket = merged(&photographs, &[0.0, -2.0]).unwrap();
     assert_eq!((bracket.clipped_pixels, bracket.dark_pixels, bracket.gap_pixels), (50, 50, 0));
-    // Clipped in the shortest: at least four times what the longest could hold.
+    // Clipped in the shortest exposure: at least four times the limit of the longest.
     assert!((bracket.photograph.light.at(0, 0)[0] - 4.0).abs() < 0.02);
 }
 

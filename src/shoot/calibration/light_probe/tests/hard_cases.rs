@@ -1,4 +1,4 @@
-//! Balls and photographs as bad as they come.
+//! Worst-case balls and photographs.
 
 use super::*;
 
@@ -12,8 +12,8 @@ fn a_ball_that_the_frame_cuts_says_what_is_missing() {
         assert!((value - 1.0).abs() < 0.01, "{value}");
     }
     test_support::shown!(Light, "A mirror ball cut in half by the frame",
- danger: "half of the light is silently black", done: "what is not seen is filled, and its share is said",
- bound: "share said between 45 and 55 %; an even sky stays even to 1 %", measured: format!("{:.1} %", 100.0 * probe.blind_share));
+ danger: "half of the light is silently black", done: "the unseen part is filled, and its share is reported",
+ bound: "reported share between 45 and 55 %; a uniform sky stays uniform to 1 %", measured: format!("{:.1} %", 100.0 * probe.blind_share));
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn a_black_ball_is_a_black_panorama() {
         (probe.filled_share, probe.clipped_pixels, probe.estimated_energy_share),
         (0.0, 0, 0.0)
     );
-    test_support::shown!(Light, "A black mirror ball", danger: "shares of no energy are 0/0", done: "a black panorama; nothing is filled or estimated",
+    test_support::shown!(Light, "A black mirror ball", danger: "shares of zero energy are 0/0", done: "a black panorama; nothing is filled or estimated",
  bound: "exactly 0", measured: "0");
 }
 
@@ -90,7 +90,7 @@ fn a_wholly_clipped_ball_is_counted_and_left_as_it_is() {
         assert_eq!(probe.unestimated_pixels, unestimated);
     }
     test_support::shown!(Light, "A mirror ball that is clipped everywhere",
- danger: "light beyond white is invented without a flank to go by", done: "all pixels are counted as clipped, and as not estimated",
+ danger: "light above white is invented without a flank", done: "all pixels count as clipped and not estimated",
  bound: "every pixel counted, none changed", measured: "all");
 }
 

@@ -1,9 +1,9 @@
-//! Clipped lamps, against truths that are not clipped.
+//! Clipped lamps, compared with unclipped ground truth.
 
 use super::*;
 use imaging::file;
 
-/// A dim ball with lamps, and what a camera that clips at 1 makes of it.
+/// A dim ball with lamps, photographed by a camera that clips at 1.
 fn clipped(
     lamps: &[(DVec3, f64, f64)],
     blur: impl Fn(f64, f64) -> f64 + Sync,
@@ -23,7 +23,7 @@ fn energy(probe: &LightProbe) -> f64 {
     f64::from(luminance(energy.map(|e| e as f32)))
 }
 
-/// The energies with the truth, without and with an estimate; and the estimating probe.
+/// Energies relative to the truth without and with an estimate, and the estimating probe.
 fn compared(truth: Image, photograph: &Photograph) -> ([f64; 3], LightProbe) {
     let size = (64, 32);
     let view = near_ball();
@@ -42,7 +42,7 @@ fn gaussian(angle: f64, width: f64) -> f64 {
     (-0.5 * (angle / width).powi(2)).exp()
 }
 
-/// An even disc with a soft edge a third of its radius wide.
+/// A uniform disc with a soft edge a third of its radius wide.
 fn disc(angle: f64, width: f64) -> f64 {
     let t = ((1.15 - angle / width) / 0.3).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -72,7 +72,7 @@ fn lobes_that_are_clipped_are_estimated_well() {
 
 #[test]
 fn flat_lamps_are_not_taken_for_much_brighter_ones() {
-    // The lobe's assumption is wrong here: what it adds must stay small, and what it refuses be counted.
+    // The lobe's assumption is wrong here: the added light must stay small, and rejected lamps must be counted.
     for peak in [1.2, 2.0, 4.0, 20.0] {
         for width in [0.08, 0.2] {
             let lamps = [(DVec3::new(0.3, 0.6, 0.7).normalize(), peak, width)];
@@ -94,7 +94,7 @@ fn flat_lamps_are_not_taken_for_much_brighter_ones() {
 
 #[test]
 fn a_lamp_without_a_flank_is_left_and_counted() {
-    // A jump from background to clipped within a pixel says nothing of how bright the lamp is.
+    // A jump from background to clipped within a pixel carries no information about the lamp's brightness.
     let mut light = Image::filled(256, 256, [0.02; 3]);
     for y in 100..110 {
         for x in 100..110 {
@@ -109,8 +109,8 @@ fn a_lamp_without_a_flank_is_left_and_counted() {
 
 #[test]
 fn the_shared_stages_hot_lamps_are_too_sharp_to_be_estimated() {
-    // The hot photographs are the others with ten times the light. Their lamps are even discs of a pixel or
-    // two; the truth's response serves to judge the estimate alone.
+    // The hot photographs have ten times the light of the others. Their lamps are uniform discs of a pixel or two.
+    // The true response is used to judge only the estimate.
     let Some(stage) = test_support::shared("data/stage") else {
         return;
     };

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The truth with a glaring camera around the +Z of a photograph's frame.
+/// Ground truth with a glaring camera around the +Z of a photograph's frame.
 fn with_camera(turn: Quat) -> impl Fn(DVec3) -> [f32; 3] {
     let turn = turn.as_dquat();
     move |d| match d.angle_between(DVec3::Z) < 10f64.to_radians() {
@@ -55,7 +55,7 @@ fn neither_camera_nor_rim_shows_in_two_balls_joined() {
         assert!((both.exposure_ratio / 1.7 - 1.0).abs() < 0.005, "{}", both.exposure_ratio);
         assert_eq!((both.blind_share, both.filled_share), (0.0, 0.0));
         assert!(both.disagreement_stops < 0.02 && both.refined_deg < 0.3);
-        // A camera's magenta has no green; nothing in the sky is like it.
+        // A camera's magenta has no green, unlike anything in the sky.
         assert!(both.panorama.pixels.iter().all(|p| p[1] > 0.05));
     }
 }
