@@ -1,9 +1,9 @@
-"""The feature networks of src/prediction/training/features in PyTorch, as torchvision lays them out.
+"""The feature networks of src/prediction/training/features in PyTorch, in torchvision's layout.
 
     features.py --network vgg16|vgg19|squeezenet --out DIR [--size N] [--seed N]
 
 Writes weights.safetensors and weights.pth with random weights, and slices.safetensors with an input in
-[0, 1], the layers that are compared and the gradient of the sum of their root mean squares by the input.
+[0, 1], the compared layers and the gradient of the sum of their root mean squares by the input.
 """
 
 import argparse
@@ -30,7 +30,7 @@ class Fire(nn.Module):
 
 
 class Network(nn.Module):
-    """A list of layers under torchvision's name, and the numbers of those that are compared."""
+    """Layers under torchvision's name, and the indices of the compared ones."""
 
     def __init__(self, layers, compared):
         super().__init__()

@@ -2,10 +2,10 @@
 """OpenColorIO on a chart: ocio.py IN.f32 OUT.f32 table FILE.cube | space NAME | config CONFIG SOURCE LOOKS TARGET…
 
 Both files are little-endian float32, three to a pixel. `table` applies a look-up table with tetrahedral interpolation,
-`space` brings linear Rec. 709 to a colour space of OpenColorIO's own configuration for ACES. `config` brings the colour space
-SOURCE of a configuration to each TARGET, after LOOKS if they are not empty: a colour space, or a display and a view with a tab
-between; what each makes stands one after the other. Without a SOURCE it begins at linear Rec. 709 and goes by way of what the
-configuration has in common with OpenColorIO's own."""
+`space` converts linear Rec. 709 to a colour space of OpenColorIO's own configuration for ACES. `config` converts the colour space
+SOURCE of a configuration to each TARGET, after LOOKS if they are not empty: a colour space, or a display and a view separated by a
+tab; the results follow each other. Without a SOURCE it starts at linear Rec. 709 and goes through the colour space that the
+configuration shares with OpenColorIO's own."""
 
 import array
 import sys

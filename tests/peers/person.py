@@ -2,7 +2,7 @@
 """MediaPipe's selfie segmentation by its own package: person.py PICTURE.png OUT.f32
 
 OUT is the probability of a person at each pixel of PICTURE, 256 × 256, as little-endian float32, row by row. The package
-brings the model, whose weights are those of `assets/person/weights.safetensors`."""
+includes the model, with the weights of `assets/person/weights.safetensors`."""
 
 import sys
 

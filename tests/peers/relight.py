@@ -1,8 +1,8 @@
 """The sum of lamps in NumPy and PyTorch, for `benches/relight.rs`.
 
-Answers lines on the standard input, one line of JSON each: `numpy N`, `numpy-lamps N`, `torch N` and
+Answers commands on standard input, one line of JSON each: `numpy N`, `numpy-lamps N`, `torch N` and
 `torch-lamps N` sum N times and reply with their seconds; `check` replies with the sum of all pixels; `quit`
-ends. Field and weights are those that the bench makes: value i is ((i * 2654435761) >> 8 & 0xffff) / 65536,
+ends. Field and weights equal the bench's: value i is ((i * 2654435761) >> 8 & 0xffff) / 65536,
 weights are [0.01 l + 0.1, 0.3, 1 / (1 + l)].
 """
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A timeline as OpenTimelineIO reads it: timeline.py FILE.otio | FILE.edl FRAMES/SECONDS
+"""A timeline as read by OpenTimelineIO: timeline.py FILE.otio | FILE.edl FRAMES/SECONDS
 
 Prints one JSON object: the timeline's name and start, and each clip with its track, range, time code, reel and media."""
 
@@ -21,7 +21,7 @@ def time(value):
 
 
 def codes(value):
-    """The time code without and with dropped numbers, as far as the rate has them."""
+    """The time code in non-drop and drop-frame form, if the rate has it."""
     found = [otio.opentime.to_timecode(value, value.rate, False)]
     if round(value.rate) % 30 == 0 and value.rate % 1:
         found.append(otio.opentime.to_timecode(value, value.rate, True))

@@ -13,7 +13,7 @@ import numpy as np
 
 def main():
     sketch, folder = sys.argv[1:]
-    # The sketch reads EXR files when it is run by itself.
+    # The sketch needs this module for EXR files, but only when run directly.
     sys.modules.setdefault("OpenEXR", types.ModuleType("OpenEXR"))
     spec = importlib.util.spec_from_file_location("sketch", sketch)
     module = importlib.util.module_from_spec(spec)

@@ -1,10 +1,10 @@
 """The network of src/prediction/reflectance/unet.rs in PyTorch: a source of numbers, and a peer to race.
 
     unet.py reference --out DIR [shape]   weights, a training step and its gradients as safetensors
-    unet.py serve [shape] [peer]          timings on request: one command a line, one line of JSON back
+    unet.py serve [shape] [peer]          timings on request: one command per line, answered by one line of JSON
     unet.py time [shape] [peer]           timings at once, as a table
 
-Parameters are named as burn names them, so that weights travel both ways as safetensors.
+Parameters have burn's names, so that weights can be exchanged as safetensors.
 """
 
 import argparse
@@ -116,7 +116,7 @@ class UNet(nn.Module):
 
 
 class Peer:
-    """A network with what a training step needs, and the ways in which PyTorch can run it."""
+    """A network with the inputs of a training step, and PyTorch's ways to run it."""
 
     def __init__(self, options):
         torch.manual_seed(options.seed)
@@ -149,12 +149,12 @@ class Peer:
             return self.run(self.input)
 
     def finish(self):
-        """Waits for what a GPU has been given to do."""
+        """Waits for the GPU's work."""
         if self.device.type == "cuda":
             torch.cuda.synchronize()
 
     def memory(self):
-        """Peak and present KiB: on a GPU of PyTorch's allocator, on a CPU of the process."""
+        """Peak and current KiB: of PyTorch's allocator on a GPU, of the process on a CPU."""
         if self.device.type == "cuda":
             held, used = torch.cuda.max_memory_reserved(), torch.cuda.memory_allocated()
             most_used = torch.cuda.max_memory_allocated()
@@ -169,7 +169,7 @@ class Peer:
         return functional.mse_loss(self.forward().float(), self.target)
 
     def step(self):
-        """Makes one training step; returns its seconds, whole and in parts."""
+        """Runs one training step; returns its seconds, in total and by part."""
         self.network.train()
         times = [time.perf_counter()]
         self.optimizer.zero_grad()
@@ -211,7 +211,7 @@ def status_kib(name):
 
 
 def columns(rows):
-    """A list of dictionaries as a dictionary of lists."""
+    """Turns a list of dictionaries into a dictionary of lists."""
     return {key: [row[key] for row in rows] for key in rows[0]} if rows else {}
 
 
@@ -254,7 +254,7 @@ def time_(options):
 
 
 def burn_statistics(network, size):
-    """The running statistics after one pass as burn keeps them: it averages the variance over n, where
+    """The running statistics after one pass by burn's definition: its variance is over n, while
     PyTorch divides by n - 1."""
     statistics = {}
     for i, block in enumerate(network.encoder):

@@ -5,8 +5,8 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// Linear Rec.709 RGB of CIE XYZ relative to D65 (the matrix of IEC 61966-2-1). Colours outside the
-/// primaries' triangle have negative channels.
+/// Linear Rec.709 RGB from CIE XYZ relative to D65 (the matrix of IEC 61966-2-1). Colours outside the primaries'
+/// triangle have negative channels.
 pub fn linear_from_xyz([x, y, z]: [f32; 3]) -> [f32; 3] {
     [
         3.240_97 * x - 1.537_383_2 * y - 0.498_610_76 * z,
@@ -15,7 +15,7 @@ pub fn linear_from_xyz([x, y, z]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// `x` within `[0, 1]`; NaN becomes 0, where `f32::clamp` would pass it on.
+/// `x` clamped to `[0, 1]`; NaN becomes 0, where `f32::clamp` would return NaN.
 pub fn unit(x: f32) -> f32 {
     if x >= 1.0 {
         1.0
@@ -29,7 +29,7 @@ pub fn unit(x: f32) -> f32 {
 /// sRGB encoding of a linear value (IEC 61966-2-1). Values outside `[0, 1]` are clipped, NaN gives 0.
 pub fn srgb_from_linear(linear: f32) -> f32 {
     let x = unit(linear);
-    // The formula's own value at 1 is 0.99999994.
+    // The formula itself gives 0.99999994 at 1.
     if x <= 0.003_130_8 {
         12.92 * x
     } else if x < 1.0 {
@@ -45,13 +45,13 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Code of linear light for a reference monitor of ITU-R BT.1886 with a perfect black: a power of 2.4. Values outside
-/// `[0, 1]` are clipped, NaN gives 0.
+/// Code of linear light for a reference monitor of ITU-R BT.1886 with a perfect black: a power of 2.4. Values
+/// outside `[0, 1]` are clipped, NaN gives 0.
 pub fn bt1886_from_linear(linear: f32) -> f32 {
     unit(linear).powf(1.0 / 2.4)
 }
 
-/// The 8-bit code value of a value in `[0, 1]`, rounded to nearest.
+/// The 8-bit code of a value in `[0, 1]`, rounded to nearest.
 pub fn byte_from_unit(value: f32) -> u8 {
     (unit(value) * 255.0 + 0.5) as u8
 }

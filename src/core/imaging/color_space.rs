@@ -1,9 +1,9 @@
-//! RGB colour spaces, and the matrices that bring linear light from one to another.
+//! RGB colour spaces, and the matrices between them for linear light.
 //!
 //! The program works in linear Rec. 709. A matrix follows from primaries and white (SMPTE RP 177-1993); between
 //! different whites light is adapted with Bradford's matrix (Lam 1985, as in ICC.1:2022 annex E).
 
-/// Rows of a matrix that is multiplied by a column of R, G and B.
+/// Rows of a matrix that multiplies a column of R, G and B.
 pub type Matrix = [[f64; 3]; 3];
 
 /// Primaries and white.
@@ -12,7 +12,7 @@ pub enum ColorSpace {
     /// ITU-R BT.709, D65: the working space. sRGB has the same primaries.
     #[default]
     Rec709,
-    /// SMPTE EG 432-1 with D65, as displays have it.
+    /// SMPTE EG 432-1 with D65, as used by displays.
     P3D65,
     /// ITU-R BT.2020, D65.
     Rec2020,
@@ -34,7 +34,7 @@ const BRADFORD: Matrix =
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 impl ColorSpace {
-    /// Positions of its corners and its white.
+    /// Chromaticities of its corners and its white.
     pub fn primaries(self) -> Primaries {
         let of = |red, green, blue, white| Primaries { red, green, blue, white };
         match self {
@@ -45,25 +45,50 @@ impl ColorSpace {
         }
     }
 
-    /// The matrix that brings linear light of this space to `other`.
+    /// The matrix from linear light of this space to that of `other`.
     pub fn matrix_to(self, other: Self) -> Matrix {
         if self == other {
             return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         }
-        let (from, to) = (self.primaries(), other.primaries());
-        let adapted = if from.white == to.white {
-            from.to_xyz()
-        } else {
-            product(adaptation(from.white, to.white), from.to_xyz())
-        };
-        product(inverse(to.to_xyz()), adapted)
+        self.primaries().matrix_to(other.primaries())
     }
 }
 
 impl Primaries {
+    /// True if the corners span a triangle and the white is a valid colour.
+    pub fn is_usable(self) -> bool {
+        let Self { red, green, blue, white } = self;
+        let corners = [red, green, blue, white];
+        let area =
+            (green[0] - red[0]) * (blue[1] - red[1]) - (blue[0] - red[0]) * (green[1] - red[1]);
+        corners.iter().flatten().all(|v| v.is_finite() && v.abs() < 2.0)
+            && area.abs() > 1e-4
+            && white[1] > 1e-3
+    }
+
+    /// The matrix from linear light of these primaries to `to`, with the white adapted.
+    pub fn matrix_to(self, to: Self) -> Matrix {
+        let adapted = if self.white == to.white {
+            self.to_xyz()
+        } else {
+            product(adaptation(self.white, to.white), self.to_xyz())
+        };
+        product(inverse(to.to_xyz()), adapted)
+    }
+
+    /// The matrix to linear Rec. 709; None if these are Rec. 709's own, to three digits.
+    pub fn to_rec709(self) -> Option<Matrix> {
+        let own = ColorSpace::Rec709.primaries();
+        let corners = |p: Self| [p.red, p.green, p.blue, p.white];
+        let pairs = corners(self).into_iter().flatten().zip(corners(own).into_iter().flatten());
+        let is_own = pairs.into_iter().all(|(a, b)| (a - b).abs() < 1.5e-3);
+        (!is_own).then(|| self.matrix_to(own))
+    }
+
     /// The matrix from linear RGB to CIE XYZ, white with Y = 1.
     pub fn to_xyz(self) -> Matrix {
-        let corners = [self.red, self.green, self.blue].map(xyz);
+        // Not divided by y, which is 0 for two corners of XYZ itself.
+        let corners = [self.red, self.green, self.blue].map(|[x, y]| [x, y, 1.0 - x - y]);
         let columns: Matrix = std::array::from_fn(|row| corners.map(|corner| corner[row]));
         let gains = applied(inverse(columns), xyz(self.white));
         columns.map(|row| std::array::from_fn(|c| row[c] * gains[c]))
@@ -78,6 +103,11 @@ pub fn transformed(matrix: &Matrix, rgb: [f32; 3]) -> [f32; 3] {
 /// XYZ with Y = 1 of a chromaticity.
 fn xyz([x, y]: [f64; 2]) -> [f64; 3] {
     [x / y, 1.0, (1.0 - x - y) / y]
+}
+
+/// XYZ adapted from one white to another with Bradford's matrix.
+pub fn adapted(color: [f64; 3], from: [f64; 2], to: [f64; 2]) -> [f64; 3] {
+    applied(adaptation(from, to), color)
 }
 
 /// Bradford's adaptation of XYZ from one white to another.

@@ -1,9 +1,9 @@
-//! Look-up tables of colour in Adobe's and Resolve's `.cube` format.
+//! Colour look-up tables in Adobe's and Resolve's `.cube` format.
 //!
-//! A file has a table per channel (`LUT_1D_SIZE`), a cube (`LUT_3D_SIZE`), or, as Resolve writes it, first the one and
-//! then the other. Tables are interpolated linearly, cubes within tetrahedra (Kasson et al. 1995), as OpenColorIO does.
-//! The range of the input is `DOMAIN_MIN` and `DOMAIN_MAX` (Adobe) or `LUT_1D_INPUT_RANGE` and `LUT_3D_INPUT_RANGE`
-//! (Resolve); what is outside counts as its ends.
+//! A file has a table per channel (`LUT_1D_SIZE`), a cube (`LUT_3D_SIZE`), or, as Resolve writes it, first one
+//! and then the other. Tables are interpolated linearly, cubes within tetrahedra (Kasson et al. 1995), as
+//! OpenColorIO does. The range of the input is `DOMAIN_MIN` and `DOMAIN_MAX` (Adobe) or `LUT_1D_INPUT_RANGE` and
+//! `LUT_3D_INPUT_RANGE` (Resolve); values outside are clamped to it.
 
 use crate::Encoded;
 use base::error::{Error, Result};
@@ -11,18 +11,18 @@ use base::files::read_text;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// The longest file that is read, in bytes: a cube of [`MOST_3D`] with 60 bytes a line.
+/// Maximum file size in bytes: a cube of [`MOST_3D`] with 60 bytes per line.
 const MOST_BYTES: u64 = 128 << 20;
-/// The longest table, as Adobe's specification has it.
+/// Maximum table length, by Adobe's specification.
 const MOST_1D: usize = 65_536;
-/// The largest cube: what OpenColorIO takes.
+/// Maximum cube size, by OpenColorIO's limit.
 const MOST_3D: usize = 129;
 const REMEDY: &str = "Choose a .cube file as colour grading tools write it";
 
 /// A look-up table from RGB to RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cube {
-    /// The file's name for itself; "" if it has none.
+    /// Title in the file; "" if there is none.
     pub title: String,
     curves: Option<Table>,
     cube: Option<Table>,
@@ -43,18 +43,18 @@ impl Cube {
     /// Reads a file.
     ///
     /// # Errors
-    /// When it cannot be read, is too long, or is no such table; says in which line.
+    /// When it cannot be read, is too long, or is not such a table; the error gives the line.
     pub fn read(path: &Path) -> Result<Self> {
         let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, REMEDY))?;
         Self::parse(&text).map_err(|problem| {
-            Error::invalid(format!("{} is no look-up table: {problem}", path.display()), REMEDY)
+            Error::invalid(format!("{} is not a look-up table: {problem}", path.display()), REMEDY)
         })
     }
 
     /// Reads a file's text.
     ///
     /// # Errors
-    /// What is wrong with it, and in which line.
+    /// The fault and its line.
     pub fn parse(text: &str) -> std::result::Result<Self, String> {
         let mut header = Header::default();
         let mut values = Vec::new();
@@ -66,7 +66,7 @@ impl Cube {
             }
             if line.starts_with(|c: char| c.is_ascii_alphabetic() && !is_nan_or_infinity(line)) {
                 if !values.is_empty() {
-                    return Err(wrong(format!("{} stands behind values", shortened(line))));
+                    return Err(wrong(format!("{} comes after the values", shortened(line))));
                 }
                 header.read(line).map_err(wrong)?;
             } else {
@@ -76,26 +76,26 @@ impl Cube {
         header.tables(values)
     }
 
-    /// The table's output for a colour. NaN counts as the least input.
+    /// The table's output for a colour. NaN counts as the smallest input.
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let rgb = self.curves.as_ref().map_or(rgb, |table| table.curves(rgb));
         self.cube.as_ref().map_or(rgb, |table| table.cube(rgb))
     }
 
-    /// Puts what the table makes of them in place of a picture's codes.
+    /// Applies the table to a picture's codes in place.
     pub fn apply_to(&self, codes: &mut Encoded) {
         let pixels = codes.0.pixels.par_iter_mut().with_min_len(4096);
         pixels.for_each(|code| *code = self.apply(*code));
     }
 }
 
-/// Words that begin with a letter but are meant as numbers: refused as such, by what reads numbers.
+/// True for NaN and infinity, which begin with a letter but are left to the number reader to reject.
 fn is_nan_or_infinity(line: &str) -> bool {
     let word = line.split_whitespace().next().unwrap_or_default();
     word.parse::<f32>().is_ok()
 }
 
-/// The beginning of what a sentence repeats.
+/// The beginning of a quoted line.
 fn shortened(line: &str) -> String {
     line.chars().filter(|c| !c.is_control()).take(40).collect()
 }
@@ -141,12 +141,12 @@ impl Header {
             "DOMAIN_MAX" => self.domain[1] = Some(numbers(rest)?),
             "LUT_1D_INPUT_RANGE" => self.curve_range = Some(numbers(rest)?),
             "LUT_3D_INPUT_RANGE" => self.cube_range = Some(numbers(rest)?),
-            _ => return Err(format!("{:?} is not known", shortened(word))),
+            _ => return Err(format!("{:?} is an unknown keyword", shortened(word))),
         }
         Ok(())
     }
 
-    /// The tables that the values are.
+    /// Splits the values into tables.
     fn tables(self, mut values: Vec<[f32; 3]>) -> std::result::Result<Cube, String> {
         let entries = self.curve.unwrap_or(0) + self.cube.map_or(0, |size| size.pow(3));
         if entries == 0 {
@@ -154,13 +154,13 @@ impl Header {
         }
         if values.len() != entries {
             return Err(format!(
-                "its sizes ask for {entries} lines of values, and it has {}",
+                "its sizes need {entries} lines of values, but it has {}",
                 values.len()
             ));
         }
         let of_cube = values.split_off(self.curve.unwrap_or(0));
         let domain = [self.domain[0].unwrap_or([0.0; 3]), self.domain[1].unwrap_or([1.0; 3])];
-        // A domain is that of the first table; the second reads what the first wrote.
+        // A domain belongs to the first table; the second reads the output of the first.
         let behind_curve = if self.curve.is_some() { [[0.0; 3], [1.0; 3]] } else { domain };
         let table = |size: Option<usize>, range: Option<[f32; 2]>, domain, values| {
             let [least, most]: [[f32; 3]; 2] = range.map_or(domain, |range| range.map(|v| [v; 3]));
@@ -181,7 +181,7 @@ impl Header {
 }
 
 impl Table {
-    /// Index of the entry below a channel's value, and how far it is to the next, in `[0, 1]`.
+    /// Index of the entry below a channel's value, and the fraction of the way to the next, in `[0, 1]`.
     fn place(&self, value: f32, c: usize) -> (usize, f32) {
         let share = (value - self.least[c]) / (self.most[c] - self.least[c]);
         let at = super::color::unit(share) * (self.size - 1) as f32;
@@ -202,7 +202,7 @@ impl Table {
         let places: [(usize, f32); 3] = std::array::from_fn(|c| self.place(rgb[c], c));
         let steps = [1, self.size, self.size * self.size];
         let mut at: usize = (0..3).map(|c| places[c].0 * steps[c]).sum();
-        // From the lower corner to the upper one, along the axis first that has the longest way to go.
+        // From the lower corner to the upper one, along the axis with the largest fraction first.
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| places[b].1.total_cmp(&places[a].1));
         let mut sum = self.values[at];

@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 use std::process::Command;
 
-/// A cube of `size` entries along an axis whose values bend and mix channels, with a domain.
+/// A cube of `size` entries along an axis with curved, mixed channels, and a domain.
 fn bent(size: usize, domain: &str) -> String {
     let mut text = format!("TITLE \"bent\"\n# A comment\nLUT_3D_SIZE {size}\n{domain}\n");
     let at = |i: usize| i as f32 / (size - 1) as f32;
@@ -33,7 +33,7 @@ fn curves(size: usize, before: &str) -> String {
     text
 }
 
-/// Colours of a person's chart: corners, greys, colours between, and values outside of the domain.
+/// Colours of a test chart: corners, greys, colours between, and values outside of the domain.
 fn chart() -> Vec<[f32; 3]> {
     let steps = [-0.5, 0.0, 0.001, 0.02, 0.18, 0.3333, 0.5, 0.77, 1.0, 1.7, 9.0];
     let all = steps.iter().flat_map(|&r| steps.iter().map(move |&g| (r, g)));
@@ -76,7 +76,7 @@ fn a_domain_and_a_curve_before_a_cube_are_kept() {
 fn what_is_no_table_is_refused_with_its_line() {
     for (text, wanted) in [
         ("", "neither LUT_1D_SIZE nor LUT_3D_SIZE"),
-        ("LUT_3D_SIZE 2\n0 0 0\n", "8 lines of values, and it has 1"),
+        ("LUT_3D_SIZE 2\n0 0 0\n", "8 lines of values, but it has 1"),
         ("LUT_3D_SIZE 99999999999\n", "line 1: LUT_3D_SIZE"),
         ("LUT_3D_SIZE 4096\n", "2 to 129"),
         ("LUT_1D_SIZE 1\n0 0 0\n", "2 to 65536"),
@@ -84,14 +84,14 @@ fn what_is_no_table_is_refused_with_its_line() {
         ("LUT_1D_SIZE 2\n0 0 0\n0 nan 0\n", "not finite"),
         ("LUT_1D_SIZE 2\nnan 0 0\n0 0 0\n", "not finite"),
         ("LUT_1D_SIZE 2\n0 0 0\n0 0 0 0\n", "line 3"),
-        ("LUT_1D_SIZE 2\n0 0 0\nTITLE late\n1 1 1\n", "behind values"),
+        ("LUT_1D_SIZE 2\n0 0 0\nTITLE late\n1 1 1\n", "after the values"),
         ("LUT_1D_SIZE 2\nDOMAIN_MIN 1 1 1\n0 0 0\n1 1 1\n", "inputs go from"),
         (
             "LUT_1D_SIZE 2\nDOMAIN_MIN -3e38 0 0\nDOMAIN_MAX 3e38 1 1\n0 0 0\n1 1 1\n",
             "inputs go from",
         ),
         ("<html>\n", "line 1"),
-        ("WHATEVER 3\n", "not known"),
+        ("WHATEVER 3\n", "unknown keyword"),
     ] {
         let said = Cube::parse(text).unwrap_err();
         assert!(said.contains(wanted), "{text:?}: {said}");
@@ -105,8 +105,8 @@ fn what_is_no_table_is_refused_with_its_line() {
     let said = Cube::read(&path).unwrap_err().to_string();
     assert!(said.contains("look.cube"), "{said}");
     test_support::shown!(Strangers, "A .cube table whose size lies, with NaN, with text, or of a terabyte",
-        danger: "memory for a table that is not there; pictures of NaN",
-        done: "it is refused with its line, before memory is taken for it",
+        danger: "memory for a table that does not exist; pictures of NaN",
+        done: "it is refused before memory is allocated for it, and the error gives the line",
         bound: "tables to 65536 entries, cubes to 129, 128 MiB", measured: "refused");
 }
 
@@ -129,7 +129,7 @@ proptest! {
     }
 }
 
-/// OpenColorIO's output for the chart: `arguments` of `tests/peers/ocio.py` behind its files.
+/// OpenColorIO's output for the chart: `tests/peers/ocio.py` with its files and these `arguments`.
 fn theirs(python: &Path, folder: &Path, arguments: &[&str]) -> Vec<[f32; 3]> {
     let (from, to) = (folder.join("in.f32"), folder.join("out.f32"));
     let bytes: Vec<u8> = chart().iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
@@ -182,7 +182,7 @@ fn tables_and_spaces_are_those_of_opencolorio() {
         let matrix = ColorSpace::Rec709.matrix_to(space);
         compare(chart().into_iter().map(|rgb| transformed(&matrix, rgb)), &theirs, name);
     }
-    // Codes exist within 0 and 1 alone.
+    // Codes exist only between 0 and 1.
     let within = |rgb: &[f32; 3]| rgb.iter().all(|v| (0.0..=1.0).contains(v));
     for (code, name) in [
         (srgb_from_linear as fn(f32) -> f32, "sRGB - Texture"),

@@ -1,7 +1,7 @@
-//! Output of a display for linear light, as a table: any transform of colours, at one speed on every device.
+//! Display transform of linear light as a table: any transform of colours, at the same speed on every device.
 //!
-//! Light goes through a logarithm and then through a cube, which is interpolated within tetrahedra as [`crate::Cube`] is. How far
-//! that is from the transform itself is measured in `color_config`.
+//! Light goes through a logarithm and then through a cube, which is interpolated within tetrahedra as in
+//! [`crate::Cube`]. `color_config` measures its error.
 
 use crate::Image;
 use crate::color::unit;
@@ -11,14 +11,16 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Entries along an axis.
 const SIZE: usize = 65;
-/// A channel's place among the entries is log2(1 + SLOPE · √light) / STOPS. The root spreads the entries near black as displays'
-/// powers do. With these two, light of 1, where many transforms clip, is an entry.
+/// A channel's position among the entries is log2(1 + SLOPE · √light) / STOPS. The root spreads the entries near
+/// black as displays' powers do. With these two constants, light of 1, where many transforms clip, is exactly an
+/// entry.
 const SLOPE: f32 = 7.0;
 const STOPS: f32 = 6.0;
-/// Range of codes in the table. Beyond `[0, 1]`, so that a transform that would clip there does so between entries.
+/// Range of codes in the table. Wider than `[0, 1]`, so that a transform that clips there does so between
+/// entries.
 const CODES: [f32; 2] = [-1.0, 4.0];
 
-/// Codes of a display by linear Rec. 709, under the name by which a person knows them.
+/// Display codes for linear Rec. 709, under a name that the user knows.
 #[derive(Clone)]
 pub struct DisplayTable {
     pub name: String,
@@ -27,10 +29,10 @@ pub struct DisplayTable {
 }
 
 impl DisplayTable {
-    /// The brightest light that is told apart.
+    /// The brightest light in the table; brighter light gives the same codes.
     pub const MOST: f32 = 81.0;
 
-    /// The table of a transform: `encode` puts codes in place of linear light.
+    /// Samples a transform: `encode` replaces linear light with codes.
     pub fn of(name: String, encode: impl FnOnce(&mut [[f32; 3]])) -> Self {
         let light = |i: usize| {
             let root = ((STOPS * i as f32 / (SIZE - 1) as f32).exp2() - 1.0) / SLOPE;
@@ -58,7 +60,7 @@ impl DisplayTable {
         self.table.cube(light.map(place)).map(unit)
     }
 
-    /// A number that stands for the codes: the same for the same.
+    /// Identifier of the codes: equal for equal tables.
     pub fn identity(&self) -> u64 {
         self.identity
     }
@@ -86,7 +88,7 @@ mod tests {
     use super::*;
     use crate::color::srgb_from_linear;
 
-    /// sRGB without its clip, which the table does.
+    /// sRGB without its clip; the table clips.
     fn srgb(name: &str) -> DisplayTable {
         let code = |v: f32| match v {
             1.0.. => 1.0 + 0.44 * (v - 1.0),
@@ -119,7 +121,7 @@ mod tests {
                 (*r, *g, *b) = (*b, *r, (*g).min(1.0));
             }
         });
-        // Entries are met exactly.
+        // Entries are reproduced exactly.
         let light = [1.0, 0.0, 0.0];
         assert_eq!(table.at(light).map(|code| (1e5 * code).round()), [0.0, 1e5, 0.0]);
         let [_, green, blue] = table.at([0.5, 0.25, 0.125]);

@@ -1,4 +1,4 @@
-//! The dual gamma: I' = (1 − I)·I^γ1 + I·I^γ2 (the paper's section 3.1).
+//! The dual gamma: I' = (1 − I)·I^γ1 + I·I^γ2 (section 3.1 of the paper).
 
 use super::color::unit;
 use super::raster::{Encoded, Image, Raster};
@@ -18,16 +18,16 @@ pub struct DualGamma {
 }
 
 impl DualGamma {
-    /// The exponents that a camera can have: from linear to far beyond any video standard.
+    /// Range of camera exponents: from linear to far beyond any video standard.
     pub const BOUNDS: RangeInclusive<f32> = 1.0..=4.0;
 
-    /// A curve of two exponents.
+    /// A curve with two exponents.
     ///
     /// # Errors
-    /// When an exponent is NaN or outside [`Self::BOUNDS`], or the curve falls anywhere.
+    /// When an exponent is NaN or outside [`Self::BOUNDS`], or the curve decreases anywhere.
     pub fn new(gamma1: f32, gamma2: f32) -> Result<Self> {
         let curve = Self { gamma1, gamma2 };
-        // NaN is in no range, so it is refused here too.
+        // NaN is in no range, so it is rejected here too.
         if [gamma1, gamma2].iter().all(|g| Self::BOUNDS.contains(g)) && curve.is_monotone() {
             return Ok(curve);
         }
@@ -42,7 +42,7 @@ impl DualGamma {
         ))
     }
 
-    /// True if the curve never falls, checked at 1025 places.
+    /// True if the curve never decreases, checked at 1025 points.
     pub fn is_monotone(&self) -> bool {
         (0..=1024).all(|i| self.value_and_slope(f64::from(i) / 1024.0).1 >= 0.0)
     }
@@ -52,8 +52,8 @@ impl DualGamma {
         self.value_and_slope(f64::from(unit(encoded))).0 as f32
     }
 
-    /// Encoded value of a linear one, solved to far below 1e-6. Values outside `[0, 1]` are clipped,
-    /// NaN gives 0. The curve must be monotone.
+    /// Encoded value of a linear one, solved to far below 1e-6. Values outside `[0, 1]` are clipped, NaN gives 0.
+    /// The curve must be monotone.
     pub fn encode_value(&self, linear: f32) -> f32 {
         let y = f64::from(unit(linear));
         if y == 0.0 || y == 1.0 {
@@ -64,7 +64,7 @@ impl DualGamma {
         let (mut low, mut high) = (y.powf(1.0 / g1.min(g2)), y.powf(1.0 / g1.max(g2)));
         (low, high) = (low.min(high), low.max(high));
         let mut x = 0.5 * (low + high);
-        // Newton's steps, kept inside a bracket that every step narrows; 64 halvings exhaust f64.
+        // Newton steps inside a bracket that shrinks every time; 64 halvings exhaust f64.
         for _ in 0..64 {
             let (value, slope) = self.value_and_slope(x);
             if value < y {
@@ -92,13 +92,13 @@ impl DualGamma {
         decode_with(picture, |value| self.decode_value(value))
     }
 
-    /// The picture that this camera would make of linear light.
+    /// The picture that this camera makes of linear light.
     pub fn encode(&self, picture: &Image) -> Encoded {
         Encoded(map_values(picture, |value| self.encode_value(value)))
     }
 
-    /// The dual gamma whose encoded values are nearest to those of a curve from encoded to linear, as root mean square
-    /// over the encoded range, and that distance.
+    /// The dual gamma nearest to a curve from encoded to linear, by root mean square of the encoded values over
+    /// the encoded range, and that distance.
     pub fn nearest(decode: impl Fn(f32) -> f32) -> (Self, f32) {
         const CODES: usize = 64;
         let codes = (0..CODES).map(|i| (i as f32 + 0.5) / CODES as f32);
@@ -108,7 +108,7 @@ impl DualGamma {
             (off.sum::<f32>() / CODES as f32).sqrt()
         };
         let mut best = (Self { gamma1: 2.2, gamma2: 2.2 }, f32::INFINITY);
-        // Around the best of each round, the next one looks with a third of the step.
+        // Each round searches around the best of the previous one with a third of its step.
         for round in 0..8 {
             let (centre, step) = (best.0, 0.6 / 3f32.powi(round));
             for i in -3..=3 {
@@ -138,7 +138,8 @@ impl DualGamma {
     }
 }
 
-/// Decodes a picture by a curve. The 256 values of 8-bit pictures come from a table, all others are computed.
+/// Decodes a picture through a curve. The 256 values of 8-bit pictures come from a table, all others are
+/// computed.
 pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync) -> Image {
     let codes: [f32; 256] = std::array::from_fn(|code| code as f32 / 255.0);
     let table = codes.map(&decode);
@@ -148,7 +149,7 @@ pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync)
     })
 }
 
-/// A picture with every channel of every pixel replaced.
+/// A picture with every channel of every pixel mapped.
 pub(super) fn map_values(
     picture: &Raster<[f32; 3]>,
     value: impl Fn(f32) -> f32 + Sync,
@@ -176,7 +177,7 @@ mod tests {
 
         #[test]
         fn codes_and_light_round_trip(curve in exponents(), x in 0.0f32..=1.0) {
-            // A code value so dark that its light is denormal cannot come back.
+            // A code so dark that its light is denormal cannot make the round trip.
             prop_assume!(x == 0.0 || curve.decode_value(x) > f32::MIN_POSITIVE);
             prop_assert!((curve.encode_value(curve.decode_value(x)) - x).abs() <= 1e-6);
             prop_assert!((curve.decode_value(curve.encode_value(x)) - x).abs() <= 1e-6);

@@ -1,42 +1,30 @@
 //! Picture files: PNG, JPEG and TIFF as encoded values, EXR and Radiance HDR as linear light.
 
 use super::color::byte_from_unit;
-use super::raster::{Encoded, Image, Mask, Raster};
+use super::picture;
+use super::raster::{Encoded, Image, Mask};
 use base::error::{Error, Result};
-use base::files::{self, write_beside};
-use exr::meta::MetaData;
+use base::files::write_beside;
 use exr::meta::header::Header;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
-use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Seek, Write};
+use std::io::{Cursor, Write};
 use std::path::Path;
 
-/// Pictures with more pixels are refused before memory is taken: 1.6 GB of light. As many as 16384 × 8192.
+/// Maximum number of pixels, checked before memory is allocated: 1.6 GB of light, or 16384 × 8192.
 pub const MAX_PIXELS: usize = 1 << 27;
-/// A decoder may take that many bytes: 16 for each pixel, and 64 MiB.
-const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
-/// Bytes of a block of lines or of a tile: as much as a panorama of 16384 × 8192 half floats in one tile.
+/// Maximum memory of a decoder in bytes: 16 for each pixel, and 64 MiB.
+pub(crate) const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
+/// Maximum size in bytes of a block of lines or a tile: a panorama of 16384 × 8192 half floats in one tile.
 const MAX_BLOCK_BYTES: usize = 1 << 30;
 const REMEDY: &str = "Check that the file is there and is a complete picture";
 
-/// Opens a picture and looks which format it has.
-fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>> {
-    let file = files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
-    let mut reader = ImageReader::new(BufReader::new(file));
-    // The name decides if the content does not, as it may for TGA.
-    if let Ok(format) = image::ImageFormat::from_path(path) {
-        reader.set_format(format);
-    }
-    reader.with_guessed_format().map_err(|e| Error::io("read", path, e, REMEDY))
-}
-
-/// Refuses an OpenEXR file whose blocks (lines or tiles that are decoded at once) would take more than
-/// `MAX_BLOCK_BYTES`: decoders take that memory before they look at the block's content.
+/// Rejects an OpenEXR file whose blocks (lines or tiles that are decoded at once) exceed `MAX_BLOCK_BYTES`:
+/// decoders allocate that memory before they read the block.
 ///
 /// # Errors
-/// Then: what is wrong.
+/// When a block is too large: a description of it.
 pub fn check_openexr(parts: &[Header]) -> std::result::Result<(), String> {
     for part in parts {
         let (block, layer) = (part.max_block_pixel_size(), part.layer_size);
@@ -45,8 +33,8 @@ pub fn check_openexr(parts: &[Header]) -> std::result::Result<(), String> {
             .and_then(|pixels| pixels.checked_mul(part.channels.bytes_per_pixel));
         if bytes.is_none_or(|bytes| bytes > MAX_BLOCK_BYTES) {
             return Err(format!(
-                "its blocks have {width} × {height} pixels of {} bytes, and at most {MAX_BLOCK_BYTES} bytes are read \
-                 at once",
+                "its blocks have {width} × {height} pixels of {} bytes; the limit per block is \
+                 {MAX_BLOCK_BYTES} bytes",
                 part.channels.bytes_per_pixel
             ));
         }
@@ -54,68 +42,26 @@ pub fn check_openexr(parts: &[Header]) -> std::result::Result<(), String> {
     Ok(())
 }
 
-/// Decodes a picture unless it has more than [`MAX_PIXELS`], or its decoder wants far more memory than these need.
-///
-/// # Errors
-/// Then, and as [`ImageReader::decode`]: what is wrong.
-pub fn decode_within_limits<R: BufRead + Seek>(
-    mut reader: ImageReader<R>,
-) -> std::result::Result<image::DynamicImage, String> {
-    if reader.format() == Some(image::ImageFormat::OpenExr) {
-        let mut file = reader.into_inner();
-        let parts = MetaData::read_from_buffered(&mut file, false).map_err(|e| e.to_string())?;
-        check_openexr(&parts.headers)?;
-        file.rewind().map_err(|e| e.to_string())?;
-        reader = ImageReader::with_format(file, image::ImageFormat::OpenExr);
-    }
-    let mut limits = image::Limits::no_limits();
-    limits.max_alloc = Some(MAX_DECODER_BYTES);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
-    let (width, height) = decoder.dimensions();
-    if u64::from(width) * u64::from(height) > MAX_PIXELS as u64 {
-        return Err(format!(
-            "it claims to have {width} × {height} pixels, and at most {MAX_PIXELS} are read"
-        ));
-    }
-    image::DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())
-}
-
-fn decode(path: &Path) -> Result<image::DynamicImage> {
-    let remedy = REMEDY;
-    let picture =
-        decode_within_limits(reader(path)?).map_err(|e| Error::codec("decode", path, e, remedy))?;
-    if picture.width() == 0 || picture.height() == 0 {
-        return Err(Error::invalid(format!("{} has no pixels", path.display()), remedy));
-    }
-    Ok(picture)
-}
-
-fn raster_from_rgb(rgb: image::Rgb32FImage) -> Raster<[f32; 3]> {
-    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    let pixels = rgb.into_raw().chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-    Raster { width, height, pixels }
-}
-
-/// Reads an integer picture (8 or 16 bits) as encoded values in `[0, 1]`; alpha is dropped.
-pub fn read_encoded(path: &Path) -> Result<Encoded> {
-    Ok(Encoded(raster_from_rgb(decode(path)?.into_rgb32f())))
-}
-
-/// Decodes a picture that is in memory: columns and rows, and three 8-bit codes for each pixel.
+/// Decodes a picture in memory: columns and rows, and three 8-bit codes per pixel.
 ///
 /// # Errors
 /// When it cannot be decoded.
 pub fn codes_from_memory(file: &[u8]) -> Result<((usize, usize), Vec<u8>)> {
     let damaged = |cause: String| Error::invalid(format!("a picture: {cause}"), REMEDY);
     let reader = ImageReader::new(Cursor::new(file)).with_guessed_format();
-    let reader = reader.map_err(|e| damaged(e.to_string()))?;
-    let picture = decode_within_limits(reader).map_err(damaged)?.into_rgb8();
-    let size = (picture.width() as usize, picture.height() as usize);
-    Ok((size, picture.into_raw()))
+    let mut reader = reader.map_err(|e| damaged(e.to_string()))?;
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(|e| damaged(e.to_string()))?;
+    let (width, height) = decoder.dimensions();
+    let size = (width as usize, height as usize);
+    picture::check_size(size).map_err(damaged)?;
+    let picture = image::DynamicImage::from_decoder(decoder).map_err(|e| damaged(e.to_string()))?;
+    Ok((size, picture.into_rgb8().into_raw()))
 }
 
-/// A picture as 16-bit codes: three for each pixel, or four with alpha, row by row from the top left.
+/// A picture as 16-bit codes: three per pixel, or four with alpha, row by row from the top left.
 pub struct Codes {
     /// Columns and rows.
     pub size: (usize, usize),
@@ -125,63 +71,56 @@ pub struct Codes {
     pub codes: Vec<u16>,
 }
 
-/// Reads a picture as 16-bit codes. The light of an EXR or Radiance HDR picture is encoded as sRGB and cut at 1.
+/// Reads a picture as encoded values in `[0, 1]`, without alpha: [`read_codes`].
 ///
 /// # Errors
-/// When the file cannot be read.
+/// As [`picture::read`].
+pub fn read_encoded(path: &Path) -> Result<Encoded> {
+    Ok(picture::read(path)?.into_encoded())
+}
+
+/// Reads a picture as 16-bit codes: as stored if the file names no curve or sRGB. Other light is encoded as sRGB and
+/// clipped at 1.
+///
+/// # Errors
+/// As [`picture::read`].
 pub fn read_codes(path: &Path) -> Result<Codes> {
-    let picture = decode(path)?;
-    let size = (picture.width() as usize, picture.height() as usize);
-    let has_alpha = picture.color().has_alpha();
-    let is_light = matches!(picture.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
-    let code = |v: f32| (65535.0 * v.clamp(0.0, 1.0)).round() as u16;
-    let codes = match (is_light, has_alpha) {
-        (false, false) => picture.into_rgb16().into_raw(),
-        (false, true) => picture.into_rgba16().into_raw(),
-        (true, _) => {
-            let light = picture.into_rgba32f();
-            let pixels = light.pixels().map(|p| p.0);
-            let encoded = pixels.map(|[r, g, b, a]| {
-                let [r, g, b] = [r, g, b].map(|v| code(super::color::srgb_from_linear(v)));
-                ([r, g, b, code(a)], 3 + usize::from(has_alpha))
-            });
-            encoded.flat_map(|(all, some)| all.into_iter().take(some)).collect()
-        }
-    };
+    let picture = picture::read(path)?;
+    let size = picture.size();
+    let (codes, has_alpha) = picture.into_codes();
     Ok(Codes { size, has_alpha, codes })
 }
 
-/// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on unchanged, NaN and infinities
-/// included.
+/// Reads a picture as scene-linear Rec. 709, from sRGB if the file names no curve. NaN and infinities are unchanged.
+///
+/// # Errors
+/// As [`picture::read`].
 pub fn read_linear(path: &Path) -> Result<Image> {
-    Ok(raster_from_rgb(decode(path)?.into_rgb32f()))
+    Ok(picture::read(path)?.into_light())
 }
 
-/// Reads a grey picture as linear coverage in `[0, 1]`.
+/// Reads a matte as linear coverage in `[0, 1]`: alpha if that varies, otherwise brightness.
+///
+/// # Errors
+/// As [`picture::read`].
 pub fn read_mask(path: &Path) -> Result<Mask> {
-    let grey = decode(path)?.into_luma16();
-    Ok(Mask {
-        width: grey.width() as usize,
-        height: grey.height() as usize,
-        pixels: grey.into_raw().into_iter().map(|v| f32::from(v) / 65535.0).collect(),
-    })
+    Ok(picture::read(path)?.into_matte())
 }
 
 /// Reads a picture's alpha as linear coverage in `[0, 1]`: 1 everywhere if it has none.
+///
+/// # Errors
+/// As [`picture::read`].
 pub fn read_alpha(path: &Path) -> Result<Mask> {
-    let picture = decode(path)?.into_rgba16();
-    Ok(Mask {
-        width: picture.width() as usize,
-        height: picture.height() as usize,
-        pixels: (picture.pixels().map(|p| f32::from(p.0[3]) / 65535.0)).collect(),
-    })
+    Ok(picture::read(path)?.into_alpha())
 }
 
-/// Width and height without decoding the pixels.
+/// Width and height without decoding the pixels, turned as the file asks.
+///
+/// # Errors
+/// As [`picture::read`].
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
-    let (w, h) =
-        reader(path)?.into_dimensions().map_err(|e| Error::codec("read", path, e, REMEDY))?;
-    Ok((w as usize, h as usize))
+    picture::dimensions(path)
 }
 
 /// Writes encoded values as an 8-bit RGB PNG.
@@ -208,7 +147,7 @@ pub fn png_bytes(picture: &Encoded) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// An 8-bit RGB JPEG in memory, of a quality from 1 to 100.
+/// An 8-bit RGB JPEG in memory, with a quality from 1 to 100.
 ///
 /// # Errors
 /// When the picture has no pixel, or more than 65,535 on a side.
@@ -283,6 +222,7 @@ pub fn io_error(error: image::ImageError) -> std::io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::Raster;
 
     #[test]
     fn pictures_come_back_as_they_were_written() {

@@ -17,8 +17,8 @@ pub type Image = Raster<[f32; 3]>;
 /// Linear coverage in `[0, 1]`.
 pub type Mask = Raster<f32>;
 
-/// RGB as a camera or a display encodes it, in `[0, 1]`. It cannot be summed or averaged as light:
-/// decode it first, with the response that made it.
+/// RGB as encoded by a camera or for a display, in `[0, 1]`. It cannot be summed or averaged as light: decode it
+/// first, with the response that made it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Encoded(pub Raster<[f32; 3]>);
 

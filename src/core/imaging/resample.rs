@@ -1,5 +1,5 @@
-//! Resizes with an area filter: every output pixel is the mean of what it covers, so the mean of the picture is
-//! kept exactly.
+//! Area-filter resizing: every output pixel is the mean of the area that it covers, so the picture's mean is kept
+//! exactly.
 
 use super::raster::Raster;
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ impl Blend for [f32; 3] {
     }
 }
 
-/// For one axis: which source pixels each target pixel covers, and their shares (each list sums to 1).
+/// For one axis: the source pixels under each target pixel, and their shares (each list sums to 1).
 fn coverage(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
     let ratio = source as f64 / target as f64;
     (0..target)
@@ -43,8 +43,8 @@ fn coverage(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
-/// For one axis: the two source pixels between whose centres each target pixel's centre lies, and their
-/// shares. Beyond the outer centres the outer pixel is repeated.
+/// For one axis: the two source pixels whose centres enclose each target pixel's centre, and their shares. Beyond
+/// the outer centres the outer pixel is repeated.
 fn interpolation(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
     let ratio = source as f64 / target as f64;
     (0..target)
@@ -57,8 +57,8 @@ fn interpolation(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
-/// Resizes by area: exact box coverage with fractional edges. Enlarging repeats pixels.
-/// Average light only in linear values. Neither raster may be empty.
+/// Resizes by area: exact box coverage with fractional edges. Enlarging repeats pixels. Average light only in
+/// linear values. Neither raster may be empty.
 pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Raster<T> {
     if source.size() == (width, height) {
         return source.clone();
@@ -68,8 +68,8 @@ pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) ->
     resampled(source, &columns, &rows)
 }
 
-/// Resizes by area where it gets smaller, and interpolates between pixels (bilinear) where it gets larger.
-/// Resize light only in linear values. Neither raster may be empty.
+/// Resizes by area when shrinking, and bilinearly when enlarging. Resize light only in linear values. Neither
+/// raster may be empty.
 pub fn resize<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Raster<T> {
     if source.size() == (width, height) {
         return source.clone();

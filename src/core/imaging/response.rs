@@ -1,4 +1,4 @@
-//! Camera responses: the dual gamma that is fitted, a plain power, and standard curves.
+//! Camera responses: the fitted dual gamma, a plain power, and standard curves.
 
 use super::color::unit;
 use super::dual_gamma::{DualGamma, decode_with, map_values};
@@ -10,25 +10,25 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from
-/// 0 to 1 and never falls. Values outside `[0, 1]` are clipped, NaN gives 0.
+/// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from 0 to 1 and
+/// never decreases. Values outside `[0, 1]` are clipped, NaN gives 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Stored", try_from = "Stored")]
 pub enum Response {
-    /// The fitted curve of two exponents.
+    /// The fitted curve with two exponents.
     Dual(DualGamma),
-    /// I' = I^γ, γ within [`DualGamma::BOUNDS`]: the dual gamma of two equal exponents. 2.4 is the
-    /// display of ITU-R BT.1886.
+    /// I' = I^γ, γ within [`DualGamma::BOUNDS`]: the dual gamma with two equal exponents. 2.4 is the display of
+    /// ITU-R BT.1886.
     Power(f32),
     /// IEC 61966-2-1.
     Srgb,
-    /// The inverse of the camera curve of ITU-R BT.709, with the constants of BT.2020, which are the
-    /// same curve without a gap between its two parts.
+    /// The inverse of the camera curve of ITU-R BT.709, with the constants of BT.2020: the same curve without a
+    /// gap between its two parts.
     Rec709,
     /// Encoded values are linear already.
     Linear,
-    /// I' = ((1 + K)^I − 1)/K, K within [`Response::LOG_BOUNDS`]: the logarithm of light, as log profiles of cameras are
-    /// above their darkest tones. Middle tones are lifted more than by any dual gamma.
+    /// I' = ((1 + K)^I − 1)/K, K within [`Response::LOG_BOUNDS`]: the logarithm of light, as in cameras' log
+    /// profiles above their darkest tones. Lifts middle tones more than any dual gamma.
     Log(f32),
 }
 
@@ -37,10 +37,10 @@ const ALPHA: f64 = 1.099_296_826_809_443;
 const BETA: f64 = 0.018_053_968_510_807_81;
 
 impl Response {
-    /// The bounds of a log curve's K.
+    /// Range of a log curve's K.
     pub const LOG_BOUNDS: RangeInclusive<f32> = 1.0..=1000.0;
 
-    /// The standard curve of this name, in any spacing and case.
+    /// The standard curve with this name, in any spacing and case.
     pub fn standard(name: &str) -> Option<Self> {
         [Self::Srgb, Self::Rec709, Self::Linear].into_iter().find(|curve| {
             let own = curve.name().replace([' ', '.'], "");
@@ -48,7 +48,7 @@ impl Response {
         })
     }
 
-    /// The log curve of a K.
+    /// The log curve with parameter K.
     ///
     /// # Errors
     /// When K is not within [`Self::LOG_BOUNDS`].
@@ -87,7 +87,8 @@ impl Response {
         }
     }
 
-    /// The dual gamma nearest to the curve, see [`DualGamma::nearest`], and its distance: itself and 0 if it is one.
+    /// The dual gamma nearest to the curve, see [`DualGamma::nearest`], and its distance. A dual gamma returns
+    /// itself and 0.
     pub fn nearest_dual_gamma(&self) -> (DualGamma, f32) {
         match self {
             Self::Dual(curve) => (*curve, 0.0),
@@ -157,7 +158,7 @@ impl Response {
         decode_with(picture, |value| self.decode_value(value))
     }
 
-    /// The picture that this camera would make of linear light.
+    /// The picture that this camera makes of linear light.
     pub fn encode(&self, picture: &Image) -> Encoded {
         Encoded(map_values(picture, |value| self.encode_value(value)))
     }
@@ -181,8 +182,8 @@ impl fmt::Display for Response {
     }
 }
 
-/// A response in a file: a standard curve by name, a log curve by its K, or a dual gamma by its exponents, which are
-/// equal for a power.
+/// A response in a file: a standard curve by name, a log curve by its K, or a dual gamma by its exponents, which
+/// are equal for a power.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -245,8 +246,8 @@ impl TryFrom<Stored> for Response {
 impl FromStr for Response {
     type Err = String;
 
-    /// `srgb`, `rec709`, `linear`, `log,30` for a log curve of K = 30, or the two exponents of a dual gamma such as
-    /// `2.6,2.1`.
+    /// Parses `srgb`, `rec709`, `linear`, `log,30` for a log curve with K = 30, or the two exponents of a dual
+    /// gamma such as `2.6,2.1`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         if let Some(curve) = Self::standard(text) {
             return Ok(curve);
@@ -286,7 +287,7 @@ mod tests {
     fn codes_and_light_round_trip() {
         let largest = std::cell::Cell::new(0.0f32);
         proptest!(|(curve in curves(), x in 0.0f32..=1.0)| {
-            // A code value so dark that its light is denormal cannot come back.
+            // A code so dark that its light is denormal cannot make the round trip.
             prop_assume!(x == 0.0 || curve.decode_value(x) > f32::MIN_POSITIVE);
             let there = (curve.encode_value(curve.decode_value(x)) - x).abs();
             let back = (curve.decode_value(curve.encode_value(x)) - x).abs();
@@ -295,7 +296,7 @@ mod tests {
             largest.set(largest.get().max(there).max(back));
         });
         test_support::shown!(Pictures, "Codes to light and back, under every kind of response",
-            danger: "x^γ at 0 has no slope, and the inverse does not come back",
+            danger: "x^γ has no slope at 0, and the inverse does not return the code",
             done: "a monotone solve", bound: "1e-6", measured: format!("{:.1e}", largest.get()));
     }
 
@@ -309,8 +310,8 @@ mod tests {
         fn the_slope_is_that_of_the_curve(curve in curves(), x in 0.01f32..0.99) {
             let h = 2e-3;
             let rise = f64::from(curve.decode_value(x + h)) - f64::from(curve.decode_value(x - h));
-            // The curvature of the steepest curve, γ = 4, over the step; the corner of the two curves
-            // with a straight foot is smooth to the first derivative only.
+            // Bound: the curvature of the steepest curve, γ = 4, over the step. At the corner of the two curves
+            // with a straight foot only the first derivative is continuous.
             prop_assert!((rise / f64::from((x + h) - (x - h)) - f64::from(curve.slope(x))).abs() < 4e-3);
         }
 

@@ -6,21 +6,21 @@ use imaging::color::luminance;
 use imaging::{Image, Mask, Raster};
 use std::fmt;
 
-/// The least matte of a point that belongs to the subject.
+/// Smallest matte value that counts as the subject.
 pub const LEAST_MATTE: f32 = 0.5;
-/// Standard deviation in pixels of the neighbourhood that a point is read in, and how far that reaches.
+/// Standard deviation in pixels of the Gaussian neighbourhood around a point, and its reach.
 const SIGMA: f32 = 1.5;
 const REACH: usize = 4;
-/// The part of the subject that is brighter than what counts as its brightest: a glint is smaller.
+/// One pixel in this many is brighter than the subject's reference brightness. Glints are smaller.
 const BRIGHTEST: usize = 50;
-/// The least that a point has of what is brightest under any lamp, for it to tell lamps apart.
+/// Smallest brightness of a usable point, relative to the subject's brightest under any lamp.
 const LEAST_LIGHT: f32 = 1e-3;
-/// Least factor by which the best lamp is brighter than lamps on average.
+/// Smallest ratio of the best lamp's brightness to the mean over lamps.
 const LEAST_LEAD: f32 = 1.05;
-/// Steps to the direction; each comes several times closer to it.
+/// Mean-shift steps. Each comes several times closer to the direction.
 const STEPS: usize = 30;
 
-/// Reason that no direction is found.
+/// Reason for a missing direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoAim {
     /// The point is not on the subject.
@@ -44,28 +44,28 @@ impl fmt::Display for NoAim {
     }
 }
 
-/// Brightness of each pixel of a subject under each lamp, for the energy of the lamp.
+/// Brightness of each pixel of a subject under each lamp, per unit of lamp energy.
 pub struct LampResponses {
     matte: Mask,
     lamps: Vec<LampResponse>,
 }
 
 struct LampResponse {
-    /// In the rig.
+    /// Index in the rig.
     index: usize,
     direction: Vec3,
-    /// Luminance for energy 1; zero where the OLAT has no finite, positive value.
+    /// Luminance per unit of energy; 0 where the OLAT is not finite or not positive.
     light: Raster<f32>,
-    /// Luminance that only a part of [`BRIGHTEST`] of the subject exceeds.
+    /// Luminance that one pixel in [`BRIGHTEST`] exceeds.
     peak: f32,
 }
 
 impl LampResponses {
-    /// Of OLATs of the matte's size, one for each lamp of the rig. Lamps that cannot be used are left out, as are those
-    /// whose picture has another size.
+    /// Reads one OLAT for each lamp of the rig. Skips lamps that cannot be used and pictures that differ in size
+    /// from the matte.
     ///
     /// # Errors
-    /// What `olat`, which is given the lamp's index, returns.
+    /// Passes on the error of `olat`, which gets the lamp's index.
     pub fn of<E>(
         rig: &Rig,
         matte: &Mask,
@@ -84,14 +84,14 @@ impl LampResponses {
         Ok(Self { matte: matte.clone(), lamps })
     }
 
-    /// The unit direction from the subject towards a light that is brightest in column `x` and row `y`.
+    /// Unit direction from the subject to the light that is brightest in column `x` and row `y`.
     ///
-    /// The direction is where squared scores are densest on the sphere, so that it lies between lamps and follows the point
-    /// smoothly. A lamp scores by how bright it makes the point, times the share that this is of the brightest it makes
-    /// anywhere on the subject.
+    /// The direction is the densest spot of squared lamp scores on the sphere. It may lie between lamps and follows
+    /// the point smoothly. A lamp's score is the brightness of the point, times its ratio to the brightest point of
+    /// the subject under the same lamp.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason for a missing direction, as [`NoAim`].
     pub fn aim(&self, at: [usize; 2]) -> Result<Vec3, NoAim> {
         let scores = self.scores(at)?;
         let weighed: Vec<(Vec3, f32)> = (self.lamps.iter())
@@ -101,20 +101,20 @@ impl LampResponses {
         Ok(densest(&weighed, spacing(&weighed)))
     }
 
-    /// The lamp, by its index in the rig, that scores most there, as in [`Self::aim`].
+    /// Rig index of the lamp with the highest score, as in [`Self::aim`].
     ///
     /// # Errors
-    /// As there.
+    /// The same as [`Self::aim`].
     pub fn lamp(&self, at: [usize; 2]) -> Result<usize, NoAim> {
         let scored = self.lamps.iter().zip(self.scores(at)?);
         let best = scored.max_by(|a, b| a.1.total_cmp(&b.1));
         best.map_or(Err(NoAim::FewLamps), |(lamp, _)| Ok(lamp.index))
     }
 
-    /// Each lamp's score in column `x` and row `y`, finite and not negative.
+    /// Score of each lamp in column `x` and row `y`; finite and not negative.
     fn scores(&self, [x, y]: [usize; 2]) -> Result<impl Iterator<Item = f32>, NoAim> {
         let (width, height) = self.matte.size();
-        // NaN is no subject either.
+        // NaN does not count as the subject.
         let covered = x < width && y < height && self.matte.at(x, y) >= LEAST_MATTE;
         if !covered {
             return Err(NoAim::Outside);
@@ -141,18 +141,18 @@ impl LampResponses {
         }))
     }
 
-    /// Columns and rows of the pictures.
+    /// Width and height of the pictures.
     pub fn size(&self) -> (usize, usize) {
         self.matte.size()
     }
 
-    /// The angle in radians from a lamp to the nearest other one, in the middle of all lamps.
+    /// Median angle in radians from a lamp to its nearest neighbour.
     pub fn spacing(&self) -> f32 {
         let lamps: Vec<(Vec3, f32)> = self.lamps.iter().map(|l| (l.direction, 1.0)).collect();
         spacing(&lamps)
     }
 
-    /// Indices of the subject's pixels around a covered one, with their shares of a Gaussian.
+    /// Indices of the subject's pixels around a covered pixel, with Gaussian weights.
     fn neighbourhood(&self, [x, y]: [usize; 2]) -> Vec<(usize, f32)> {
         let (width, height) = self.matte.size();
         let mut near = Vec::new();
@@ -190,7 +190,7 @@ impl LampResponse {
     }
 }
 
-/// The angle in radians from a direction to the nearest other one, in the middle of all directions.
+/// Median angle in radians from a direction to its nearest neighbour.
 fn spacing(weighed: &[(Vec3, f32)]) -> f32 {
     let cosine = |i: usize| {
         let others = weighed.iter().enumerate().filter(|(j, _)| *j != i);
@@ -200,12 +200,12 @@ fn spacing(weighed: &[(Vec3, f32)]) -> f32 {
     let mut nearest: Vec<f32> = (0..weighed.len()).map(cosine).collect();
     nearest.sort_unstable_by(f32::total_cmp);
     let middle = nearest.get(nearest.len() / 2).copied().unwrap_or(-1.0);
-    // Lamps that are listed twice have no spacing.
+    // Duplicate lamps have zero spacing.
     middle.clamp(-1.0, 1.0).acos().max(0.05)
 }
 
-/// The direction around which weights are densest, within about `spread` radians: the mean shift from the direction of most
-/// weight, with the kernel of von Mises and Fisher.
+/// Direction with the highest density of weights within about `spread` radians: mean shift from the largest weight,
+/// with a von Mises–Fisher kernel.
 fn densest(weighed: &[(Vec3, f32)], spread: f32) -> Vec3 {
     let most = weighed.iter().max_by(|a, b| a.1.total_cmp(&b.1));
     let mut middle = most.map_or(Vec3::Y, |(direction, _)| *direction);
@@ -226,7 +226,7 @@ mod tests {
 
     const SIDE: usize = 96;
 
-    /// Surface of a sphere: its matt and its glossy part, and how sharp its highlight is.
+    /// Surface of a sphere: diffuse share, specular share and sharpness of the highlight.
     #[derive(Clone, Copy)]
     struct Surface {
         matt: f32,

@@ -1,9 +1,9 @@
 //! The brightest areas of a panorama: the sun, windows, lamps, one by one.
 //!
-//! Texels are taken from the brightest down. Each joins the area that it touches or begins one; where two areas
+//! Texels are visited from the brightest down. Each joins the area it touches, or starts a new one. Where two areas
 //! meet, the dimmer one is merged unless its peak is twice as bright as the saddle between them (the component tree
-//! with persistence; Edelsbrunner, Letscher and Zomorodian 2002). Texels below a quarter of an area's peak are its
-//! surroundings and not part of it.
+//! with persistence; Edelsbrunner, Letscher and Zomorodian 2002). Texels below a quarter of an area's peak belong
+//! to its surroundings.
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
@@ -11,38 +11,38 @@ use glam::{DVec3, Quat, Vec3};
 use imaging::color::luminance;
 use rayon::prelude::*;
 
-/// The most columns at which areas are searched: 0.7° a texel. Lamps are many degrees apart, and a finer panorama
-/// would split the star around a sun into its rays.
+/// Largest width of the search, 0.7° a texel. Lamps are many degrees apart; a finer panorama would split the star
+/// around a sun into its rays.
 const WIDTH: usize = 512;
-/// A peak stands out if the saddle towards a higher one is below this share of it.
+/// Largest ratio of the saddle to a peak that stands out from a higher one.
 const SADDLE: f32 = 0.5;
-/// An area ends where the luminance is below this share of its peak.
+/// Luminance at the edge of an area, relative to its peak.
 const EDGE: f32 = 0.25;
 
 /// A bright area of a panorama.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Area {
-    /// Unit direction of its light's centre.
+    /// Unit direction towards the light's centre.
     pub direction: Vec3,
-    /// Its extent in steradians; at least that of a texel.
+    /// Extent in steradians; at least one texel.
     pub solid_angle: f32,
-    /// ∫ L dω over it, per channel.
+    /// ∫ L dω over the area, per channel.
     pub energy: [f64; 3],
-    /// Its share of the panorama's luminance energy, 0 to 1.
+    /// Share of the panorama's luminance energy, 0 to 1.
     pub share: f32,
-    /// Its mean radiance, linear Rec. 709.
+    /// Mean radiance, linear Rec. 709.
     pub color: [f32; 3],
 }
 
 impl Area {
-    /// The radius in degrees of a disc of its solid angle.
+    /// Radius in degrees of a disc with the same solid angle.
     pub fn radius_deg(&self) -> f32 {
         let cosine = 1.0 - self.solid_angle / std::f32::consts::TAU;
         cosine.clamp(-1.0, 1.0).acos().to_degrees()
     }
 
-    /// The usable lamp nearest to it in the turned environment, and the angle between them in degrees; `None` if no
-    /// lamp is usable.
+    /// The nearest usable lamp in the rotated environment and the angle to it in degrees; `None` if no lamp is
+    /// usable.
     pub fn lamp(&self, rig: &Rig, turn: Quat) -> Option<(usize, f32)> {
         let direction = turn * self.direction;
         let usable = rig.lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable());
@@ -53,7 +53,7 @@ impl Area {
 }
 
 /// The `count` areas with the most luminance energy, in descending order; fewer if the panorama has fewer. They do
-/// not overlap, so their shares add up to 1 or less. The same panorama gives the same areas.
+/// not overlap, so their shares add up to at most 1. Deterministic.
 pub fn areas(environment: &Environment, count: usize) -> Vec<Area> {
     if environment.radiance.width > WIDTH {
         return areas(&environment.reduced(WIDTH), count);
@@ -88,7 +88,7 @@ pub fn areas(environment: &Environment, count: usize) -> Vec<Area> {
     sums.into_iter()
         .take(count)
         .map(|sum| Area {
-            // An even sky has no centre.
+            // A uniform sky has no centre.
             direction: sum.middle.normalize_or(DVec3::Y).as_vec3(),
             solid_angle: sum.solid_angle as f32,
             energy: sum.energy,
@@ -107,12 +107,12 @@ struct Sum {
     middle: DVec3,
 }
 
-/// For each texel the peak of the area that it belongs to.
+/// Peak of the area that each texel belongs to.
 fn peaks(levels: &[f32], width: usize) -> Vec<usize> {
     let height = levels.len() / width.max(1);
     let mut order: Vec<usize> = (0..levels.len()).collect();
     order.par_sort_unstable_by(|&a, &b| levels[b].total_cmp(&levels[a]).then(a.cmp(&b)));
-    // A forest whose roots are peaks; a texel that has not been reached is `usize::MAX`.
+    // A forest whose roots are peaks. Texels not visited yet are `usize::MAX`.
     let mut parent = vec![usize::MAX; levels.len()];
     for &texel in &order {
         let mut touched = [usize::MAX; 8];
@@ -149,7 +149,7 @@ fn root(parent: &mut [usize], mut texel: usize) -> usize {
     texel
 }
 
-/// The eight neighbours, across the seam and over the poles.
+/// The eight neighbours, wrapped across the seam and the poles.
 fn neighbours(texel: usize, width: usize, height: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (texel % width, texel / width);
     [-1i64, 0, 1].into_iter().flat_map(move |dy| {
@@ -197,7 +197,7 @@ mod tests {
             let area = &found[0];
             assert!(area.direction.angle_between(sun.direction()) < 2e-3, "{area:?}");
             assert!((area.share - 1.0).abs() < 0.02 && (area.energy[0] - 2.0).abs() < 0.04);
-            // The texels of its rim, 0.7° wide, are in it or not.
+            // Rim texels, 0.7° wide, may or may not be counted.
             assert!((area.radius_deg() - 5.0).abs() < 0.4, "{}", area.radius_deg());
         }
     }
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(area.lamp(&rig, yaw(120.0)).unwrap().0, 2);
         let (on, off) = area.lamp(&rig, yaw(-110.0)).unwrap();
         assert!(on == 0 && (off - 10.0).abs() < 0.2, "{off}");
-        // A pitch over the top and down behind: 60° from both lamps there, 180° from where it was.
+        // A pitch over the top and down behind: 60° from both lamps, 180° from the original place.
         let (on, off) = area.lamp(&rig, rotation(0.0, 180.0, 0.0)).unwrap();
         assert!(on != 1 && (off - 60.0).abs() < 0.2, "{off}");
         rig.lamps[1].confidence = 0.0;
@@ -274,7 +274,7 @@ mod tests {
         fn a_turn_moves_the_areas(shift in 0usize..96, seed in 0u32..20) {
             let image = Image::from_fn(96, 48, |x, y| {
                 let hash = (x as u32 / 6 + 31 * (y as u32 / 6) + 7 * seed).wrapping_mul(2_654_435_761) >> 16;
-                // No two texels alike, so that no tie is broken by their places.
+                // All texels differ, so position never breaks a tie.
                 [(hash % 100) as f32 / 10.0 + (x * 48 + y) as f32 * 1e-5; 3]
             });
             let turned = Image::from_fn(96, 48, |x, y| image.at((x + 96 - shift) % 96, y));
@@ -284,7 +284,7 @@ mod tests {
             let energy = |areas: &[Area]| areas.iter().map(|a| a.energy[1]).sum::<f64>();
             prop_assert!((energy(&a) - energy(&b)).abs() < 1e-9 * energy(&a));
             prop_assert!(a.iter().map(|a| f64::from(a.share)).sum::<f64>() <= 1.0 + 1e-5);
-            // The first, where it leads by more than rounding.
+            // The first area, where it leads by more than rounding.
             if a[0].share > 1.001 * a.get(1).map_or(0.0, |a| a.share) {
                 let turn = Quat::from_rotation_y(-(shift as f32) / 96.0 * std::f32::consts::TAU);
                 prop_assert!((turn * a[0].direction).angle_between(b[0].direction) < 1e-3);

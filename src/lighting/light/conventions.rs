@@ -1,8 +1,8 @@
-//! A yaw as other tools express it, and which way is front in a file.
+//! Conversion of the yaw to the conventions of other tools, and the front of a panorama file.
 //!
-//! All lay out a lat-long with u to the right as seen from within and differ by a yaw only: by the axis that
-//! the middle column shows, by the way their camera looks, and by the sign of their rotation. In each the
-//! camera is taken to look along its tool's front: −Z where +Y is up, +Y in Blender, where +Z is.
+//! All tools lay out a lat-long with u to the right as seen from inside. They differ only by a yaw: the axis in the
+//! middle column, the direction of the camera, and the sign of the rotation. Each camera is taken to look along its
+//! tool's front: −Z where +Y is up, +Y in Blender, where +Z is up.
 //!
 //! | tool | middle | front is at u | value for a yaw ψ | source |
 //! |---|---|---:|---|---|
@@ -34,7 +34,7 @@ impl Tool {
     pub const ALL: [Self; 5] =
         [Self::OpenExr, Self::Nuke, Self::Mitsuba, Self::ThreeJs, Self::Blender];
 
-    /// Its name in the window.
+    /// Name in the window.
     pub fn title(self) -> &'static str {
         match self {
             Self::OpenExr => "OpenEXR, USD",
@@ -45,7 +45,7 @@ impl Tool {
         }
     }
 
-    /// The setting that takes the value.
+    /// Setting of the tool that takes the value.
     pub fn setting(self) -> &'static str {
         match self {
             Self::OpenExr => "rotateY of the DomeLight, in degrees",
@@ -60,7 +60,7 @@ impl Tool {
         }
     }
 
-    /// Sign and offset of the value.
+    /// Sign and offset of the conversion.
     fn sign_and_offset(self) -> (f32, f32) {
         match self {
             Self::OpenExr | Self::Nuke | Self::Mitsuba => (-1.0, 180.0),
@@ -69,21 +69,21 @@ impl Tool {
         }
     }
 
-    /// The tool's value, above −180° and up to 180°, that shows an environment file as Afterlight does at a yaw.
+    /// The tool's value, above −180° and up to 180°, that matches Afterlight's view of the file at a yaw.
     pub fn value_of_yaw(self, yaw_deg: f32) -> f32 {
         let (sign, offset) = self.sign_and_offset();
         wrapped(offset + sign * yaw_deg)
     }
 
-    /// The yaw, above −180° and up to 180°, at which Afterlight shows what the tool shows with a value.
+    /// The yaw, above −180° and up to 180°, that matches the tool's view of the file at a value.
     pub fn yaw_of_value(self, value_deg: f32) -> f32 {
         let (sign, offset) = self.sign_and_offset();
         wrapped(sign * (value_deg - offset))
     }
 }
 
-/// Front of a panorama file: the yaw in degrees that brings it to the middle column. Kept beside the file's name; 0 if
-/// the file was made for Afterlight.
+/// Front of a panorama file: the yaw in degrees that centres it. Stored with the file's name; 0 for files made for
+/// Afterlight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Front {
@@ -91,44 +91,44 @@ pub struct Front {
 }
 
 impl Front {
-    /// An offset in degrees; NaN and infinity count as 0.
+    /// Front from an offset in degrees; NaN and infinity count as 0.
     pub fn new(yaw_deg: f32) -> Self {
         Self { yaw_deg: wrapped(yaw_deg) }
     }
 
-    /// The column at u, 0 to 1, is front: where a person pointed.
+    /// Front at the column u, 0 to 1, picked by the user.
     pub fn at_column(u: f32) -> Self {
         Self::new(360.0 * (0.5 - u))
     }
 
-    /// The column that is front, as u from 0 up to 1.
+    /// Column of the front as u, from 0 up to but not including 1.
     pub fn column(self) -> f32 {
         (0.5 - self.yaw_deg() / 360.0).rem_euclid(1.0)
     }
 
-    /// A direction in the unturned panorama is front.
+    /// Front at a direction in the unrotated panorama.
     pub fn at_direction(direction: glam::Vec3) -> Self {
         Self::at_column(uv_from_direction(direction).0)
     }
 
-    /// The file was made for a tool, whose camera looks at its front when nothing is turned.
+    /// Front of files made for a tool: its camera's view without rotation.
     pub fn of(tool: Tool) -> Self {
         Self::new(tool.yaw_of_value(0.0))
     }
 
-    /// The offset, above −180° and up to 180°.
+    /// Offset in degrees, above −180° and up to 180°.
     pub fn yaw_deg(self) -> f32 {
         // A file may hold any value.
         wrapped(self.yaw_deg)
     }
 
-    /// The yaw at which the file is shown if the person has chosen `yaw_deg`. Whole turns are kept.
+    /// Total yaw of the file for the user's `yaw_deg`. Whole turns are kept.
     pub fn turned(self, yaw_deg: f32) -> f32 {
         yaw_deg + self.yaw_deg()
     }
 }
 
-/// The same angle above −180° and up to 180°; 0 for NaN and infinity.
+/// Wraps an angle to above −180° and up to 180°; 0 for NaN and infinity.
 fn wrapped(degrees: f32) -> f32 {
     if !degrees.is_finite() {
         return 0.0;
@@ -137,7 +137,7 @@ fn wrapped(degrees: f32) -> f32 {
     if turned > 180.0 { turned - 360.0 } else { turned }
 }
 
-/// The values of a yaw in other tools, one line each.
+/// The equivalent values in other tools, one per line.
 pub fn sentence(yaw_deg: f32) -> String {
     let all = Tool::ALL.map(|tool| {
         let value = tool.value_of_yaw(yaw_deg);
@@ -149,7 +149,7 @@ pub fn sentence(yaw_deg: f32) -> String {
 impl FromStr for Front {
     type Err = String;
 
-    /// A tool's name, or the yaw in degrees that brings the front to the middle.
+    /// Parses a tool's name, or the yaw in degrees that centres the front.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let name: String = text
             .chars()
@@ -188,11 +188,11 @@ mod tests {
     use proptest::prelude::*;
     use std::f64::consts::{PI, TAU};
 
-    /// u and v (from the top) at which a tool looks a direction up, written after its own source. The
-    /// direction is in the tool's axes, its value in degrees.
+    /// The tool's own look-up, from its source: u and v (from the top) for a direction in the tool's axes and a
+    /// value in degrees.
     fn looked_up(tool: Tool, d: DVec3, value: f64) -> (f64, f64) {
         let radians = value.to_radians();
-        // An object that is turned by a matrix M shows in direction d what it had in M⁻¹·d.
+        // An object rotated by a matrix M shows in direction d the content of M⁻¹·d.
         let turned_y = DMat3::from_rotation_y(radians).inverse() * d;
         match tool {
             Tool::OpenExr | Tool::Nuke => {
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// Our axes in the tool's: front, up and right stay what they are.
+    /// Converts our axes to the tool's; front, up and right correspond.
     fn in_axes_of(tool: Tool, d: DVec3) -> DVec3 {
         match tool {
             Tool::Blender => DVec3::new(d.x, -d.z, d.y),
@@ -235,7 +235,7 @@ mod tests {
             let d = DVec3::new(x, y, z);
             prop_assume!(d.length() > 0.1 && d.x.hypot(d.z) > 0.05);
             let d = d.normalize();
-            // At yaw ψ direction d shows the column that lies ψ to the left of its own.
+            // At yaw ψ direction d shows the column ψ to the left of its own.
             let u = 0.5 + d.x.atan2(-d.z) / TAU - f64::from(yaw) / 360.0;
             let v = d.y.acos() / PI;
             for tool in Tool::ALL {
@@ -267,7 +267,7 @@ mod tests {
         ] {
             let (u, _) = looked_up(tool, in_axes_of(tool, DVec3::NEG_Z), 0.0);
             assert!((u - front + 0.5).rem_euclid(1.0) - 0.5 < 1e-9, "{tool:?}: {u}");
-            // That column comes to the middle.
+            // That column moves to the middle.
             assert_eq!(Front::of(tool), Front::at_column(front as f32), "{tool:?}");
         }
     }

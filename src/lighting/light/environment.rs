@@ -4,28 +4,28 @@ use super::latlong::{texel_solid_angle, uv_from_direction};
 use glam::Vec3;
 use imaging::{Image, resample::resize_area};
 
-/// The largest radiance, eleven powers of ten above the sun's: products with weights and exposures, and sums over a
-/// picture, stay within f32.
+/// Largest radiance, eleven powers of ten above the sun. Keeps products with weights and exposures, and sums over a
+/// picture, within f32.
 const MOST_RADIANCE: f32 = 1e20;
 
-/// The largest finite half float: replaces infinity in a panorama without finite light.
+/// Largest finite half float. Replaces infinity in a panorama without finite light.
 pub(super) const HALF_MAX: f32 = 65504.0;
 
-/// A lat-long panorama of radiance without NaN, negative, infinite or absurdly large values.
+/// A lat-long panorama of radiance, free of NaN, negative, infinite and absurdly large values.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// Its name: the file's stem.
+    /// The file's stem.
     pub name: String,
     /// Radiance from 0 to 10²⁰, at any size.
     pub radiance: Image,
-    /// Texels that were NaN, negative or above 10²⁰ and have been repaired.
+    /// Number of repaired texels: NaN, negative or above 10²⁰.
     pub repaired_texels: usize,
 }
 
 impl Environment {
-    /// A panorama in memory. Values that are not light are repaired and counted: negative ones (a filter's ringing)
-    /// become 0, +∞ and what is above 10²⁰ become the largest value below that, and NaN the median of its neighbours, which a sun
-    /// among them does not raise.
+    /// Builds an environment from a panorama in memory. Repairs and counts invalid values. Negative values (a
+    /// filter's ringing) become 0. +∞ and values above 10²⁰ become the largest value below 10²⁰. NaN becomes the
+    /// median of its neighbours, which a single sun does not raise.
     pub fn from_radiance(name: impl Into<String>, mut radiance: Image) -> Self {
         let is_light = |v: f32| (0.0..=MOST_RADIANCE).contains(&v);
         let broken: Vec<usize> = (0..radiance.pixels.len())
@@ -68,19 +68,19 @@ impl Environment {
         energy
     }
 
-    /// The panorama at `width × width/2` texels (at least one row), averaged by solid angle, which keeps its
-    /// energy. A smaller panorama is enlarged by repeating texels.
+    /// Panorama resized to `width × width/2` texels (at least one row), averaged by solid angle, which preserves
+    /// energy. Enlarging repeats texels.
     pub fn reduced(&self, width: usize) -> Self {
         let height = (width / 2).max(1);
         let source = self.radiance.height;
         if self.radiance.size() == (width, height) {
             return self.clone();
         }
-        // Within a row all texels have one solid angle, so columns are a plain box filter.
+        // All texels of a row have the same solid angle, so columns are a plain box filter.
         let columns = resize_area(&self.radiance, width, source);
         let mut radiance = Image::filled(width, height, [0.0; 3]);
         for (y, out) in radiance.pixels.chunks_exact_mut(width).enumerate() {
-            // In units of source rows, rows y and y + 1 of the target are here:
+            // Rows y and y + 1 of the target, in units of source rows:
             let (top, bottom) = (
                 y as f64 * source as f64 / height as f64,
                 (y + 1) as f64 * source as f64 / height as f64,
@@ -104,14 +104,14 @@ impl Environment {
         Self { name: self.name.clone(), radiance, repaired_texels: self.repaired_texels }
     }
 
-    /// Radiance from a direction of any length above 0: bilinear, across the seam and the poles.
+    /// Radiance from a direction of any non-zero length: bilinear, across the seam and the poles.
     pub fn radiance(&self, direction: Vec3) -> [f32; 3] {
         let (width, height) = self.radiance.size();
         let (u, v) = uv_from_direction(direction);
         let (x, y) = (u * width as f32 - 0.5, v * height as f32 - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let texel = |dx: i64, dy: i64| {
-            // A step across a pole comes down on the other side of it, half a turn away.
+            // A step across a pole lands half a turn away.
             let (row, rows) = (y.floor() as i64 + dy, height as i64);
             let (row, turn) = if row < 0 {
                 (0, width / 2)
@@ -130,14 +130,13 @@ impl Environment {
     }
 }
 
-/// cos θ_top − cos θ_bottom of a band between two rows of a panorama `rows` high; see
-/// [`texel_solid_angle`].
+/// cos θ_top − cos θ_bottom of the band between two rows of a panorama with `rows` rows; see [`texel_solid_angle`].
 pub(super) fn band(top: f64, bottom: f64, rows: usize) -> f64 {
     let step = std::f64::consts::PI / rows as f64;
     (0.5 * (top + bottom) * step).sin() * (0.5 * (bottom - top) * step).sin()
 }
 
-/// The median of channel `c` among the up to eight neighbours of texel `i` that are light; 0 if none is.
+/// Median of channel `c` among the valid texels of the eight neighbours of texel `i`; 0 without any.
 fn median_of_neighbours(image: &Image, i: usize, c: usize) -> f32 {
     let (width, height) = image.size();
     let (x, y) = (i % width, i / width);
@@ -196,7 +195,7 @@ mod tests {
             assert_same_energy(&day, &day.reduced(128));
             assert_same_energy(&day, &day.reduced(100));
         }
-        shown!(Light, "A sun of 10⁶ in one texel of a panorama that is reduced",
+        shown!(Light, "Reducing a panorama with a sun of 10⁶ in one texel",
             danger: "a filter skips it, or loses it at the pole",
             done: "columns are averaged by width, rows by solid angle",
             bound: "energy within 2e-6", measured: "holds");
@@ -216,8 +215,8 @@ mod tests {
         assert_eq!(repaired.radiance.pixels[20], [0.0; 3]);
         shown!(Light, "NaN, ±∞ and negative texels in a panorama",
             danger: "one NaN makes every sum NaN",
-            done: "NaN takes its neighbours' median, ∞ the largest finite value, less than nothing becomes black; counted",
-            bound: "every other texel as it was", measured: "exactly");
+            done: "NaN becomes its neighbours' median, ∞ the largest finite value, negative values black; counted",
+            bound: "every other texel unchanged", measured: "exactly");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The weights of lamps under an environment that is turned and graded, with lights placed by hand.
+//! Lamp weights under a rotated and graded environment with placed lights.
 
 use super::lighting::Lighting;
 use super::weights::{self, LightWeights, Partition, Weighting};
@@ -6,7 +6,7 @@ use super::{Environment, Rig, YawTable};
 use glam::Quat;
 use imaging::{Image, color::luminance};
 
-/// The weights that a rig's lamps get from an environment, under any lighting.
+/// Weights of a rig's lamps from an environment, under any lighting.
 pub struct EnvironmentWeights {
     weighting: Weighting,
     partition: Partition,
@@ -16,7 +16,7 @@ pub struct EnvironmentWeights {
 }
 
 impl EnvironmentWeights {
-    /// Prepares an environment of any size for a rig.
+    /// Prepares an environment (any size) for a rig.
     pub fn new(environment: &Environment, rig: &Rig, weighting: Weighting) -> Self {
         let partition = Partition::of(weighting, rig);
         let reduced = environment.reduced(Partition::WIDTH);
@@ -29,15 +29,15 @@ impl EnvironmentWeights {
         }
     }
 
-    /// Replaces the environment and keeps what depends on the rig alone.
+    /// Replaces the environment and keeps everything that depends only on the rig.
     pub fn environment(self, environment: &Environment) -> Self {
         let reduced = environment.reduced(Partition::WIDTH);
         Self { yaws: YawTable::new(&self.partition, &reduced), reduced, ..self }
     }
 
-    /// The lamps' weights from the turned and graded environment and from the placed lights. One unit of a placed
-    /// light is `unit` in the environment. A yaw alone is a look-up; with pitch or roll the environment is
-    /// resampled, in about ten milliseconds.
+    /// Lamp weights of the rotated and graded environment and the placed lights. `unit` is the radiance in the
+    /// environment that equals one unit of a placed light. A yaw is a look-up. With pitch or roll the environment
+    /// is resampled, in about ten milliseconds.
     pub fn weights(&mut self, lighting: &Lighting, yaw_deg: f32, unit: f32) -> LightWeights {
         if lighting.weighting != self.weighting {
             *self = Self::new(&self.reduced, &self.rig, lighting.weighting);
@@ -60,7 +60,7 @@ impl EnvironmentWeights {
         let lights = Environment::from_radiance("placed", lights);
         let mut placed = self.partition.weights(&lights, 0.0);
         scale(&mut placed, [unit; 3]);
-        // The uncovered shares of both are averaged by their energies.
+        // Average of both uncovered shares, weighted by energy.
         let energies =
             [(&self.reduced, gains, weights.uncovered), (&lights, [unit; 3], placed.uncovered)]
                 .map(|(environment, gains, uncovered)| {
@@ -79,7 +79,7 @@ impl EnvironmentWeights {
         weights
     }
 
-    /// The weights of an environment of radiance 1 everywhere.
+    /// Weights of an environment with radiance 1 everywhere.
     pub fn even(&self) -> LightWeights {
         let (width, height) = self.reduced.radiance.size();
         let even = Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
@@ -87,7 +87,7 @@ impl EnvironmentWeights {
     }
 }
 
-/// Multiplies by `gains`, up to the largest weight.
+/// Multiplies weights by `gains`, up to the largest weight.
 fn scale(weights: &mut LightWeights, gains: [f32; 3]) {
     for weight in &mut weights.per_lamp {
         *weight = std::array::from_fn(|c| (weight[c] * gains[c]).min(weights::MOST));
@@ -100,7 +100,7 @@ mod tests {
     use crate::{Lamp, LightGroup, PlacedLight, white};
     use glam::Vec3;
 
-    /// Lamps all around, of energy 1.
+    /// Lamps in all directions with energy 1.
     fn rig() -> Rig {
         let lamp = |i: usize| {
             let y = 1.0 - (2 * i + 1) as f32 / 24.0;
@@ -177,7 +177,7 @@ mod tests {
             a.per_lamp.iter().zip(&b.per_lamp).map(|(a, b)| a[1] - b[1]).collect()
         };
         let here = added(&mut lit, 0.0);
-        // Lamps have energy 1, so that weights are energies: 3 units of π.
+        // Lamps have energy 1, so weights are energies: 3 units of π.
         assert!((here.iter().sum::<f32>() / (3.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
         let brightest = (0..24).max_by(|&a, &b| here[a].total_cmp(&here[b])).unwrap();
         let nearest = |i: usize| rig().lamps[i].direction.dot(light.direction());
@@ -203,14 +203,14 @@ mod tests {
         };
         let all = weights(vec![at(90.0, false, true), at(-90.0, false, true)], 0.0);
         let one = weights(vec![at(90.0, true, true), at(-90.0, false, true)], 0.0);
-        // Lamps of energy 1 have weights that are energies.
+        // Lamps have energy 1, so weights are energies.
         assert!((energy(&one)[1] / std::f32::consts::PI - 1.0).abs() < 1e-3);
         assert!(energy(&all)[1] > energy(&one)[1] + std::f32::consts::PI);
         let alone = weights(vec![at(90.0, true, true)], 3.0);
-        assert_eq!(one, alone, "whatever else there is");
+        assert_eq!(one, alone, "regardless of other lights");
         let both = weights(vec![at(90.0, true, true), at(-90.0, true, true)], 0.0);
         assert!((energy(&both)[1] / (2.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
-        // A light that is off silences nothing.
+        // A disabled solo light silences nothing.
         let off = weights(vec![at(90.0, true, false), at(-90.0, false, true)], 0.0);
         assert_eq!(off, weights(vec![at(-90.0, false, true)], 0.0));
     }
@@ -233,7 +233,7 @@ mod tests {
             let lighting = Lighting { groups: vec![group], ..plain.clone() };
             energy(&lit.weights(&lighting, 0.0, 1.0))[1]
         };
-        // Lamps of energy 1 have weights that are energies.
+        // Lamps have energy 1, so weights are energies.
         let one = std::f32::consts::PI;
         let all = green(group.clone());
         let louder = green(LightGroup { gain_stops: 1.0, ..group.clone() });
@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(wild, all);
         let text = serde_json::to_string(&plain).unwrap();
         assert_eq!(serde_json::from_str::<Lighting>(&text).unwrap(), plain);
-        // A file without groups is written as before.
+        // A file without groups keeps its old form.
         let bare = serde_json::to_string(&Lighting::default()).unwrap();
         assert!(!bare.contains("groups"), "{bare}");
         let named = Lighting { groups: vec![LightGroup { solo: true, ..group }], ..plain };

@@ -1,24 +1,24 @@
-//! Place on the subject where a light falls: the way back from [`super::aim`].
+//! Place on the subject where a light falls: the inverse of [`super::aim`].
 
 use super::aim::LampResponses;
 use glam::Vec3;
 
-/// Points that are looked at along the longer side of the picture, at the most.
+/// Largest number of sample points along the longer side of the picture.
 const ALONG: usize = 48;
-/// A light from further than this many spacings of the lamps from all that points aim at falls on none of them.
+/// Largest angle from a light to the nearest aim, in lamp spacings. Beyond it the light misses the subject.
 const FURTHEST: f32 = 1.5;
 
-/// Points spread over the subject, each with the direction of the light that is brightest there.
+/// Points spread over the subject, each with the direction of its brightest light.
 pub struct Highlights {
     points: Vec<([usize; 2], Vec3)>,
-    /// Pixels from one point to the next.
+    /// Spacing of the points in pixels.
     step: usize,
-    /// The largest angle in radians at which a light still falls on a point.
+    /// Largest angle in radians at which a light still hits a point.
     furthest: f32,
 }
 
 impl Highlights {
-    /// Aims from points of the subject: some hundred times the work of one [`LampResponses::aim`].
+    /// Aims from points of the subject. Costs several hundred calls of [`LampResponses::aim`].
     pub fn of(responses: &LampResponses) -> Self {
         let (width, height) = responses.size();
         let step = width.max(height).div_ceil(ALONG).max(1);
@@ -28,19 +28,19 @@ impl Highlights {
         Self { points: aimed.collect(), step, furthest: FURTHEST * responses.spacing() }
     }
 
-    /// The column and row on which a light from this direction falls, a unit vector; None if it falls on no point, as light
-    /// from behind.
+    /// Column and row that a light from this unit direction falls on; None if it misses the subject, such as a
+    /// light from behind.
     pub fn at(&self, direction: Vec3) -> Option<[f32; 2]> {
         let cosine = |aimed: Vec3| aimed.dot(direction);
         let nearest = self.points.iter().max_by(|a, b| cosine(a.1).total_cmp(&cosine(b.1)));
         let &([x, y], best) = nearest?;
         let best = cosine(best);
-        // NaN falls nowhere either.
+        // NaN misses too.
         let falls = best >= self.furthest.min(std::f32::consts::PI).cos();
         if !falls {
             return None;
         }
-        // Between points the place moves smoothly.
+        // The place moves smoothly between points.
         let (mut sum, mut weights) = ([0.0f32; 2], 0.0f32);
         for &([column, row], aimed) in &self.points {
             if column.abs_diff(x) <= self.step && row.abs_diff(y) <= self.step {
@@ -62,7 +62,7 @@ mod tests {
 
     const SIDE: usize = 96;
 
-    /// The normal of a matt ball that fills the picture.
+    /// Normal of a matt ball that fills the picture.
     fn normal(x: usize, y: usize) -> Option<Vec3> {
         let across = |i: usize| 1.05 * ((2 * i + 1) as f32 / SIDE as f32 - 1.0);
         let (x, y) = (across(x), -across(y));

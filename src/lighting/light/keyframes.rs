@@ -10,19 +10,19 @@ use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// The largest frame, value and slope of a key.
+/// Largest frame, value and slope of a key.
 const LARGEST: f64 = 1e9;
 
-/// Keys in the order of their frames, no two at one frame, all finite.
+/// Keys sorted by frame, at most one per frame, all finite.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "File", into = "File")]
 pub struct Keyframes {
-    /// Interpolation after keys that have none of their own.
+    /// Interpolation after keys without their own.
     pub interpolation: Interpolation,
     keys: Vec<Key>,
 }
 
-/// Content of a file, before it is checked.
+/// Unchecked content of a file.
 #[derive(Clone, Serialize, Deserialize)]
 struct File {
     #[serde(default)]
@@ -53,18 +53,18 @@ impl Keyframes {
     /// No keys.
     pub const NONE: Self = Self { interpolation: Interpolation::Smooth, keys: Vec::new() };
 
-    /// The keys in the order of their frames.
+    /// Keys sorted by frame.
     pub fn keys(&self) -> &[Key] {
         &self.keys
     }
 
-    /// The index of the key at a frame.
+    /// Index of the key at a frame.
     pub fn index_at(&self, frame: f64) -> Option<usize> {
         self.keys.iter().position(|key| key.frame == frame)
     }
 
-    /// Sets the value at a frame. A key that is there keeps its interpolation and its tangents; a new one goes on as the
-    /// curve does there. Returns the key's index.
+    /// Sets the value at a frame. An existing key keeps its interpolation and tangents. A new key continues the
+    /// curve. Returns the key's index.
     ///
     /// # Errors
     /// When a number is not finite or larger than 10⁹.
@@ -76,7 +76,8 @@ impl Keyframes {
         self.put(Key { frame, value, ..key })
     }
 
-    /// A new key at a frame: it goes on as the key before it, and where that is Bézier with the curve's slope.
+    /// A new key at a frame: it takes the interpolation of the key before it, and for Bézier the slope of the
+    /// curve.
     fn between(&self, frame: f64) -> Key {
         let next = self.keys.partition_point(|key| key.frame <= frame);
         let Some(before) = next.checked_sub(1) else {
@@ -92,7 +93,7 @@ impl Keyframes {
         }
     }
 
-    /// Adds a key, replacing one at its frame. Returns its index.
+    /// Adds a key and replaces an existing one at its frame. Returns its index.
     ///
     /// # Errors
     /// When a number is not finite or larger than 10⁹.
@@ -101,7 +102,7 @@ impl Keyframes {
         if !key.is_within(LARGEST) {
             return Err(Error::invalid(
                 format!(
-                    "a keyframe cannot be {value} at frame {frame}: neither may exceed 1000000000, nor may its tangents"
+                    "keyframe value {value} at frame {frame} is out of range: values, frames and tangents are limited to 1000000000"
                 ),
                 "Give smaller numbers",
             ));
@@ -114,15 +115,16 @@ impl Keyframes {
         Ok(at)
     }
 
-    /// Removes the key at `index`, if there is one.
+    /// Removes the key at `index`, if it exists.
     pub fn remove(&mut self, index: usize) -> Option<Key> {
         (index < self.keys.len()).then(|| self.keys.remove(index))
     }
 
-    /// Moves the key at `index` to another frame and value, replacing a key that is there. Returns its new index.
+    /// Moves the key at `index` to another frame and value and replaces an existing key there. Returns its new
+    /// index.
     ///
     /// # Errors
-    /// When there is no such key, or as [`Self::put`]; nothing is moved then.
+    /// When the key does not exist, or as [`Self::put`]; the keys are unchanged then.
     pub fn shift(&mut self, index: usize, frame: f64, value: f64) -> Result<usize> {
         let mut moved = self.clone();
         let key = moved.remove(index).ok_or_else(|| self.without_key(index))?;
@@ -133,12 +135,12 @@ impl Keyframes {
 
     fn without_key(&self, index: usize) -> Error {
         Error::missing(
-            format!("there is no key {index} among {} keys, numbered from 0", self.keys.len()),
+            format!("no key {index}: the {} keys are numbered from 0", self.keys.len()),
             "Choose an existing key",
         )
     }
 
-    /// The same with `by` added to every value.
+    /// The keyframes with `by` added to every value.
     ///
     /// # Errors
     /// When a value becomes larger than 10⁹.
@@ -150,13 +152,13 @@ impl Keyframes {
         Ok(raised)
     }
 
-    /// Interpolation from the key at `index`; beyond the last one, that of [`Self::interpolation`].
+    /// Interpolation from the key at `index`; after the last key, [`Self::interpolation`].
     pub fn kind(&self, index: usize) -> Interpolation {
         let own = self.keys.get(index).and_then(|key| key.interpolation);
         own.unwrap_or(self.interpolation)
     }
 
-    /// Sets how the value goes on from the key at `index`, if there is one.
+    /// Sets the interpolation from the key at `index`, if it exists.
     pub fn set_kind(&mut self, index: usize, kind: Interpolation) {
         let own = (kind != self.interpolation).then_some(kind);
         if let Some(key) = self.keys.get_mut(index) {
@@ -164,18 +166,18 @@ impl Keyframes {
         }
     }
 
-    /// The slopes with which a Bézier curve comes into the key at `index` and goes out of it, in values a frame; None if
-    /// there is no such key.
+    /// Incoming and outgoing slopes of a Bézier curve at the key `index`, in values per frame; None without such a
+    /// key.
     pub fn slopes(&self, index: usize) -> Option<[f64; 2]> {
         let key = self.keys.get(index)?;
         let automatic = self.slope(index);
         Some([key.slope_in, key.slope_out].map(|slope| slope.unwrap_or(automatic)))
     }
 
-    /// Sets these slopes by hand; None for automatic ones.
+    /// Sets both slopes by hand; None for automatic.
     ///
     /// # Errors
-    /// When there is no such key, or a slope is not finite or larger than 10⁹.
+    /// When the key does not exist, or a slope is not finite or larger than 10⁹.
     pub fn set_slopes(&mut self, index: usize, slopes: [Option<f64>; 2]) -> Result<()> {
         let key = self.keys.get(index).copied();
         let [slope_in, slope_out] = slopes;
@@ -183,8 +185,8 @@ impl Keyframes {
         Ok(())
     }
 
-    /// The value at a frame: before the first key that key's, after the last one that key's. `None` without keys; a
-    /// NaN frame counts as the first.
+    /// Value at a frame. Before the first key it is the first value, after the last key the last value. `None`
+    /// without keys. A NaN frame counts as the first.
     pub fn at(&self, frame: f64) -> Option<f64> {
         let (first, last) = (self.keys.first()?, self.keys.last()?);
         let next = self.keys.partition_point(|key| key.frame <= frame);
@@ -196,7 +198,7 @@ impl Keyframes {
         }
         let (a, b) = (self.keys[next - 1], self.keys[next]);
         let linear = a.value + (frame - a.frame) / (b.frame - a.frame) * (b.value - a.value);
-        // Rounding may overshoot the ends.
+        // Rounding may overshoot the end values.
         let within = |value: f64| value.clamp(a.value.min(b.value), a.value.max(b.value));
         let value = match self.kind(next - 1) {
             Interpolation::Hold => a.value,
@@ -204,11 +206,11 @@ impl Keyframes {
             Interpolation::Smooth => within(self.smooth(next - 1).value(frame)),
             Interpolation::Bezier => self.bezier(next - 1).value(frame),
         };
-        // Keys that almost coincide can have slopes that no number holds.
+        // Nearly coincident keys can have slopes beyond the range of f64.
         Some(if value.is_finite() { value } else { linear })
     }
 
-    /// The curve from the key at `index` to the next with the slopes of [`Interpolation::Smooth`].
+    /// Curve from the key at `index` to the next, with the slopes of [`Interpolation::Smooth`].
     fn smooth(&self, index: usize) -> Cubic {
         Cubic {
             ends: [self.keys[index], self.keys[index + 1]],
@@ -216,7 +218,7 @@ impl Keyframes {
         }
     }
 
-    /// The same with the slopes that are set by hand, where they are.
+    /// The same curve, with slopes set by hand where they exist.
     fn bezier(&self, index: usize) -> Cubic {
         let mut cubic = self.smooth(index);
         let [a, b] = cubic.ends;
@@ -226,7 +228,7 @@ impl Keyframes {
         cubic
     }
 
-    /// The automatic slope at a key, in values a frame.
+    /// Automatic slope at a key, in values per frame.
     fn slope(&self, index: usize) -> f64 {
         if index == 0 || index + 1 == self.keys.len() {
             return 0.0;
@@ -242,10 +244,10 @@ impl Keyframes {
     }
 }
 
-/// Hermite's cubic between two keys.
+/// Hermite cubic between two keys.
 struct Cubic {
     ends: [Key; 2],
-    /// Slopes at its beginning and its end, in values a frame.
+    /// Slopes at the start and the end, in values per frame.
     slopes: [f64; 2],
 }
 
@@ -262,7 +264,7 @@ impl Cubic {
             + (t3 - t2) * to
     }
 
-    /// Its slope at a frame, within [`LARGEST`].
+    /// Slope at a frame, within [`LARGEST`].
     fn slope(&self, frame: f64) -> f64 {
         let [a, b] = self.ends;
         let [from, to] = self.slopes;
@@ -281,7 +283,7 @@ impl Cubic {
 impl FromStr for Keyframes {
     type Err = String;
 
-    /// Values at frames, such as `0:0,24:90`.
+    /// Parses values at frames, such as `0:0,24:90`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let mut keys = Self::default();
         for key in text.split(',') {

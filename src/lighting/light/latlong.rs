@@ -1,27 +1,27 @@
-//! The lat-long panorama: where each texel looks, and how much of the sphere it covers.
+//! The lat-long panorama: direction and solid angle of each texel.
 //!
 //! Right-handed, +Y up, the camera on +Z looking along −Z. With u, v ∈ (0, 1) at half-pixel centres:
 //! polar angle θ = π·v from +Y, azimuth φ = 2π(u − ½), ω = (sin θ·sin φ, cos θ, −sin θ·cos φ).
-//! The centre column is what the camera sees behind the subject; the left half is camera-left.
+//! The centre column is the camera's view behind the subject; the left half is camera-left.
 
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Direction towards the point (u, v) of the panorama, of unit length.
+/// Unit direction of the point (u, v) of the panorama.
 pub fn direction_from_uv(u: f32, v: f32) -> Vec3 {
     let (sin_theta, cos_theta) = (PI * v).sin_cos();
     let (sin_phi, cos_phi) = (TAU * (u - 0.5)).sin_cos();
     Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
 }
 
-/// Panorama position (u ∈ [0, 1), v ∈ [0, 1]) of a direction of any length above 0.
+/// Panorama position (u ∈ [0, 1), v ∈ [0, 1]) of a direction of any non-zero length.
 pub fn uv_from_direction(direction: Vec3) -> (f32, f32) {
     let theta = direction.x.hypot(direction.z).atan2(direction.y);
     let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
     (if u >= 1.0 { u - 1.0 } else { u }, theta / PI)
 }
 
-/// Direction of the centre of texel (`x`, `y`) of a `width × height` panorama.
+/// Unit direction of the centre of texel (`x`, `y`) of a `width × height` panorama.
 pub fn texel_direction(x: usize, y: usize, width: usize, height: usize) -> Vec3 {
     direction_from_uv((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32)
 }
@@ -30,7 +30,7 @@ pub fn texel_direction(x: usize, y: usize, width: usize, height: usize) -> Vec3 
 /// that a panorama adds up to 4π.
 pub fn texel_solid_angle(y: usize, width: usize, height: usize) -> f64 {
     let step = std::f64::consts::PI / height as f64;
-    // cos a − cos b = 2·sin((a + b)/2)·sin((b − a)/2) keeps its digits at the poles.
+    // cos a − cos b = 2·sin((a + b)/2)·sin((b − a)/2) stays precise at the poles.
     let difference = 2.0 * ((y as f64 + 0.5) * step).sin() * (0.5 * step).sin();
     std::f64::consts::TAU / width as f64 * difference
 }
@@ -68,9 +68,9 @@ mod tests {
             prop_assert!(error < 1e-4);
             largest.set(largest.get().max(error));
         });
-        shown!(Light, "Positions in a panorama to directions and back",
+        shown!(Light, "Panorama positions to directions and back",
             danger: "light lands beside its texel",
-            done: "one pair of functions serves everybody",
+            done: "all code shares one pair of functions",
             bound: "1e-4 of the panorama, also beside the poles",
             measured: format!("{:.1e}", largest.get()));
     }

@@ -1,5 +1,5 @@
-//! Light from all directions: lat-long panoramas, environments, the rig of lamps, and the weights that distribute
-//! an environment's energy over the lamps.
+//! Light from all directions: lat-long panoramas, environments, the lamp rig, and the weights that distribute an
+//! environment's energy over the lamps.
 
 pub mod aim;
 pub mod brightest;

@@ -1,4 +1,4 @@
-//! Lighting of the subject by an environment: turned freely, graded, and joined by lights placed by hand.
+//! Lighting of the subject by an environment: rotated, graded, and combined with placed lights.
 
 use super::group::LightGroup;
 use super::placed::PlacedLight;
@@ -9,14 +9,14 @@ use glam::Quat;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// Changes of an environment before it lights the subject, besides its yaw. The default changes nothing.
+/// Changes to an environment besides its yaw before it lights the subject. The default changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default)]
 pub struct Lighting {
     /// Distribution of the environment's light over the lamps.
     #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
-    /// Turn the environment up, after its yaw.
+    /// Pitch of the environment in degrees, applied after yaw.
     #[arg(
         long = "pitch",
         value_name = "DEG",
@@ -25,7 +25,7 @@ pub struct Lighting {
         value_parser = within(ANGLES)
     )]
     pub pitch_deg: f32,
-    /// Turn the environment counter-clockwise, after its yaw and pitch.
+    /// Roll of the environment in degrees counter-clockwise, applied after yaw and pitch.
     #[arg(
         long = "roll",
         value_name = "DEG",
@@ -55,7 +55,7 @@ pub struct Lighting {
     /// Tint of the environment, −100 green to 100 magenta.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = within(-100.0f32..=100.0))]
     pub tint: f32,
-    /// Turn the background further than the light.
+    /// Extra yaw of the background in degrees, relative to the light.
     #[arg(
         long = "background-yaw",
         value_name = "DEG",
@@ -64,17 +64,17 @@ pub struct Lighting {
         value_parser = within(ANGLES)
     )]
     pub background_yaw_deg: f32,
-    /// A soft light of SIZE degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera) and an
-    /// elevation. With an intensity of π, white that faces it is 1. Can be given several times.
+    /// A soft light, SIZE degrees wide, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera) and an
+    /// elevation. At intensity π, white facing the light has radiance 1. Repeatable.
     ///
-    /// No turn of the environment moves it, and it does not show in the background.
+    /// Independent of the environment's rotation; invisible in the background.
     #[arg(
         long = "light",
         value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]",
         allow_hyphen_values = true
     )]
     pub placed: Vec<PlacedLight>,
-    /// The groups of placed lights.
+    /// Groups of placed lights.
     #[arg(skip)]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<LightGroup>,
@@ -97,21 +97,20 @@ impl Default for Lighting {
 }
 
 impl Lighting {
-    /// The range of the intensity in stops.
+    /// Range of the intensity in stops.
     pub const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-    /// True if lights placed by hand light the subject alone: one that is on is solo. Then the environment and all
-    /// other lights are off.
+    /// True if an enabled placed light is solo. The environment and all other lights are off then.
     pub fn is_solo(&self) -> bool {
         self.placed.iter().any(|light| self.lights_alone(light))
     }
 
-    /// The group that a light is in.
+    /// Group of a light.
     pub fn group_of(&self, light: &PlacedLight) -> Option<&LightGroup> {
         (self.groups.iter()).find(|group| group.name == light.group && !group.name.is_empty())
     }
 
-    /// True if a light is on, and its group too.
+    /// True if a light and its group are on.
     fn is_on(&self, light: &PlacedLight) -> bool {
         light.enabled && self.group_of(light).is_none_or(|group| !group.muted)
     }
@@ -122,50 +121,50 @@ impl Lighting {
         self.is_on(light) && is_solo()
     }
 
-    /// True if a light of this lighting is on, and not silenced by others that are solo.
+    /// True if a light of this lighting is on and not silenced by a solo light.
     pub fn shines(&self, light: &PlacedLight) -> bool {
         self.lights_alone(light) || self.is_on(light) && !self.is_solo()
     }
 
-    /// Titles of the lights that light the subject alone; empty unless [`Self::is_solo`].
+    /// Titles of the solo lights; empty unless [`Self::is_solo`].
     pub fn solo_titles(&self) -> Vec<String> {
         let lights = self.placed.iter().enumerate();
         let solo = lights.filter(|(_, light)| self.lights_alone(light));
         solo.map(|(i, light)| light.title(i)).collect()
     }
 
-    /// The same with no light and no group that is solo.
+    /// The lighting with every solo switch off.
     pub fn without_solo(mut self) -> Self {
         (self.placed.iter_mut()).for_each(|light| light.solo = false);
         (self.groups.iter_mut()).for_each(|group| group.solo = false);
         self
     }
 
-    /// Gives each light that has no [`PlacedLight::id`], or that of one before it, the smallest that is free; and each group so
-    /// among the groups.
+    /// Gives the smallest free [`PlacedLight::id`] to each light without one, and to duplicates of an earlier id.
+    /// Groups get theirs in the same way.
     pub fn number_lights(&mut self) {
         number(self.placed.iter_mut().map(|light| &mut light.id));
         number(self.groups.iter_mut().map(|group| &mut group.id));
     }
 
-    /// The smallest number that no light has.
+    /// Smallest id that no light uses.
     fn free_id(&self) -> u32 {
         let taken: HashSet<u32> = self.placed.iter().map(|light| light.id).collect();
         (1..).find(|id| !taken.contains(id)).unwrap_or(u32::MAX)
     }
 
-    /// A light as it lights the subject: with the gain of its group.
+    /// The light with its group's gain applied.
     pub fn with_group_gain(&self, light: &PlacedLight) -> PlacedLight {
         let gain = self.group_of(light).map_or(1.0, LightGroup::gain);
         PlacedLight { intensity: light.intensity * gain, ..light.clone() }
     }
 
-    /// A light to add: a softbox, solo if others are, so that it is seen.
+    /// A new softbox for the user to add; solo if other lights are, so that it is visible.
     pub fn another_light(&self) -> PlacedLight {
         PlacedLight { id: self.free_id(), solo: self.is_solo(), ..PlacedLight::default() }
     }
 
-    /// The factor on the environment's radiance per channel; finite and not negative. It is 0 if [`Self::is_solo`].
+    /// Factor on the environment's radiance per channel; finite, not negative, and 0 if [`Self::is_solo`].
     pub fn gains(&self) -> [f32; 3] {
         if self.is_solo() {
             return [0.0; 3];
@@ -178,19 +177,19 @@ impl Lighting {
         white::gains(self.temperature_k, self.tint).map(|gain| gain * stops.exp2())
     }
 
-    /// The whole turn of the environment: first by `yaw_deg`, then the tilt.
+    /// Full rotation of the environment: `yaw_deg`, then the tilt.
     pub fn turn(&self, yaw_deg: f32) -> Quat {
         self.tilt() * rotation(yaw_deg, 0.0, 0.0)
     }
 
-    /// The turn after the yaw; the identity if an angle is not finite.
+    /// Rotation after the yaw; the identity if an angle is not finite.
     pub fn tilt(&self) -> Quat {
         let tilt = rotation(0.0, self.pitch_deg, self.roll_deg);
         if tilt.is_finite() { tilt } else { Quat::IDENTITY }
     }
 }
 
-/// Gives each that is 0, or that one before it is too, the smallest that is free.
+/// Replaces 0 and duplicates of earlier ids by the smallest free id.
 fn number<'a>(ids: impl Iterator<Item = &'a mut u32>) {
     let mut taken = HashSet::new();
     let mut missing = Vec::new();

@@ -1,7 +1,7 @@
-//! A patch of light on the sphere, drawn into a panorama with its exact energy.
+//! A patch of light on the sphere, drawn into a panorama with exact energy.
 //!
-//! A texel gets the part of the patch inside it, found by samples. The sum is then scaled to the patch's energy, so
-//! that it does not depend on the panorama's size, the poles or the seam.
+//! A texel gets the sampled part of the patch inside it. The sum is then scaled to the patch's energy, so that
+//! panorama size, poles and the seam do not change it.
 
 use super::latlong::texel_solid_angle;
 use glam::DVec3;
@@ -9,13 +9,12 @@ use imaging::Image;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The shape of a patch, in radians as the subject sees it.
+/// Shape of a patch, in radians as seen from the subject.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Outline {
-    /// Everything up to this angle from the middle.
+    /// All directions up to this angle from the middle.
     Disc(f64),
-    /// Half the width and half the height, as angles from the middle along the horizontal and along
-    /// the vertical through it.
+    /// Half width and half height: angles from the middle along the horizontal and the vertical through it.
     Rectangle(f64, f64),
 }
 
@@ -27,16 +26,16 @@ pub(super) struct Patch {
     /// Elevation of the middle above the horizon in radians.
     pub elevation: f64,
     pub outline: Outline,
-    /// The outer part, 0 to 1, over which the light falls to nothing.
+    /// Outer part, 0 to 1, over which the light falls to zero.
     pub softness: f64,
 }
 
-/// The largest half side of a rectangle: beyond it the two angles no longer determine one direction.
+/// Largest half side of a rectangle. Beyond it the two angles no longer give one direction.
 const MAX_HALF_SIDE: f64 = 85.0 * PI / 180.0;
 
 impl Patch {
-    /// Adds light of ∫ L dω = `energy` per channel. A patch smaller than a texel is drawn a texel wide.
-    /// The panorama gains that energy to the rounding of its values.
+    /// Adds light of ∫ L dω = `energy` per channel. A patch smaller than a texel is drawn one texel wide. The
+    /// panorama gains exactly that energy, up to rounding of its values.
     pub fn add(&self, panorama: &mut Image, energy: [f64; 3]) {
         let (width, height) = panorama.size();
         if width == 0 || height == 0 || energy == [0.0; 3] {
@@ -44,7 +43,7 @@ impl Patch {
         }
         let texel = (PI / height as f64).max(TAU / width as f64);
         let seen = DrawnPatch::new(self, 0.5 * texel);
-        // A small patch that moves must not visibly jump from sample to sample.
+        // A small moving patch must not jump visibly from sample to sample.
         let across = match seen.reach / texel {
             0.0..2.0 => 16,
             2.0..8.0 => 4,
@@ -54,7 +53,7 @@ impl Patch {
         let row = |theta: f64| theta / PI * height as f64;
         let first = row(theta - seen.reach).floor().max(0.0) as usize;
         let last = (row(theta + seen.reach).ceil() as usize).min(height);
-        // The columns that a cone about the middle touches: all where it holds a pole.
+        // Columns that touch a cone around the middle; all columns if it contains a pole.
         let sine = seen.reach.sin() / theta.sin();
         let holds_pole = seen.reach >= theta.min(PI - theta) || seen.reach >= FRAC_PI_2;
         let columns = if holds_pole || sine >= 1.0 {
@@ -93,23 +92,23 @@ impl Patch {
     }
 }
 
-/// A patch, prepared for drawing.
+/// A patch prepared for drawing.
 struct DrawnPatch {
     middle: DVec3,
     right: DVec3,
     up: DVec3,
     outline: Outline,
     softness: f64,
-    /// The largest angle of any part of the patch from its middle.
+    /// Largest angle from the middle to any part of the patch.
     reach: f64,
-    /// Of a disc's radius, and of the part of it where it is as bright as in the middle.
+    /// Cosines of a disc's radius and of its fully bright part.
     cosines: (f64, f64),
-    /// Of half a rectangle's width and height.
+    /// Tangents of a rectangle's half width and half height.
     tangents: (f64, f64),
 }
 
 impl DrawnPatch {
-    /// The patch with no radius or half side below `least`.
+    /// The patch with every radius and half side at least `least`.
     fn new(patch: &Patch, least: f64) -> Self {
         let (sin_phi, cos_phi) = patch.azimuth.sin_cos();
         let (sin_up, cos_up) = patch.elevation.sin_cos();
@@ -147,14 +146,14 @@ impl DrawnPatch {
         let (x, y) = (direction.dot(self.right), direction.dot(self.up));
         match self.outline {
             Outline::Disc(radius) => {
-                // Most samples lie clear of the edge, where no angle is needed.
+                // Most samples are clear of the edge and need no angle.
                 if ahead < self.cosines.0 {
                     return 0.0;
                 }
                 if ahead > self.cosines.1 {
                     return 1.0;
                 }
-                // atan2 keeps its digits for discs as small as the sun's.
+                // atan2 stays precise for discs as small as the sun.
                 self.edge(x.hypot(y).atan2(ahead) / radius)
             }
             Outline::Rectangle(..) if ahead <= 0.0 => 0.0,
@@ -167,7 +166,7 @@ impl DrawnPatch {
         }
     }
 
-    /// Brightness at a place from its middle, 0, to its edge, 1.
+    /// Brightness from the middle, 0, to the edge, 1.
     fn edge(&self, t: f64) -> f64 {
         match t {
             t if t >= 1.0 => 0.0,
@@ -179,7 +178,7 @@ impl DrawnPatch {
         }
     }
 
-    /// ∫ level dω over each texel of a row, by the sines and cosines of its samples' azimuths.
+    /// ∫ level dω over each texel of a row, from the sines and cosines of the samples' azimuths.
     fn row(
         &self,
         y: usize,
@@ -287,7 +286,7 @@ mod tests {
                     f64::from((a[0] - b[0]).abs()) * texel_solid_angle(i / 64, 64, 32)
                 })
                 .sum();
-            // The disc moves by a hundredth of its width, and its samples by sixteenths.
+            // The disc moves by a hundredth of its width, its samples by sixteenths.
             assert!(moved / 3.0 < 0.06, "step {i} moved {moved} of 3");
         }
     }

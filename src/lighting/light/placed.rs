@@ -1,4 +1,4 @@
-//! Lights placed by hand, drawn into a panorama, so that weights treat them like an environment.
+//! Placed lights, drawn into a panorama so that weights treat them as environment light.
 
 #[cfg(test)]
 use super::Environment;
@@ -8,14 +8,14 @@ use imaging::Image;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// The outer part of a soft light over which it falls to nothing.
+/// Outer part of a soft light over which it falls to zero.
 const SOFTNESS: f64 = 0.3;
 
 /// Shape of a placed light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// As small as the panorama can show: one texel.
+    /// One texel of the panorama.
     Point,
     /// A disc with a sharp edge: a bulb, a sun.
     Disc,
@@ -24,51 +24,50 @@ pub enum Kind {
     Area,
 }
 
-/// A light placed by hand.
+/// A light placed by hand in the studio.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PlacedLight {
-    /// Tells it from the other lights, wherever it stands among them; 0 until [`super::Lighting::number_lights`].
+    /// Stable identity, independent of the order of lights; 0 until [`super::Lighting::number_lights`].
     #[serde(skip_serializing_if = "is_none")]
     pub id: u32,
     pub kind: Kind,
     /// Azimuth in degrees, any number of turns: 0 is behind the subject in the middle of the panorama, +90
-    /// camera-right, −90 camera-left, ±180 the camera.
+    /// camera-right, −90 camera-left, ±180 at the camera.
     pub yaw_deg: f32,
     /// Elevation above the horizon in degrees, −90 to 90.
     pub pitch_deg: f32,
-    /// The radius of a disc and half the side of an area in degrees, as the subject sees them; discs end at
-    /// 180, areas at 85. A point has none.
+    /// Radius of a disc or half side of an area in degrees, as seen from the subject; at most 180 for discs and 85
+    /// for areas. Ignored for a point.
     pub radius_deg: f32,
-    /// Linear Rec. 709 colour; [`super::white::gains`] has those of temperatures. Negative channels count
-    /// as 0.
+    /// Linear Rec. 709 colour; [`super::white::gains`] converts temperatures. Negative channels count as 0.
     pub color: [f32; 3],
-    /// The light's energy: ∫ L dω is `intensity · color` per channel, whatever the size. A white matt
-    /// surface that faces the light gets radiance `intensity / π` from it.
+    /// Energy: ∫ L dω is `intensity · color` per channel, independent of size. A white matt surface facing the
+    /// light gets radiance `intensity / π`.
     pub intensity: f32,
-    /// The light is on.
+    /// True if the light is on.
     pub enabled: bool,
-    /// The light lights the subject alone: see [`super::Lighting::shines`].
+    /// Makes the light the only light on the subject; see [`super::Lighting::shines`].
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub solo: bool,
-    /// The name that a person gave it; empty if it is called by its number.
+    /// Name given by the user; empty for a numbered title.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// The name of its [`super::LightGroup`]; empty if it is in none.
+    /// Name of its [`super::LightGroup`]; empty without a group.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub group: String,
-    /// The temperature in kelvin that `color` was set by; None if it was set otherwise.
+    /// Colour temperature in kelvin that set `color`; None if set otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature_k: Option<f32>,
 }
 
-/// True if a light has no number yet.
+/// True if a light has no id yet.
 fn is_none(id: &u32) -> bool {
     *id == 0
 }
 
 impl Default for PlacedLight {
-    /// A neutral softbox of 25° at 45° to the camera's left and above, with which white facing it is 1.
+    /// A neutral softbox of 25°, 45° camera-left and 45° up, at which white facing it has radiance 1.
     fn default() -> Self {
         Self {
             id: 0,
@@ -88,7 +87,7 @@ impl Default for PlacedLight {
 }
 
 impl PlacedLight {
-    /// Its name; as the light of this index, from 0, it is called by its number if it has none.
+    /// Display name: the given name, or one numbered by the light's index from 0.
     pub fn title(&self, index: usize) -> String {
         match self.name.is_empty() {
             true => format!("Light {}", index + 1),
@@ -96,26 +95,26 @@ impl PlacedLight {
         }
     }
 
-    /// Its brightness in stops: 0 is an intensity of π, with which white that faces it is 1. No light has −∞.
+    /// Gain in stops: 0 is intensity π, at which white facing the light has radiance 1. −∞ without light.
     pub fn gain_stops(&self) -> f32 {
         (self.intensity / std::f32::consts::PI).log2()
     }
 
-    /// Sets its brightness in stops; NaN changes nothing.
+    /// Sets the gain in stops; NaN changes nothing.
     pub fn set_gain_stops(&mut self, stops: f32) {
         if !stops.is_nan() {
             self.intensity = std::f32::consts::PI * stops.exp2();
         }
     }
 
-    /// Gives it the colour of white light of a temperature in kelvin.
+    /// Sets the colour of white light of a temperature in kelvin.
     pub fn set_temperature(&mut self, kelvin: f32) {
         self.color = super::white::gains(kelvin, 0.0);
         self.temperature_k = Some(kelvin);
     }
 
-    /// The same light in this direction from the subject, which may have any length; if that is zero or not finite, it stays
-    /// where it is.
+    /// The light moved to a direction from the subject, of any length. A zero or non-finite direction leaves it in
+    /// place.
     #[must_use]
     pub fn towards(self, direction: glam::Vec3) -> Self {
         match direction.try_normalize() {
@@ -128,7 +127,7 @@ impl PlacedLight {
         }
     }
 
-    /// ∫ L dω per channel: 0 for lights that are off or whose numbers are not finite.
+    /// ∫ L dω per channel; 0 for lights that are off or have non-finite numbers.
     pub fn energy(&self) -> [f64; 3] {
         let numbers = [self.yaw_deg, self.pitch_deg, self.radius_deg];
         if !self.enabled || !numbers.iter().all(|v| v.is_finite()) {
@@ -136,20 +135,20 @@ impl PlacedLight {
         }
         self.color.map(|channel| {
             let energy = f64::from(channel) * f64::from(self.intensity);
-            // Values that a texel cannot hold do not count.
+            // Values beyond the range of a texel do not count.
             let is_light = energy > 0.0 && energy < f64::from(f32::MAX) * 1e-9;
             if is_light { energy } else { 0.0 }
         })
     }
 
-    /// The unit direction from the subject towards the light.
+    /// Unit direction from the subject to the light.
     pub fn direction(&self) -> glam::Vec3 {
         let (sin_yaw, cos_yaw) = (self.yaw_deg % 360.0).to_radians().sin_cos();
         let (sin_pitch, cos_pitch) = self.pitch_deg.clamp(-90.0, 90.0).to_radians().sin_cos();
         glam::Vec3::new(cos_pitch * sin_yaw, sin_pitch, -cos_pitch * cos_yaw)
     }
 
-    /// Adds the light to a panorama, whose energy grows by [`Self::energy`], up to rounding, at any size: a small
+    /// Adds the light to a panorama of any size, whose energy grows by [`Self::energy`] up to rounding. A small
     /// panorama is enough for weights.
     pub fn add_to(&self, panorama: &mut Image) {
         self.patch().add(panorama, self.energy());
@@ -171,7 +170,7 @@ impl PlacedLight {
     }
 }
 
-/// The environment with lights added. If no light is on, its texels stay as they are.
+/// The environment with lights added; unchanged if no light is on.
 #[cfg(test)]
 pub(super) fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environment {
     let mut lit = environment.clone();
@@ -184,7 +183,7 @@ pub(super) fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> 
 impl FromStr for PlacedLight {
     type Err = String;
 
-    /// Azimuth, elevation and size across in degrees, intensity, and the colour, which is white if left out.
+    /// Parses azimuth, elevation and size in degrees, intensity, and an optional colour (white by default).
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         const NAMES: &str = "AZIMUTH,ELEVATION,SIZE,INTENSITY or the same with R,G,B";
         let full =
@@ -248,7 +247,7 @@ mod tests {
             let after = with_lights(&before, std::slice::from_ref(&light));
             let energies = before.energy().into_iter().zip(after.energy()).zip(light.energy());
             for ((before, after), light) in energies {
-                // Values of 32 bits: of the sum, 6 · 10⁻⁸.
+                // f32 values; the sum is precise to 6 · 10⁻⁸.
                 prop_assert!((after - before - light).abs() <= 1e-5 * light + 1e-6 * before);
             }
         }
@@ -281,7 +280,7 @@ mod tests {
         light.set_temperature(3200.0);
         let [r, g, b] = light.color;
         assert!(r > g && g > b && light.temperature_k == Some(3200.0));
-        // Who does not know of temperatures reads the same colour.
+        // Versions without colour temperatures read the same colour.
         let text = serde_json::to_string(&light).unwrap();
         let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
         older.as_object_mut().unwrap().remove("temperature_k");

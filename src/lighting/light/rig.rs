@@ -1,25 +1,24 @@
-//! The rig: where each lamp is and how strong it is, as the mirror balls recorded it.
+//! The rig: position and strength of each lamp, as recorded by the mirror balls.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// One lamp (or bank of lamps that switch together), as its OLAT's mirror ball shows it.
+/// One lamp, or a bank of lamps that switch together, as measured on its OLAT's mirror ball.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lamp {
-    /// The name of its OLAT, as in the files: `olat_07`.
+    /// Name of its OLAT in the files, such as `olat_07`.
     pub name: String,
     /// Unit direction from the subject towards the lamp's centroid.
     pub direction: Vec3,
-    /// ∫ L dω per channel over the lamp's footprint on the ball, in the units of the OLAT session. A lower
-    /// bound where some of it is [`Self::clipped`].
+    /// ∫ L dω per channel over the lamp's footprint on the ball, in units of the OLAT session. A lower bound if
+    /// part of it is [`Self::clipped`].
     pub energy: [f32; 3],
     /// Root-mean-square angle of the footprint about the centroid, in degrees.
     pub spread_deg: f32,
-    /// Trust in the direction: 0 (not seen) to 1. Above a half it is nearly always right within five degrees. Clipping
-    /// lowers it a little.
+    /// Confidence in the direction, 0 (not seen) to 1. Above 0.5 it is nearly always right within five degrees.
+    /// Clipping lowers it a little.
     pub confidence: f32,
-    /// Share of the energy, 0 to 1, from pixels with a clipped channel: there the lamp is brighter than
-    /// measured.
+    /// Share of the energy, 0 to 1, from pixels with a clipped channel. The lamp is brighter than measured there.
     #[serde(default)]
     pub clipped: f32,
 }
@@ -31,12 +30,11 @@ pub struct Rig {
 }
 
 impl Lamp {
-    /// The least energy that can be divided by: with less, an environment's energy of 10⁸ would need a weight beyond
+    /// Smallest usable energy. Below it, an environment's energy of 10⁸ would need a weight beyond
     /// [`super::weights::MOST`].
     const LEAST_ENERGY: f32 = 1e-17;
 
-    /// True if the lamp can be used: the ball shows it, in every channel. A lamp without light in one channel would
-    /// need an infinite weight there.
+    /// True if the ball shows the lamp in every channel. A channel without light would need an infinite weight.
     pub fn is_usable(&self) -> bool {
         self.confidence > 0.0
             && self.direction.is_finite()

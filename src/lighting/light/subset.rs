@@ -1,4 +1,4 @@
-//! Chooses a few lamps of many, spread evenly: which OLATs to shoot, or to train with, if there is no time for all.
+//! Even selection of a few lamps: the OLATs to shoot or train with when time is short.
 
 use super::latlong::texel_direction;
 use base::error::{Error, Result};
@@ -10,40 +10,36 @@ use rayon::prelude::*;
 pub struct Subset {
     /// Indices of the chosen lamps, in ascending order.
     pub indices: Vec<usize>,
-    /// The largest angle in degrees from a direction that the whole rig covers to the nearest chosen lamp. The
-    /// whole rig covers a direction if one of its lamps is no farther than its spacing (the median angle between
-    /// nearest neighbours). Sampled every 2°, so up to 1° may be missing.
+    /// Largest angle in degrees from a covered direction to the nearest chosen lamp. A direction is covered if a
+    /// lamp of the full rig is within the rig's spacing (the median angle between nearest neighbours). Sampled
+    /// every 2°, so it may be up to 1° too small.
     pub covering_deg: f32,
-    /// The smallest angle between two chosen lamps in degrees; 180 if only one is chosen.
+    /// Smallest angle between two chosen lamps in degrees; 180 for a single lamp.
     pub separation_deg: f32,
 }
 
-/// Chooses `count` lamps of a rig with the given unit directions, as evenly as it can be: every direction that the
-/// rig covers should have a chosen lamp near it, and no two chosen lamps should be close. The first choice
-/// repeatedly adds the lamp that is farthest from those chosen (Gonzalez 1985). Then chosen lamps are swapped for
-/// others as long as that lowers the cost; the best swap is found as in FasterPAM (Schubert and Rousseeuw 2021). Of
-/// several such choices, with other first lamps, the most even one is returned. The same input gives the same
-/// choice.
+/// Chooses `count` lamps of a rig with the given unit directions, as evenly as possible: a chosen lamp near every
+/// covered direction, and no two chosen lamps close together. The first choice repeatedly adds the lamp farthest
+/// from those already chosen (Gonzalez 1985). Lamps are then swapped while that lowers the cost; the best swap is
+/// found as in FasterPAM (Schubert and Rousseeuw 2021). The result is the most even of several choices with
+/// different first lamps. Deterministic.
 ///
 /// # Errors
-/// When `count` is 0 or more than there are lamps, or a direction is not of unit length.
+/// When `count` is 0 or exceeds the number of lamps, or a direction is not of unit length.
 pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
     if count == 0 || count > directions.len() {
         return Err(Error::invalid(
-            format!("cannot choose {count} of {} lamps", directions.len()),
-            "Choose at least 1, and at most all",
+            format!("cannot choose {count} lamps from {}", directions.len()),
+            "Choose at least 1 and at most all of them",
         ));
     }
     if let Some(lamp) = directions.iter().position(|d| !d.is_normalized()) {
         return Err(Error::invalid(
-            format!(
-                "lamp {lamp} of the rig has the direction {}, which is not of unit length",
-                directions[lamp]
-            ),
+            format!("direction of lamp {lamp} is not of unit length: {}", directions[lamp]),
             "Leave out lamps that the mirror ball did not show",
         ));
     }
-    /// Choices with different first lamps: more than these gain little.
+    /// Number of choices with different first lamps. More gain little.
     const STARTS: usize = 8;
     let (samples, share) = covered(directions);
     let cost = Cost::new(directions, &samples, share, count);
@@ -53,13 +49,13 @@ pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
         chosen.sort_unstable();
         measure(directions, &samples, chosen)
     });
-    // In the most even arrangement, hexagons, the covering is 1/√3 of the separation.
+    // In the most even layout, hexagons, the covering is 1/√3 of the separation.
     let excess = |s: &Subset| s.covering_deg - s.separation_deg / 3f32.sqrt();
     let best = starts.min_by(|a, b| excess(a).total_cmp(&excess(b)));
     Ok(best.unwrap_or_else(|| measure(directions, &samples, (0..count).collect())))
 }
 
-/// The chosen lamps' covering and separation.
+/// Covering and separation of the chosen lamps.
 fn measure(directions: &[Vec3], samples: &[Vec3], indices: Vec<usize>) -> Subset {
     let nearest = |sample: &Vec3| {
         indices.iter().map(|&i| angle(directions[i], *sample)).fold(std::f32::consts::PI, f32::min)
@@ -75,12 +71,12 @@ fn measure(directions: &[Vec3], samples: &[Vec3], indices: Vec<usize>) -> Subset
     Subset { covering_deg: covering.to_degrees(), separation_deg: separation.to_degrees(), indices }
 }
 
-/// The angle between unit vectors: exact for small ones too.
+/// Angle between unit vectors; precise for small angles.
 fn angle(a: Vec3, b: Vec3) -> f32 {
     2.0 * (0.5 * a.distance(b)).min(1.0).asin()
 }
 
-/// `first`, and then the farthest lamp from all that were chosen until there are `count`.
+/// `first`, then repeatedly the lamp farthest from all chosen ones, up to `count`.
 fn farthest_points(directions: &[Vec3], count: usize, first: usize) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::with_capacity(count);
     let mut nearest = vec![f32::INFINITY; directions.len()];
@@ -90,14 +86,14 @@ fn farthest_points(directions: &[Vec3], count: usize, first: usize) -> Vec<usize
         for (nearest, direction) in nearest.iter_mut().zip(directions) {
             *nearest = nearest.min(direction.distance_squared(directions[next]));
         }
-        // Below any distance: a lamp beside a chosen one may be chosen, the same lamp never.
+        // Below any distance, so the same lamp is never chosen twice, but a coincident one may be.
         nearest[next] = -1.0;
         next = argmax(nearest.iter().copied());
     }
     chosen
 }
 
-/// The first place of the largest value.
+/// First index of the largest value.
 fn argmax(values: impl Iterator<Item = f32>) -> usize {
     let mut best = (0, f32::NEG_INFINITY);
     for (i, value) in values.enumerate() {
@@ -108,7 +104,7 @@ fn argmax(values: impl Iterator<Item = f32>) -> usize {
     best.0
 }
 
-/// Directions every 2° that the rig covers, and the share of the sphere that they are.
+/// Covered directions every 2°, and their share of the sphere.
 fn covered(directions: &[Vec3]) -> (Vec<Vec3>, f32) {
     const ROWS: usize = 90;
     let neighbour = |(i, a): (usize, &Vec3)| {
@@ -119,7 +115,7 @@ fn covered(directions: &[Vec3]) -> (Vec<Vec3>, f32) {
     spacings.sort_by(f32::total_cmp);
     let spacing = spacings[spacings.len() / 2];
     let rows = (0..ROWS).flat_map(|y| {
-        // As many columns as make the row's texels about square.
+        // Enough columns for roughly square texels in the row.
         let polar = std::f32::consts::PI * (y as f32 + 0.5) / ROWS as f32;
         let width = (2.0 * ROWS as f32 * polar.sin()).ceil() as usize;
         (0..width).map(move |x| texel_direction(x, y, width, ROWS))
@@ -129,17 +125,18 @@ fn covered(directions: &[Vec3]) -> (Vec<Vec3>, f32) {
     let all = rows.len() as f32;
     let mut samples: Vec<Vec3> = rows.into_par_iter().filter(near).collect();
     let share = samples.len() as f32 / all;
-    // A rig of lamps in one direction covers less than lies between two samples.
+    // A rig with all lamps in one direction covers less than the sample spacing.
     samples.extend(directions);
     (samples, share.max(1e-3))
 }
 
-/// Unevenness of a choice: the mean of (θ/r)¹⁶ over the covered directions, θ being the angle to the nearest chosen
-/// lamp, of which the farthest directions make nearly all; and ε/N·Σ(d/θ)¹⁶ over the pairs of N chosen lamps. r and d
-/// are the radius and the spacing of N even cells, and ε makes separation matter less than covering.
+/// Unevenness of a choice, in two terms. The first is the mean of (θ/r)¹⁶ over the covered directions, with θ the
+/// angle to the nearest chosen lamp; the farthest directions dominate it. The second is ε/N·Σ(d/θ)¹⁶ over the pairs
+/// of N chosen lamps. r and d are the radius and spacing of N even cells. ε makes separation count less than
+/// covering.
 struct Cost<'a> {
     directions: &'a [Vec3],
-    /// For each lamp the first term's part of each sample, were it the nearest chosen lamp.
+    /// For each lamp, the first term of each sample if that lamp were the nearest chosen one.
     far: Vec<Vec<f32>>,
     radius: f32,
     /// Factor of the second term.
@@ -162,9 +159,9 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// The second term's part of a pair of lamps.
+    /// Second term for a pair of lamps.
     fn nearness(&self, a: usize, b: usize) -> f64 {
-        // Hexagons of a circle's area are 1.9 times its radius apart.
+        // The spacing of hexagons is 1.9 times the radius of a circle with the same area.
         let spacing = 1.9 * self.radius;
         let angle = angle(self.directions[a], self.directions[b]);
         self.near * f64::from(power(spacing / angle.max(1e-6)))
@@ -173,13 +170,13 @@ impl<'a> Cost<'a> {
     /// Swaps chosen lamps for others until no swap lowers the cost.
     fn lower(&self, chosen: &mut [usize]) {
         let lamps = self.directions.len();
-        // Each swap lowers the cost, so that none returns; the bound only keeps the time in bounds.
+        // Every swap lowers the cost, so the loop ends; the bound limits the time.
         for _ in 0..lamps {
             let nearest: Vec<Nearest> = (0..self.far[0].len())
                 .into_par_iter()
                 .map(|sample| Nearest::of(sample, &self.far, chosen))
                 .collect();
-            // The change of the cost by losing each chosen lamp, if nothing comes in its place.
+            // Change of the cost from removing each chosen lamp without a replacement.
             let closeness = |&lamp: &usize| -> f64 {
                 let others = chosen.iter().filter(|other| **other != lamp);
                 others.map(|&other| self.nearness(lamp, other)).sum()
@@ -206,7 +203,7 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// The chosen lamp that is best swapped for `lamp`, and the change of the cost.
+    /// The best chosen lamp to swap for `lamp`, and the change of the cost.
     fn best_swap(
         &self,
         lamp: usize,
@@ -239,14 +236,14 @@ impl<'a> Cost<'a> {
     }
 }
 
-/// x¹⁶, within what sums of single precision hold.
+/// x¹⁶, limited so that f32 sums stay finite.
 fn power(x: f32) -> f32 {
     x.min(100.0).powi(16)
 }
 
-/// The chosen lamps nearest to a sample.
+/// The nearest chosen lamps of a sample.
 struct Nearest {
-    /// Place of the nearest among the chosen.
+    /// Index of the nearest among the chosen lamps.
     place: usize,
     /// Cost of the sample, and its cost without its nearest lamp.
     first: f64,
@@ -266,7 +263,7 @@ impl Nearest {
             }
         }
         if chosen.len() == 1 {
-            // The only lamp is swapped, never lost: no other lamp costs more than this.
+            // A single lamp is swapped, never removed. No other lamp costs more than this.
             second = costs.iter().map(|cost| cost[sample]).fold(first, f32::max);
         }
         Self { place, first: first.into(), second: second.into() }
@@ -279,7 +276,7 @@ mod tests {
     use proptest::prelude::*;
     use virtual_stage::dome::Dome;
 
-    /// Directions drawn evenly over the sphere.
+    /// Directions distributed uniformly over the sphere.
     fn random(n: usize, seed: u64) -> Vec<Vec3> {
         let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         let mut unit = move || {
@@ -324,7 +321,7 @@ mod tests {
                 let ms = start.elapsed().as_secs_f64() * 1e3;
                 let greedy = greedy(&directions, count);
                 let (samples, _) = covered(&directions);
-                // The best of 20 random choices.
+                // Best of 20 random choices.
                 let lucky = (0..20u64)
                     .map(|seed| {
                         let order = random(directions.len(), 100 + seed);

@@ -1,14 +1,14 @@
 //! Weights: an environment as one factor per lamp and channel.
 //!
 //! A picture under the environment is Σ_i w_i · OLAT_i with w_i = (energy of the environment given to lamp i) /
-//! e_i. Which lamps get the energy from a direction is defined by a [`Partition`] of the sphere, made once for a
-//! rig: a yaw of the environment then only shifts columns.
+//! e_i. A [`Partition`] of the sphere decides which lamps get the energy from a direction. It is made once per rig;
+//! a yaw of the environment then only shifts columns.
 //!
 //! | kind | energy | a small sun that turns | sums of environments |
 //! |---|---|---|---|
 //! | [`Partition::cells`] | kept | jumps from lamp to lamp | linear |
-//! | [`Partition::smooth`] | kept | moves over all the way | linear |
-//! | [`Partition::fit`] | kept | moves over all the way | not linear: what a viewer sees depends on the rest |
+//! | [`Partition::smooth`] | kept | moves continuously | linear |
+//! | [`Partition::fit`] | kept | moves continuously | not linear: what a viewer sees depends on the rest |
 
 mod fit;
 mod heat;
@@ -39,60 +39,60 @@ pub enum Weighting {
     Cells,
     /// Light from a direction to the three lamps around it.
     Smooth,
-    /// The sum of lamps under which a subject looks most as in the environment, where it is dim too. Projects and scripts
-    /// of older versions may ask for `soft`, which was removed: they get this.
+    /// Sum of lamps under which the subject looks most like it would in the environment, including dim light. Also
+    /// stands in for `soft`, removed in an earlier version, in old projects and scripts.
     #[default]
     #[serde(alias = "soft")]
     #[value(alias = "soft")]
     Fit,
 }
 
-/// The largest weight: sums of lamps, brightened by an exposure, stay within f32.
+/// Largest weight. Keeps sums of lamps, brightened by an exposure, within f32.
 pub const MOST: f32 = 1e25;
 
-/// An environment in terms of a rig.
+/// An environment expressed in a rig's lamps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightWeights {
-    /// For each lamp and channel the factor on its OLAT, from 0 to [`MOST`].
+    /// Factor on each lamp's OLAT per channel, 0 to [`MOST`].
     pub per_lamp: Vec<[f32; 3]>,
-    /// Share of the environment's luminance energy that comes from where the rig has no lamp, 0 to 1.
+    /// Share of the environment's luminance energy, 0 to 1, from directions without lamps.
     pub uncovered: f32,
 }
 
-/// Lamps that stand for each direction, for every texel of a panorama.
+/// Division of the sphere among lamps, for every texel of a panorama.
 pub struct Partition {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// The nodes that share each texel's energy, texel after texel. Shares are not negative and add up to 1; in a fit
-    /// they are per steradian.
+    /// Nodes that share each texel's energy, texel by texel. Shares are not negative and add up to 1; in a fit they
+    /// are per steradian.
     shares: Vec<(u16, f32)>,
-    /// End of each texel's part of `shares`.
+    /// End of each texel's range in `shares`.
     ends: Vec<u32>,
-    /// Per texel whether lamps surround it.
+    /// True for texels that lamps surround.
     covered: Vec<bool>,
     pub(super) division: Arc<LampDivision>,
 }
 
-/// Distributes what the nodes get over the lamps.
+/// Distributes the energy of the nodes over the lamps.
 pub(super) struct LampDivision {
     rule: Rule,
     lamp_energy: Vec<[f32; 3]>,
 }
 
 enum Rule {
-    /// Per node, the lamps that get its energy; shares add up to 1.
+    /// Lamps that share each node's energy; shares add up to 1.
     Shares(Vec<Vec<(usize, f64)>>),
-    /// A node is a point of the sphere and its value the blurred radiance there.
+    /// Nodes are points of the sphere; their values are the blurred radiance there.
     Fit(Box<Fit>),
 }
 
-/// Energies that the nodes of a partition get from a panorama.
+/// Energies of a partition's nodes under a panorama.
 pub(super) struct NodeEnergies {
-    /// Per node Σ share · energy.
+    /// Σ share · energy per node.
     pub nodes: Vec<[f64; 3]>,
-    /// Energy from where no lamp is.
+    /// Energy from directions without lamps.
     pub uncovered: [f64; 3],
-    /// Energy of the whole panorama.
+    /// Energy of the full panorama.
     pub total: [f64; 3],
 }
 
@@ -107,13 +107,12 @@ impl Partition {
         kind(rig, Self::WIDTH)
     }
 
-    /// Columns of the panorama that weights are computed at: 1.4° a texel, a tenth of the spacing of 100
-    /// lamps, and small enough for a turn of the environment to cost well under a millisecond.
+    /// Width of the panorama that weights are computed from: 1.4° a texel, a tenth of the spacing of 100 lamps.
+    /// Small enough for a rotation of the environment in well under a millisecond.
     pub const WIDTH: usize = 256;
 
-    /// Barycentric shares on the convex hull of the lamps' directions. Lamps in one direction share
-    /// equally. Where a rig leaves a gap, the gap's energy goes to the lamps around it and counts as
-    /// uncovered.
+    /// Barycentric shares on the convex hull of the lamps' directions. Lamps in one direction share equally. Energy
+    /// from a gap in the rig goes to the lamps around it and counts as uncovered.
     pub fn smooth(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, None, |_, _, corners, shares| {
@@ -121,8 +120,8 @@ impl Partition {
         })
     }
 
-    /// The spherical Voronoi cells of the lamps' directions: all of a texel goes to the nearest lamp, and
-    /// a small sun jumps from lamp to lamp as it turns.
+    /// Spherical Voronoi cells of the lamps' directions: a texel goes fully to the nearest lamp. A small sun jumps
+    /// from lamp to lamp as it turns.
     pub fn cells(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
@@ -134,10 +133,10 @@ impl Partition {
         })
     }
 
-    /// The default: the lamps' energies under which simple subjects look to a viewer most as they do under the
-    /// environment, per channel. The environment's energy is kept, so a light in a gap of the rig is not lost. A lamp is
-    /// a round blur with its spread around its direction. Unlike the other kinds it is not linear in the environment,
-    /// only in its brightness.
+    /// The default: the lamp energies under which simple subjects look to a viewer most like they do under the
+    /// environment, per channel. The environment's energy is kept, so light in a gap of the rig is not lost. A lamp
+    /// is a round blur of its spread around its direction. Unlike the other kinds it is linear only in the
+    /// environment's brightness.
     pub fn fit(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         let reach = Reach::new();
@@ -188,8 +187,8 @@ impl Partition {
         }
     }
 
-    /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u. An
-    /// environment of another size than the partition is resized first: for a live turn do that once, with
+    /// Weights of an environment rotated by `yaw_deg`; positive moves its content towards larger u. An environment
+    /// that differs in size from the partition is resized first. For a live rotation do that once, with
     /// [`Environment::reduced`] to [`Self::WIDTH`], or keep a [`super::YawTable`].
     pub fn weights(&self, environment: &Environment, yaw_deg: f32) -> LightWeights {
         if environment.radiance.size() != (self.width, self.height) {
@@ -199,7 +198,7 @@ impl Partition {
         self.division.weights(&self.gather(|y, energies| {
             let row = &environment.radiance.pixels[y * self.width..(y + 1) * self.width];
             let solid_angle = texel_solid_angle(y, self.width, self.height);
-            // A turn by part of a column shares each texel's light between two columns.
+            // A rotation by a fraction of a column splits each texel's light between two columns.
             let mut from = (2 * self.width - shift - 1) % self.width;
             for energy in energies {
                 let before = row[from];
@@ -213,7 +212,7 @@ impl Partition {
         }))
     }
 
-    /// Energies that the nodes get when `row` writes the energies of each row's texels.
+    /// Energies of the nodes when `row` writes the energies of each row's texels.
     fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> NodeEnergies {
         let mut gathered = NodeEnergies {
             nodes: vec![[0.0f64; 3]; self.division.nodes()],
@@ -236,7 +235,7 @@ impl Partition {
         gathered
     }
 
-    /// The nodes that share the texel's energy; empty without lamps.
+    /// Nodes that share the texel's energy; empty without lamps.
     pub(super) fn texel(&self, x: usize, y: usize) -> &[(u16, f32)] {
         let texel = y * self.width + x;
         let Some(&end) = self.ends.get(texel) else {
@@ -261,7 +260,7 @@ impl LampDivision {
         }
     }
 
-    /// The lamps' weights for what the nodes got.
+    /// Lamp weights for the energies of the nodes.
     pub fn weights(&self, gathered: &NodeEnergies) -> LightWeights {
         let mut energy = vec![[0.0f64; 3]; self.lamp_energy.len()];
         match &self.rule {
@@ -297,15 +296,15 @@ impl LampDivision {
     }
 }
 
-/// A yaw as whole columns of a panorama `width` wide and the part of a column that is left. A yaw that is NaN or
-/// infinite turns nothing.
+/// A yaw as whole columns of a panorama `width` wide, plus the remaining fraction of a column. A NaN or infinite
+/// yaw counts as 0.
 pub(super) fn columns(yaw_deg: f32, width: usize) -> (usize, f64) {
     let turn = f64::from(yaw_deg).rem_euclid(360.0) / 360.0 * width as f64;
     let turn = if turn.is_finite() { turn } else { 0.0 };
     (turn as usize % width, turn - turn.floor())
 }
 
-/// Adds a share of an energy.
+/// Adds a share of an energy to `to`.
 fn add(to: &mut [f64; 3], share: f64, energy: &[f64; 3]) {
     for c in 0..3 {
         to[c] += share * energy[c];

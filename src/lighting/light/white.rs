@@ -8,13 +8,13 @@ use imaging::color::{linear_from_xyz, luminance};
 
 /// The temperature of neutral white, D65, in kelvin.
 pub const NEUTRAL_K: f32 = 6504.0;
-/// The temperatures for which the loci are given, in kelvin.
+/// Range of the loci in kelvin.
 pub const RANGE_K: std::ops::RangeInclusive<f32> = 1667.0..=25000.0;
 
-/// Linear Rec. 709 gains of luminance 1 for light of a temperature in kelvin, clamped to [`RANGE_K`], and a tint: 0
-/// is on the locus, +100 is magenta and −100 green by 1/30 in CIE 1960 (u, v), across the locus (3000 steps to the
-/// unit, as photographers' tools count). Colours outside Rec. 709 are clipped at 0. 6504 K without tint is exactly
-/// neutral, and NaN or infinity counts as that.
+/// Linear Rec. 709 gains of luminance 1 for light of a temperature in kelvin, clamped to [`RANGE_K`], and a tint.
+/// Tint 0 is on the locus; +100 is magenta and −100 green by 1/30 in CIE 1960 (u, v), across the locus (3000 steps
+/// per unit, as in photo software). Colours outside Rec. 709 are clipped at 0. 6504 K without tint is exactly
+/// neutral; NaN and infinity count as neutral.
 pub fn gains(kelvin: f32, tint: f32) -> [f32; 3] {
     let finite = |v: f32, or: f32| if v.is_finite() { v } else { or };
     let kelvin = finite(kelvin, NEUTRAL_K).clamp(*RANGE_K.start(), *RANGE_K.end());
@@ -82,7 +82,7 @@ fn tinted(kelvin: f64, tint: f64) -> [f64; 2] {
     let here = uv(kelvin);
     let (cool, warm) = (uv((kelvin * 1.01).min(25000.0)), uv((kelvin * 0.99).max(1667.0)));
     let (du, dv) = (warm[0] - cool[0], warm[1] - cool[1]);
-    // Across the locus and away from green, which has the larger v.
+    // Across the locus and away from green, the side with the larger v.
     let step = tint / 3000.0 / du.hypot(dv);
     [here[0] + step * dv, here[1] - step * du]
 }
@@ -140,7 +140,7 @@ mod tests {
 
         #[test]
         fn no_step_of_temperature_jumps(kelvin in 1700f32..24900.0) {
-            // The fits meet at 2222, 4000 and 7000 K to the digits that they are given with.
+            // The fits meet at 2222, 4000 and 7000 K to within their published digits.
             let (a, b) = (gains(kelvin, 0.0), gains(kelvin * 1.001, 0.0));
             for (a, b) in a.into_iter().zip(b) {
                 prop_assert!((a - b).abs() < 6e-3, "{kelvin} K: {a} {b}");

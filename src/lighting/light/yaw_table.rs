@@ -1,9 +1,9 @@
-//! The weights of an environment at every yaw.
+//! Weights of an environment at every yaw.
 //!
-//! A yaw shifts the panorama's columns, so what a node gets at all shifts is a circular correlation of its
-//! shares with the environment, row by row: E(s) = Σ_y Σ_x share(x, y) · L(x − s, y) · Ω_y. In the Fourier
-//! domain that is a product per row, and the rows are summed there, so that each node and channel is
-//! transformed back once (the correlation theorem).
+//! A yaw shifts the panorama's columns. A node's energy at all shifts is therefore a circular correlation of its
+//! shares with the environment, row by row: E(s) = Σ_y Σ_x share(x, y) · L(x − s, y) · Ω_y. In the Fourier domain
+//! that is a product per row. The rows are summed there, so that each node and channel is transformed back once
+//! (the correlation theorem).
 
 use super::Environment;
 use super::latlong::texel_solid_angle;
@@ -13,13 +13,13 @@ use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// The weights of one environment for a rig at every yaw: made once in the time of a few turns, read in
+/// Weights of one environment for a rig at every yaw. Building it takes as long as a few rotations; reading takes
 /// microseconds.
 pub struct YawTable {
     width: usize,
-    /// Per node and channel, the energy at every shift: `[node · 3 + channel][shift]`.
+    /// Energy at every shift per node and channel: `[node · 3 + channel][shift]`.
     nodes: Vec<Vec<f64>>,
-    /// Per channel the energy from where no lamp is, at every shift.
+    /// Energy from directions without lamps at every shift, per channel.
     uncovered: Vec<Vec<f64>>,
     total: [f64; 3],
     division: Arc<LampDivision>,
@@ -28,14 +28,15 @@ pub struct YawTable {
 type Spectrum = Vec<Complex<f64>>;
 
 impl YawTable {
-    /// The table of an environment for a partition of any kind. An environment of another size is resized first.
+    /// The table of an environment for a partition of any kind. An environment of a different size is resized
+    /// first.
     pub fn new(partition: &Partition, environment: &Environment) -> Self {
         let (width, height) = (partition.width, partition.height);
         if environment.radiance.size() != (width, height) {
             return Self::new(partition, &environment.reduced(width));
         }
-        /// Rows that are summed one after the other: blocks are summed in order too, so that the result
-        /// is the same on any number of cores.
+        /// Rows per sequential sum. Blocks are summed in order too, so the result does not depend on the number of
+        /// cores.
         const BLOCK: usize = 16;
         let mut planner = RealFftPlanner::new();
         let (forward, back) = (planner.plan_fft_forward(width), planner.plan_fft_inverse(width));
@@ -55,7 +56,7 @@ impl YawTable {
             sum.add(block);
         }
         let total = sum.total;
-        // Rounding leaves about 1e-16 of the brightest light in every dark place.
+        // Rounding leaves about 1e-16 of the brightest light in dark places.
         let at_all_shifts = |(i, spectrum): (usize, &mut Option<Spectrum>)| {
             let mut shifts = vec![0.0f64; width];
             let Some(spectrum) = spectrum else {
@@ -82,8 +83,7 @@ impl YawTable {
         Self { width, nodes, uncovered, total, division: partition.division.clone() }
     }
 
-    /// The weights at a yaw, as [`Partition::weights`] gives them: between two columns it is the same
-    /// mixture of both.
+    /// Weights at a yaw, equal to [`Partition::weights`], including the mix of two columns at fractional shifts.
     pub fn at(&self, yaw_deg: f32) -> LightWeights {
         let (shift, fraction) = columns(yaw_deg, self.width);
         let next = (shift + 1) % self.width;
@@ -97,8 +97,8 @@ impl YawTable {
     }
 }
 
-/// Spectra over the shift: of what each node gets per channel, `[node · 3 + channel]`, and last of what no
-/// lamp covers. `None` is zero.
+/// Spectra over the shift: the energy of each node per channel, `[node · 3 + channel]`, then the uncovered energy.
+/// `None` is zero.
 struct Spectra {
     spectra: Vec<Option<Spectrum>>,
     total: [f64; 3],
@@ -133,7 +133,7 @@ impl Spectra {
         let solid_angle = texel_solid_angle(y, width, partition.height);
         let transform = |signal: &mut [f64]| {
             let mut spectrum = forward.make_output_vec();
-            // Lengths are those the plan was made for, which is all that can be refused.
+            // The only possible error is a length that differs from the plan's, and lengths match.
             forward.process(signal, &mut spectrum).ok().map(|()| spectrum)
         };
         let row = &environment.radiance.pixels[y * width..(y + 1) * width];

@@ -1,4 +1,4 @@
-//! Reads photographs of a mirror ball and writes a light probe.
+//! Development of mirror-ball photographs into a light probe.
 
 use super::light_probe::{
     BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe, merge,
@@ -7,6 +7,7 @@ use super::light_probe::{
 use super::silhouette::{self, Circle, Photographs, Silhouette};
 use base::error::{Error, Result};
 use glam::Quat;
+use imaging::picture::Coding;
 use imaging::{Image, Response, file};
 use light::Mapping;
 use light::mapping::convert_turned;
@@ -15,39 +16,39 @@ use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Rows of the panorama that is unwrapped before it is turned or mapped.
+/// Rows of the panorama before rotation and mapping.
 pub const ROWS: RangeInclusive<usize> = 1..=4096;
 
-/// One ball as one camera saw it.
+/// One ball as seen by one camera.
 #[derive(Clone, Debug)]
 pub struct BallPictures {
-    /// One photograph, or an exposure bracket by a camera that did not move.
+    /// One photograph, or an exposure bracket from a fixed camera.
     pub photographs: Vec<PathBuf>,
     /// Exposures of the bracket in stops; empty for a single photograph.
     pub stops: Vec<f32>,
-    /// The silhouette; `None` to find it.
+    /// Silhouette; `None` to detect it.
     pub circle: Option<Circle>,
 }
 
-/// The camera, by what is known of it.
+/// Known facts about the camera.
 #[derive(Clone, Copy, Debug)]
 pub enum Lens {
     Camera(BallCamera),
-    /// The field of view in degrees across the whole width of the uncropped photographs.
+    /// Field of view in degrees across the full width of the uncropped photographs.
     FieldOfView(f64),
 }
 
-/// Photographs of the ball, and settings for the panorama made from them.
+/// Photographs of the ball, and settings for the panorama.
 #[derive(Clone, Debug)]
 pub struct DevelopSettings {
     pub ball: BallPictures,
-    /// The ball from another side, and how far that camera stands to the right of the first, in degrees
-    /// about the vertical.
+    /// The ball from another side, and the angle of that camera to the right of the first, in degrees about the
+    /// vertical.
     pub second: Option<(BallPictures, f32)>,
     pub lens: Lens,
-    /// The camera's response, for pictures that are not linear already.
+    /// Camera response for pictures that are not linear.
     pub response: Response,
-    /// The part of the light that the ball reflects, per channel.
+    /// Reflectance of the ball per channel.
     pub reflectivity: [f32; 3],
     pub clipped: ClippedLight,
     /// Yaw of the written panorama in degrees.
@@ -59,31 +60,31 @@ pub struct DevelopSettings {
     pub to: PathBuf,
 }
 
-/// Result of the development, and the facts to know before trusting it.
+/// Result of the development, with quality figures.
 #[derive(Clone, Debug, Serialize)]
 pub struct DevelopReport {
     pub written: PathBuf,
     pub size: (usize, usize),
-    /// The silhouettes and how well their rims were seen.
+    /// Silhouettes and the quality of their rims.
     pub balls: Vec<Silhouette>,
-    /// Share of the sphere that no photograph shows, and of the light that was filled in there.
+    /// Share of the sphere that no photograph shows, and share of the light filled in there.
     pub blind_share: f32,
     pub filled_share: f32,
-    /// Clipped pixels of each ball, and the share of its light that was estimated for them.
+    /// Clipped pixels of each ball, and the share of its light estimated for them.
     pub clipped_pixels: Vec<usize>,
     pub estimated_energy_share: Vec<f32>,
-    /// Pixels of each ball that were NaN, infinite or negative and have been repaired.
+    /// Repaired pixels of each ball: NaN, infinite or negative.
     pub repaired_pixels: Vec<usize>,
-    /// For each ball, by how many stops the given exposures of the bracket disagree with its pictures.
+    /// Disagreement in stops between each ball's given bracket exposures and its pictures.
     pub bracket_disagreement_stops: Vec<f32>,
-    /// Ratio by which the second ball's photographs are brighter, stops by which the two disagree, and
-    /// degrees by which the angle between them was refined.
+    /// Brightness ratio of the second ball's photographs to the first, disagreement of the two in stops, and
+    /// refinement of the angle between them in degrees.
     pub exposure_ratio: Option<f32>,
     pub disagreement_stops: Option<f32>,
     pub refined_deg: Option<f32>,
 }
 
-/// A ball that has been read and found.
+/// A ball with its photograph read and its silhouette found.
 struct Ball {
     photograph: Photograph,
     view: BallView,
@@ -91,15 +92,15 @@ struct Ball {
     disagreement_stops: f32,
 }
 
-/// Makes a light probe of photographs and writes it.
+/// Makes a light probe from photographs and writes it.
 ///
 /// # Errors
-/// When a photograph cannot be read or shows no ball, or a value is impossible.
+/// When a photograph cannot be read or shows no ball, or a value is out of range.
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     if !ROWS.contains(&settings.height) {
         return Err(Error::invalid(
             format!(
-                "a light probe cannot have {} rows, only {} to {}",
+                "light probe height of {} rows is outside {} to {}",
                 settings.height,
                 ROWS.start(),
                 ROWS.end()
@@ -163,7 +164,7 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
 }
 
 fn mapped(panorama: &Image, settings: &DevelopSettings, size: (usize, usize)) -> Result<Image> {
-    // A yaw moves the content towards larger u, against the right-handed turn about +Y.
+    // A yaw moves the content towards larger u, opposite to the right-handed rotation about +Y.
     let turn = rotation(settings.yaw_deg, 0.0, 0.0);
     let converted = convert_turned(panorama, Mapping::LatLong, settings.mapping, size, turn)?;
     Ok(converted.image)
@@ -176,7 +177,7 @@ impl Ball {
         if paths.is_empty() || (bracket && pictures.stops.len() != paths.len()) {
             return Err(Error::invalid(
                 format!(
-                    "{} photographs of the mirror ball do not go with {} exposures: give one photograph, or a bracket \
+                    "{} photographs of the mirror ball but {} exposures: needs one photograph, or a bracket \
                      with an exposure in stops for each",
                     paths.len(),
                     pictures.stops.len()
@@ -197,7 +198,7 @@ impl Ball {
         } else {
             (read[0].clone(), 0.0)
         };
-        // The rim stands out in encoded values, so light is encoded to find it.
+        // Light is encoded first, because the rim stands out in encoded values.
         let codes = |place: usize| settings.response.encode(&read[place].light);
         let mut seen = Photographs::one(paths[0].display(), &codes(0))?;
         for (place, path) in paths.iter().enumerate().skip(1) {
@@ -227,11 +228,13 @@ impl Ball {
     }
 }
 
-/// EXR and Radiance HDR are linear; everything else is as the camera encoded it.
+/// Light as the file holds it, or codes as the camera encoded them.
 fn photograph(path: &Path, response: &Response) -> Result<Photograph> {
-    let extension = path.extension().unwrap_or_default();
-    if ["exr", "hdr"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
-        return Ok(Photograph::from_linear(file::read_linear(path)?, None));
-    }
-    Ok(Photograph::from_encoded(&file::read_encoded(path)?, response))
+    let picture = imaging::picture::read(path)?;
+    Ok(match picture.about.coding {
+        Coding::Light(_) => Photograph::from_linear(picture.into_light(), None),
+        Coding::Named(_) | Coding::Open => {
+            Photograph::from_encoded(&picture.into_encoded(), response)
+        }
+    })
 }

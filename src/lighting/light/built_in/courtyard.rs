@@ -10,17 +10,17 @@ use imaging::Image;
 /// Towards the sun, not of unit length.
 const SUN: Vec3 = Vec3::new(0.62, 0.62, 0.48);
 
-/// The courtyard's panorama, where 1 is about the sky.
+/// The courtyard's panorama, with the sky at about 1.
 pub fn courtyard(width: usize) -> Image {
     let mut image = panorama(width, radiance);
     let disc = Patch {
         azimuth: f64::from(SUN.x).atan2(f64::from(-SUN.z)),
         elevation: f64::from(SUN.y / SUN.length()).asin(),
-        // One and a half times the sun's, through haze.
+        // One and a half times the sun's radius, because of haze.
         outline: Outline::Disc(0.00465 * 1.5),
         softness: 0.0,
     };
-    // Its irradiance is some five times the sky's.
+    // Its irradiance is about five times the sky's.
     disc.add(&mut image, [15.23, 14.16, 12.18]);
     image
 }
@@ -32,7 +32,7 @@ fn radiance(direction: Vec3) -> Vec3 {
     if p.y > high.y || axis == 1 && p.y > 0.0 {
         return sky(direction, sun);
     }
-    // What faces the sun is sun-lit, unless a wall throws its shadow there.
+    // Surfaces facing the sun are sun-lit, unless a wall shadows them.
     let normal = [Vec3::X, Vec3::Y, Vec3::Z][axis]
         * if axis == 1 { 1.0 } else { -p.to_array()[axis].signum() };
     let facing = normal.dot(sun).max(0.0);

@@ -1,7 +1,8 @@
 //! A church nave: stained windows, candles, dark arcades.
 //!
-//! A box seen from inside, its walls lit by formulas of the distance to what shines. Radiances have the ratios of
-//! real churches: daylight in a window is about a hundred times as bright as the walls, a flame a thousand times.
+//! A box seen from inside. Its walls are lit by formulas of the distance to the light sources. Radiances have the
+//! ratios of real churches: daylight in a window is about a hundred times as bright as the walls, a flame a
+//! thousand times.
 
 use super::panorama;
 use super::pattern::{arch, noise, ramp, wall};
@@ -43,7 +44,7 @@ static FLAMES: LazyLock<[Vec3; 14]> = LazyLock::new(|| {
     })
 });
 
-/// The nave's panorama, where 1 is a bright wall.
+/// The nave's panorama, with a bright wall at 1.
 pub fn nave(width: usize) -> Image {
     let mut image = panorama(width, radiance);
     for flame in FLAMES.iter() {
@@ -54,7 +55,7 @@ pub fn nave(width: usize) -> Image {
             outline: Outline::Disc(wide),
             softness: 0.4,
         };
-        // ∫ of the disc's profile: 2π · wide² · 0.324 with that softness.
+        // ∫ of the disc's profile: 2π · wide² · 0.324 with this softness.
         let solid_angle = 2.0 * PI * wide * wide * 0.324;
         disc.add(&mut image, [1.0, 0.52, 0.17].map(|v| v * 1500.0 * solid_angle));
     }
@@ -65,7 +66,7 @@ fn radiance(direction: Vec3) -> Vec3 {
     let (low, high) = (Vec3::new(-6.5, -1.6, -26.0), Vec3::new(6.5, 13.0, 15.0));
     let (p, axis) = wall(direction, low, high);
     let mut light = Vec3::splat(0.012);
-    // Daylight from the rose falls off along the nave; candles warm what is near the floor.
+    // Daylight from the rose window falls off along the nave; candles warm everything near the floor.
     light += Vec3::new(0.05, 0.06, 0.09)
         * (60.0 / ((p - Vec3::new(0.0, 7.0, -26.0)).length_squared() + 30.0));
     let stones = 0.85 + 0.12 * noise(p * Vec3::new(1.3, 2.2, 1.3)) + 0.06 * noise(p * 5.0);
@@ -85,7 +86,7 @@ fn radiance(direction: Vec3) -> Vec3 {
             }
         }
         2 => {
-            // Behind the camera stands the door, ajar on daylight.
+            // The door behind the camera is ajar and lets daylight in.
             if arch(Vec2::new(p.x - 0.9, p.y + 1.6), 0.5, 2.4) > 0.0 {
                 seen = Vec3::new(0.85, 0.95, 1.1) * 26.0;
             }
@@ -94,7 +95,7 @@ fn radiance(direction: Vec3) -> Vec3 {
             let bay = (p.z / 4.6 - (p.z / 4.6).floor() - 0.5) * 4.6;
             let pane = Vec2::new(bay, p.y - 6.4);
             if arch(pane, 0.62, 2.2) > 0.0 {
-                // The sun stands on the −X side: those windows burn.
+                // The sun is on the −X side: those windows burn.
                 let day = if p.x < 0.0 {
                     Vec3::new(1.25, 1.05, 0.80) * 260.0
                 } else {
@@ -107,7 +108,7 @@ fn radiance(direction: Vec3) -> Vec3 {
             light *= 1.0 - 0.85 * ramp(0.0, 0.3, arcade);
         }
         _ if p.y < 0.0 => {
-            // Flagstones, with the coloured light that the windows throw.
+            // Flagstones, with the coloured light of the windows.
             let flag = (Vec2::new(p.x, p.z) * 0.8 - (Vec2::new(p.x, p.z) * 0.8).floor() - 0.5)
                 .abs()
                 .max_element();
@@ -122,7 +123,7 @@ fn radiance(direction: Vec3) -> Vec3 {
         }
     }
     for flame in FLAMES.iter() {
-        // What is left of a halo 20° away is below 10⁻⁶.
+        // The halo is below 10⁻⁶ at 20°.
         if direction.dot(*flame) > 0.94 * flame.length() {
             let off = direction.angle_between(*flame);
             let wide = FLAME / flame.length();

@@ -1,4 +1,4 @@
-//! Patterns for built-in environments: ramps, noise, the inside of a room, arches.
+//! Patterns for built-in environments: ramps, noise, room interiors, arches.
 
 use glam::{Vec2, Vec3};
 
@@ -8,7 +8,7 @@ pub fn ramp(from: f32, to: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Smooth noise in `[−1, 1]` with features one unit wide, the same for the same place always.
+/// Smooth, deterministic noise in `[−1, 1]` with features one unit wide.
 pub fn noise(p: Vec3) -> f32 {
     let cell = p.floor();
     let f = p - cell;
@@ -32,8 +32,8 @@ fn lattice(p: Vec3) -> f32 {
     (h ^ (h >> 16)) as f32 / u32::MAX as f32 * 2.0 - 1.0
 }
 
-/// Exit of a ray from the origin out of the box between `low` and `high`: the place, and the axis of the wall (0 for
-/// ±X, 1 for floor and ceiling, 2 for ±Z).
+/// Exit of a ray from the origin out of the box between `low` and `high`: the place, and the axis of the wall (0
+/// for ±X, 1 for floor and ceiling, 2 for ±Z).
 pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), high, low);
     let t = (ahead / direction).to_array();
@@ -42,8 +42,8 @@ pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
     (direction * t[axis], axis)
 }
 
-/// A pointed arch: positive inside, for a place from the middle of its sill, `half` wide on either
-/// side and `height` to where the curve begins.
+/// A pointed arch: positive inside. `p` is relative to the middle of the sill, `half` is the half width, and
+/// `height` is where the curve begins.
 pub fn arch(p: Vec2, half: f32, height: f32) -> f32 {
     let above = p.y - height;
     let side =

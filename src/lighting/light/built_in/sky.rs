@@ -1,9 +1,9 @@
 //! Skies: clear ones after Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight"
 //! (SIGGRAPH 1999), the CIE overcast sky (ISO 15469), and a plain below them.
 //!
-//! Radiances are in kcd/m² of luminance. Preetham's skies are 1.6 to 2.8 times as bright as measured clear skies,
-//! which would drown the sun. They keep their distribution and colours and are scaled to the diffuse illuminance of
-//! the IES Lighting Handbook (9th edition, chapter 8).
+//! Radiances are in kcd/m² of luminance. Preetham's skies are 1.6 to 2.8 times as bright as measured clear skies
+//! and would drown the sun. Their distribution and colours are kept and scaled to the diffuse illuminance of the
+//! IES Lighting Handbook (9th edition, chapter 8).
 
 use super::panorama;
 use super::pattern::{noise, ramp};
@@ -14,24 +14,24 @@ use imaging::Image;
 use imaging::color::{linear_from_xyz, luminance};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The sun's mean radius as seen from the earth in radians (959.63″, IAU).
+/// Mean radius of the sun seen from the earth in radians (959.63″, IAU).
 const SUN_RADIUS: f64 = 959.63 / 3600.0 * PI / 180.0;
-/// The sun's illuminance before the atmosphere in klx (Darula, Kittler and Gueymard 2005).
+/// Illuminance of the sun above the atmosphere in klx (Darula, Kittler and Gueymard 2005).
 const SUN_KLX: f64 = 133.1;
 
-/// The sun behind the camera's left shoulder.
+/// A clear sky with the sun behind the camera's left shoulder.
 pub fn clear(width: usize) -> Image {
     ClearSky::new(2.2, -130f64.to_radians(), 40f64.to_radians()).panorama(width)
 }
 
-/// The sun low, ahead and to the right.
+/// A low sun, ahead and to the right.
 pub fn low_sun(width: usize) -> Image {
     ClearSky::new(3.0, 48f64.to_radians(), 8f64.to_radians()).panorama(width)
 }
 
 /// A closed cover of cloud.
 pub fn overcast(width: usize) -> Image {
-    // 12 klx on the ground, an overcast noon of spring at 50°; clouds are a little bluer than D65.
+    // 12 klx on the ground, an overcast spring noon at 50°; clouds are a little bluer than D65.
     const ZENITH: f32 = 5.0;
     let cloud = Vec3::from(white::gains(6800.0, 0.0)) * ZENITH;
     let ground = cloud * (7.0 / 9.0);
@@ -39,7 +39,7 @@ pub fn overcast(width: usize) -> Image {
         if direction.y < 0.0 {
             return plain(direction, ground, cloud / 3.0);
         }
-        // Billows of 5 %, which real clouds have and the standard leaves out.
+        // Billows of 5 %, present in real clouds and absent from the standard.
         let p = direction / (direction.y + 0.25);
         let billow =
             noise(p * Vec3::new(1.3, 0.0, 1.3)) + 0.5 * noise(p * Vec3::new(3.1, 0.0, 3.1));
@@ -47,16 +47,16 @@ pub fn overcast(width: usize) -> Image {
     })
 }
 
-/// Luminance over the zenith's by the sine of the elevation (Moon and Spencer 1942; ISO 15469, type 16).
+/// Luminance relative to the zenith, by the sine of the elevation (Moon and Spencer 1942; ISO 15469, type 16).
 fn overcast_gradation(sine: f32) -> f32 {
     (1.0 + 2.0 * sine) / 3.0
 }
 
-/// A plain of dry grass under `irradiance / π`, fading into `horizon` with the distance.
+/// A plain of dry grass under `irradiance / π` that fades into `horizon` with distance.
 fn plain(direction: Vec3, white: Vec3, horizon: Vec3) -> Vec3 {
-    // Where the ray meets the ground 1.6 m below.
+    // The ray meets the ground, 1.6 m below, here.
     let p = direction * (1.6 / -direction.y.min(-1e-3));
-    // Detail fades where a texel sees many metres of it.
+    // Detail fades where a texel covers many metres.
     let fine = 1.0 - ramp(8.0, 40.0, p.length());
     let grain = 0.12 * fine * (noise(p * 1.1) + noise(p * 4.3))
         + 0.18 * noise(Vec3::new(p.x, 0.0, p.z) * 0.11);
@@ -71,10 +71,10 @@ struct ClearSky {
     azimuth: f64,
     elevation: f64,
     sun: DVec3,
-    /// For luminance (as Preetham has it), x and y: the value in the zenith over the Perez function there, and the five
-    /// parameters of that function.
+    /// For luminance (as in Preetham), x and y: the zenith value divided by the Perez function there, and the
+    /// function's five parameters.
     parts: [(f64, [f64; 5]); 3],
-    /// The factor that scales the sky to its illuminance.
+    /// Factor that scales the sky to its illuminance.
     level: f64,
 }
 
@@ -82,7 +82,7 @@ impl ClearSky {
     /// A sky of a turbidity (2 is very clear, 6 hazy) with the sun at an azimuth and elevation in radians.
     fn new(turbidity: f64, azimuth: f64, elevation: f64) -> Self {
         let t = turbidity;
-        // Appendix A.2: the parameters of luminance, x and y, each a line in turbidity.
+        // Appendix A.2: the parameters of luminance, x and y, each linear in turbidity.
         let lines = [
             [
                 (0.1787, -1.4630),
@@ -123,11 +123,11 @@ impl ClearSky {
 
     /// Preetham's luminance in kcd/m², x and y of the sky in a direction above the horizon.
     fn luminance_xy(&self, direction: DVec3) -> [f64; 3] {
-        // angle_between loses digits close to the sun, where the sky is steepest.
+        // angle_between loses precision close to the sun, where the sky is steepest.
         let cross = direction.cross(self.sun).length();
         let gamma = cross.atan2(direction.dot(self.sun));
         let [level, x, y] = self.parts;
-        // Below 8° the fit of the colours turns pink, unlike a clear sky, so they stay as they are at 8°.
+        // Below 8° the colour fit turns pink, unlike a clear sky, so the colours of 8° are used.
         let above_haze = direction.y.max(0.14);
         [
             level.0 * perez(level.1, direction.y, gamma),
@@ -143,15 +143,15 @@ impl ClearSky {
         Vec3::from(linear_from_xyz(xyz.map(|v| v as f32))).max(Vec3::ZERO)
     }
 
-    /// The sun's illuminance per channel in klx on a surface that faces it, after Rayleigh scattering and aerosols
+    /// Illuminance of the sun per channel in klx on a surface facing it, after Rayleigh scattering and aerosols
     /// (appendix A.1, without the weak bands of ozone and water).
     fn sun_energy(&self) -> [f64; 3] {
-        // Kasten 1966, as in the paper; the elevation in degrees.
+        // Kasten 1966, as in the paper, with the elevation in degrees.
         let degrees = self.elevation.to_degrees();
         let mass = 1.0 / (self.elevation.sin() + 0.15 * (degrees + 3.885).powf(-1.253));
         let beta = 0.04608 * self.turbidity - 0.04586;
-        // The sun's own colour is that of a blackbody of 5900 K, nearly. The wavelengths, in µm, are
-        // the middles of what the three primaries stand for.
+        // The sun's own colour is nearly that of a blackbody of 5900 K. The wavelengths, in µm, are the middles of
+        // the three primaries' bands.
         let color = white::gains(5900.0, 0.0);
         let wavelengths = [0.612f64, 0.549, 0.465];
         std::array::from_fn(|c| {
@@ -160,13 +160,13 @@ impl ClearSky {
         })
     }
 
-    /// Illuminance of a level surface by the sky, without the sun, per channel in klx.
+    /// Illuminance of a level surface by the sky without the sun, per channel in klx.
     fn irradiance(&self) -> Vec3 {
         const ROWS: usize = 24;
         const COLUMNS: usize = 48;
         let mut sum = DVec3::ZERO;
         for row in 0..ROWS {
-            // Equal parts of the projected hemisphere: sin² θ is even.
+            // Equal parts of the projected hemisphere: sin² θ is uniform.
             let sine = ((row as f64 + 0.5) / ROWS as f64).sqrt();
             for column in 0..COLUMNS {
                 let (s, c) = (TAU * (column as f64 + 0.5) / COLUMNS as f64).sin_cos();
@@ -182,7 +182,7 @@ impl ClearSky {
         let sun = DVec3::from(energy).as_vec3() * self.elevation.sin() as f32;
         let white = (sun + self.irradiance()) / std::f32::consts::PI;
         let mut image = panorama(width, |direction| {
-            // At the horizon itself the model divides by 0.
+            // The model divides by 0 at the horizon.
             let level =
                 DVec3::new(direction.x.into(), 0.0, direction.z.into()).normalize_or(DVec3::Z);
             if direction.y < 0.0 {
@@ -221,10 +221,10 @@ fn zenith(turbidity: f64, theta: f64) -> [f64; 3] {
     [luminance, x, y]
 }
 
-/// The distribution of Perez, Seals and Michalsky (1993) for a direction of cosine `cos_theta` from the zenith and
-/// the angle `gamma` from the sun.
+/// The distribution of Perez, Seals and Michalsky (1993) for a direction with cosine `cos_theta` from the zenith
+/// and angle `gamma` from the sun.
 fn perez([a, b, c, d, e]: [f64; 5], cos_theta: f64, gamma: f64) -> f64 {
-    // At the horizon itself it divides by 0.
+    // It divides by 0 at the horizon.
     let gradation = 1.0 + a * (b / cos_theta.max(0.035)).exp();
     gradation * (1.0 + c * (d * gamma).exp() + e * gamma.cos().powi(2))
 }
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_zenith_is_the_papers() {
-        // The formulas of appendix A.2 worked out apart from this code: T = 2, sun 45° up.
+        // The formulas of appendix A.2, evaluated independently of this code: T = 2, sun 45° up.
         let [luminance, x, y] = zenith(2.0, PI / 4.0);
         assert!((luminance - 4.46964).abs() < 1e-5, "{luminance}");
         assert!((x - 0.240952).abs() < 1e-6 && (y - 0.243722).abs() < 1e-6, "{x} {y}");
@@ -250,8 +250,8 @@ mod tests {
 
     #[test]
     fn a_clear_sky_has_the_luminances_of_clear_skies() {
-        // ISO 15469, type 12 (the CIE clear sky: a −1, b −0.32, c 10, d −3, e 0.45), over its zenith, 30° and
-        // more from the sun: Preetham's fit to other skies stays within 40 % of it.
+        // ISO 15469, type 12 (the CIE clear sky: a −1, b −0.32, c 10, d −3, e 0.45), relative to its zenith, 30°
+        // and more from the sun. Preetham's fit to other skies stays within 40 % of it.
         let elevation = 45f64;
         let sky = sky(2.5, elevation);
         let gradation = |cos: f64| 1.0 - (-0.32 / cos).exp();
@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn the_sun_has_the_illuminance_of_the_sun() {
-        // IES Lighting Handbook: 127.5 klx · exp(−0.21 · air mass) on a surface that faces a clear sky's sun.
+        // IES Lighting Handbook: 127.5 klx · exp(−0.21 · air mass) on a surface facing a clear sky's sun.
         for elevation in [20.0, 40.0, 60.0] {
             let sky = sky(2.5, elevation);
             let is = luminance(sky.sun_energy().map(|v| v as f32));

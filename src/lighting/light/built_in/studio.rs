@@ -1,6 +1,6 @@
-//! Studios: softboxes in a room, whose walls, paper and floor show the light that reaches them.
+//! Studios: softboxes in a room whose walls, paper and floor show the light they receive.
 //!
-//! Energies are what the subject receives: with π, white that faces a box has radiance 1.
+//! Energies are those at the subject: at π, white facing a box has radiance 1.
 
 use super::panorama;
 use super::pattern::{noise, ramp, wall};
@@ -10,11 +10,11 @@ use glam::Vec3;
 use imaging::Image;
 use std::f32::consts::PI;
 
-/// A softbox that faces the subject.
+/// A softbox facing the subject.
 struct Softbox {
-    /// Azimuth and elevation of its middle in degrees: 0 is behind the subject, ±180 the camera.
+    /// Azimuth and elevation of its middle in degrees: 0 is behind the subject, ±180 at the camera.
     at: (f32, f32),
-    /// Half its width and height in degrees.
+    /// Half width and half height in degrees.
     half: (f32, f32),
     kelvin: f32,
     /// Luminance of ∫ L dω.
@@ -26,14 +26,14 @@ struct Room {
     walls: Vec3,
     /// The paper roll behind the subject.
     paper: Vec3,
-    /// Light on the paper from a lamp of its own, as radiance of white.
+    /// Light on the paper from its own lamp, as the radiance of white.
     glow: f32,
 }
 
-/// Half the room's width, its floor, its ceiling, and its depth behind and before the subject in metres.
+/// Half the room's width, its floor, its ceiling, and its depth behind and in front of the subject in metres.
 const LOW: Vec3 = Vec3::new(-4.0, -1.4, -3.2);
 const HIGH: Vec3 = Vec3::new(4.0, 2.6, 4.5);
-/// From the subject to a box in metres.
+/// Distance from the subject to a box in metres.
 const DISTANCE: f32 = 1.8;
 
 /// A warm key, a neutral fill at a quarter of it, and a rim.
@@ -91,9 +91,9 @@ fn studio(width: usize, room: &Room, boxes: &[Softbox]) -> Image {
     image
 }
 
-/// A softbox as the room sees it.
+/// A softbox as seen from the room.
 struct Lamp {
-    /// The unit direction from the subject towards it.
+    /// Unit direction from the subject to it.
     axis: Vec3,
     /// ∫ L dω at the subject.
     light: Vec3,
@@ -111,8 +111,8 @@ impl Softbox {
 }
 
 impl Lamp {
-    /// Irradiance at a place of the room with a normal. A box throws its light ahead: by cos³ of the
-    /// angle from its axis.
+    /// Irradiance at a place of the room with a normal. A box throws its light forward, by cos³ of the angle from
+    /// its axis.
     fn irradiance(&self, place: Vec3, normal: Vec3) -> Vec3 {
         let away = self.axis * DISTANCE - place;
         let square = away.length_squared().max(0.3);
@@ -129,7 +129,7 @@ impl Room {
         if p.to_array()[axis] > 0.0 {
             normal = -normal;
         }
-        // The paper hangs on the wall behind the subject and runs out over the floor, with no edge between.
+        // The paper hangs on the wall behind the subject and sweeps seamlessly over the floor.
         let across = 1.0 - ramp(2.25, 2.28, p.x.abs());
         let on_paper = match axis {
             2 if p.z < 0.0 => across * (1.0 - ramp(2.3, 2.34, p.y)),

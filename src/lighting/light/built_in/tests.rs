@@ -64,7 +64,7 @@ fn the_brightest_light_is_where_the_sentence_says() {
 fn studios_light_white_that_faces_the_key_with_radiance_1() {
     for (name, share) in [("three-point", 1.0), ("clamshell", 1.0), ("side-light", 1.0)] {
         let image = (named(name).unwrap().make)(256);
-        // The boxes are what is far brighter than anything in the room.
+        // Only the boxes are this much brighter than the rest of the room.
         let energy: f64 = image
             .pixels
             .iter()

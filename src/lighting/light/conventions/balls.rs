@@ -1,5 +1,5 @@
-//! A mirror ball under an environment, as Blender and Mitsuba show it with the printed value, pixel for pixel
-//! beside ours. Their look-ups are written after their sources and share no code with ours.
+//! A mirror ball under an environment, rendered as in Blender and Mitsuba with the printed value, compared pixel by
+//! pixel with ours. Their look-ups follow their sources and share no code with ours.
 
 use super::Tool;
 use crate::weights::rotation;
@@ -10,8 +10,8 @@ use std::f64::consts::{PI, TAU};
 
 const SIZE: usize = 64;
 
-/// A sky with three coloured lamps, none of them opposite or above another, so that no turn and no mirror
-/// image brings it onto itself.
+/// A sky with three coloured lamps, none opposite or above another, so that no rotation or mirror image maps it
+/// onto itself.
 fn sky() -> Image {
     let lamps = [
         (DVec3::new(0.8, 0.5, -0.3), [3.0, 1.0, 0.5]),
@@ -29,8 +29,8 @@ fn sky() -> Image {
     })
 }
 
-/// The picture of an ideal mirror ball of radius 1 before a camera that looks along −Z from far away: what
-/// `seen` has in the direction that each pixel reflects; black outside.
+/// Picture of an ideal mirror ball of radius 1, seen from far away along −Z: `seen` in the direction that each
+/// pixel reflects; black outside.
 fn ball(seen: impl Fn(DVec3) -> [f64; 3]) -> Vec<[f64; 3]> {
     let at = |i: usize| (i as f64 + 0.5) / SIZE as f64 * 2.0 - 1.0;
     let pixel = |i: usize| {
@@ -45,7 +45,7 @@ fn ball(seen: impl Fn(DVec3) -> [f64; 3]) -> Vec<[f64; 3]> {
     (0..SIZE * SIZE).map(pixel).collect()
 }
 
-/// Bilinear between texels; `x` and `y` in texels, 0 the middle of the first. Columns go around, rows end.
+/// Bilinear interpolation; `x` and `y` in texels, 0 at the centre of the first. Columns wrap, rows clamp.
 fn bilinear(picture: &Image, x: f64, y: f64) -> [f64; 3] {
     let (width, height) = (picture.width as i64, picture.height as i64);
     let texel = |dx: i64, dy: i64| {
@@ -61,7 +61,7 @@ fn bilinear(picture: &Image, x: f64, y: f64) -> [f64; 3] {
 }
 
 /// Cycles: `direction_to_equirectangular` of kernel/camera/projection.h after a Mapping node of type Point, which
-/// turns the vector by the value about +Z; image textures have their texels' centres at halves, the first row on top.
+/// rotates the vector by the value about +Z. Image textures have texel centres at halves, the first row on top.
 fn blender(file: &Image, value_deg: f64, d: DVec3) -> [f64; 3] {
     let d = DMat3::from_rotation_z(value_deg.to_radians()) * DVec3::new(d.x, -d.z, d.y);
     let u = (d.y.atan2(d.x) - PI) / -TAU;
@@ -70,7 +70,7 @@ fn blender(file: &Image, value_deg: f64, d: DVec3) -> [f64; 3] {
 }
 
 /// Mitsuba 3: `direction_to_uv` and `eval_spectrum` of emitters/envmap.cpp. Its columns are shifted by half a
-/// texel as ours are; its first and last row stand on the poles.
+/// texel, as ours are; its first and last rows are on the poles.
 fn mitsuba(file: &Image, value_deg: f64, d: DVec3) -> [f64; 3] {
     let d = DMat3::from_rotation_y(value_deg.to_radians()).inverse() * d;
     let u = d.x.atan2(-d.z) / TAU;
@@ -103,7 +103,7 @@ fn a_mirror_ball_looks_the_same_in_blender_and_mitsuba_at_the_printed_value() {
             let value = f64::from(tool.value_of_yaw(yaw_deg));
             let theirs = ball(|d| look(&file, value, d));
             let off = apart(&shown, &theirs);
-            // The same picture one degree further, or mirrored, is another one.
+            // The same picture one degree further, or mirrored, must differ.
             let further = apart(&ours(yaw_deg + 1.0), &theirs);
             let mirrored: Vec<[f64; 3]> =
                 (0..SIZE * SIZE).map(|i| theirs[i / SIZE * SIZE + SIZE - 1 - i % SIZE]).collect();

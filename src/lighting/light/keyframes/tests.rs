@@ -95,7 +95,7 @@ proptest! {
             let steepest = pair.iter().flat_map(|key| [key.slope_in, key.slope_out]).flatten();
             let steepest = steepest.fold(2000.0 / span * 3.0, |most: f64, slope| most.max(slope.abs()));
             let before = keys.at(pair[1].frame - 1e-6 * span).unwrap();
-            // A cubic is nowhere steeper than 1.5 times its chord and the sum of its ends' slopes.
+            // A cubic is never steeper than 1.5 times its chord plus the sum of its end slopes.
             let near = (before - pair[1].value).abs() < 1e-6 * span * 4.0 * steepest + 1e-9;
             let holds = keys.kind(index) == Interpolation::Hold;
             prop_assert!(near || (holds && before == pair[0].value), "{keys:?} {index}: {before}");
@@ -182,7 +182,7 @@ fn a_steady_turn_through_three_keys_stays_steady_in_the_middle() {
     let keys = keyframes(&[(0.0, 0.0), (10.0, 30.0), (20.0, 60.0)], Interpolation::Smooth);
     let slope = (keys.at(10.001).unwrap() - keys.at(9.999).unwrap()) / 0.002;
     assert!((slope - 3.0).abs() < 1e-3, "{slope}");
-    // It sets out and arrives at rest.
+    // It starts and ends at rest.
     assert!(keys.at(0.1).unwrap() < 0.03);
 }
 
@@ -222,7 +222,7 @@ fn a_hold_stays_until_the_next_key() {
     keys.set_kind(0, Interpolation::Hold);
     let values = [0.0, 9.999, 10.0, 15.0, 20.0].map(|frame| keys.at(frame).unwrap());
     assert_eq!(values, [1.0, 1.0, 5.0, 7.0, 9.0]);
-    // A key between goes on as the one before it.
+    // An inserted key continues the interpolation of the one before it.
     keys.insert(5.0, 2.0).unwrap();
     assert_eq!((keys.at(9.0), keys.kind(1)), (Some(2.0), Interpolation::Hold));
 }
@@ -241,14 +241,14 @@ fn a_key_that_is_given_another_value_or_frame_keeps_what_else_it_has() {
         assert!(keys.set_slopes(at, [Some(slope), None]).is_err());
     }
     assert!(keys.set_slopes(7, [None, None]).is_err());
-    assert_eq!(keys.slopes(at), Some([2.0, -3.0]), "what is refused changes nothing");
+    assert_eq!(keys.slopes(at), Some([2.0, -3.0]), "a refused change leaves the keys alone");
 }
 
 #[test]
 fn a_file_has_no_more_than_it_needs_and_is_refused_if_a_number_is_none() {
     let mut keys = keyframes(&[(0.0, 1.0), (8.0, 3.0)], Interpolation::Smooth);
     let plain = "interpolation = \"smooth\"\n\n[[keys]]\nframe = 0.0\nvalue = 1.0\n\n[[keys]]\nframe = 8.0\nvalue = 3.0\n";
-    assert_eq!(toml::to_string(&keys).unwrap(), plain, "as before there were tangents");
+    assert_eq!(toml::to_string(&keys).unwrap(), plain, "same text as before tangents existed");
     keys.set_kind(0, Interpolation::Bezier);
     keys.set_slopes(0, [None, Some(0.5)]).unwrap();
     let text = toml::to_string(&keys).unwrap();

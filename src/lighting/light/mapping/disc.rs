@@ -1,40 +1,40 @@
-//! Pictures of the sphere as a disc: each distance from the middle shows one angle from the axis.
+//! Pictures of the sphere as a disc: the distance from the middle gives the angle from the axis.
 
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A disc in a picture, in pixels. Its direction at the angle ψ from the axis is
-/// (sin ψ·right, sin ψ·up, `facing`·cos ψ).
+/// A disc in a picture, in pixels. The direction at the angle ψ from the axis is (sin ψ·right, sin ψ·up,
+/// `facing`·cos ψ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// The middle, from the picture's top left corner.
+    /// Middle, from the picture's top left corner.
     pub centre: [f64; 2],
     /// Radius of the disc.
     pub radius: f64,
-    /// The angle that each distance shows.
+    /// Angle as a function of the distance.
     pub profile: Profile,
-    /// The axis that the middle shows: 1 for +Z, −1 for −Z.
+    /// Axis in the middle: 1 for +Z, −1 for −Z.
     pub facing: f64,
 }
 
-/// The angle ψ from the axis that a distance from the middle shows.
+/// Angle ψ from the axis as a function of the distance from the middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Profile {
     /// ψ = π · distance / radius.
     Angular,
-    /// A mirror ball of radius 1 whose camera is 1/`camera` away from its centre, and what it reflects
-    /// 1/`dome` (0: infinitely far). With the angle of incidence i the triangles of centre, hit and
-    /// camera, and of centre, hit and dome, give by the law of sines
-    /// ψ = 2i − asin(camera·sin i) − asin(dome·sin i); the ray leaves the camera at asin(camera·sin i).
+    /// A mirror ball of radius 1 with the camera 1/`camera` from its centre and the reflected surroundings at
+    /// 1/`dome` (0: infinitely far). With the angle of incidence i, the law of sines in the triangles of centre,
+    /// hit and camera, and of centre, hit and dome, gives ψ = 2i − asin(camera·sin i) − asin(dome·sin i). The ray
+    /// leaves the camera at asin(camera·sin i).
     Ball { camera: f64, dome: f64 },
 }
 
 impl Profile {
-    /// A ball far from the camera and from all that it reflects: distance / radius = sin(ψ/2).
+    /// A ball far from the camera and from everything it reflects: distance / radius = sin(ψ/2).
     pub const FAR_BALL: Self = Self::Ball { camera: 0.0, dome: 0.0 };
 
-    /// The angle that the distance `r` shows (in radii, at most 1; angular maps continue beyond), and dψ/dr, which
-    /// is infinite at a ball's rim.
+    /// The angle at the distance `r` (in radii, at most 1; angular maps continue beyond), and dψ/dr, which is
+    /// infinite at a ball's rim.
     pub fn angle(&self, r: f64) -> (f64, f64) {
         match *self {
             Self::Angular => (PI * r, PI),
@@ -52,7 +52,7 @@ impl Profile {
         }
     }
 
-    /// The distance, in radii, that shows an angle; more than 1 if the disc does not show it.
+    /// The distance in radii of an angle; above 1 if the disc does not show it.
     pub fn distance(&self, psi: f64) -> f64 {
         match *self {
             Self::Angular => psi / PI,
@@ -60,8 +60,8 @@ impl Profile {
                 if psi > self.last_angle() {
                     return f64::INFINITY;
                 }
-                // ψ(i) is convex (its slope grows from 2 − k − q to 2), so Newton's steps from beyond the
-                // solution come down to it without crossing it.
+                // ψ(i) is convex (its slope grows from 2 − k − q to 2), so Newton steps from beyond the solution
+                // approach it without crossing.
                 let mut i = (psi / (2.0 - k - q)).min(FRAC_PI_2);
                 for _ in 0..30 {
                     let (sin, cos) = i.sin_cos();
@@ -80,7 +80,7 @@ impl Profile {
         }
     }
 
-    /// The angle that the rim shows.
+    /// Angle at the rim.
     pub fn last_angle(&self) -> f64 {
         match *self {
             Self::Angular => PI,
@@ -90,15 +90,15 @@ impl Profile {
 }
 
 impl Disc {
-    /// Direction that the place (x, y) in pixels shows, and steradians per square pixel there. With `beyond`, angular
-    /// maps continue over the far pole outside their rim.
+    /// Direction at the place (x, y) in pixels, and steradians per square pixel there. With `beyond`, angular maps
+    /// continue over the far pole outside their rim.
     pub fn look(&self, x: f64, y: f64, beyond: bool) -> Option<(DVec3, f64)> {
         let (dx, dy) = ((x - self.centre[0]) / self.radius, (y - self.centre[1]) / self.radius);
         let r = dx.hypot(dy);
         if r > 1.0 && !(beyond && self.profile == Profile::Angular) {
             return None;
         }
-        // Close to the middle sin ψ / r is the slope there.
+        // Close to the middle sin ψ / r is the slope.
         let close = r.max(1e-9);
         let (psi, slope) = self.profile.angle(close);
         let sideways = psi.sin() / close;
@@ -107,7 +107,7 @@ impl Disc {
         Some((DVec3::new(sideways * dx, -sideways * dy, z), density))
     }
 
-    /// The place in pixels that shows a unit direction, if any does.
+    /// Place in pixels of a unit direction, if the disc shows it.
     pub fn place(&self, direction: DVec3) -> Option<(f64, f64)> {
         let sideways = direction.x.hypot(direction.y);
         let psi = sideways.atan2(self.facing * direction.z);
@@ -115,7 +115,7 @@ impl Disc {
         if r > 1.0 {
             return None;
         }
-        // Straight along the axis any side will do.
+        // Along the axis every side is equivalent.
         let (right, up) = if sideways > 0.0 {
             (direction.x / sideways, direction.y / sideways)
         } else {
@@ -125,11 +125,11 @@ impl Disc {
         Some((self.centre[0] + reach * right, self.centre[1] - reach * up))
     }
 
-    /// The part of the sphere that each of `width × height` pixels shows.
+    /// Solid angle of each of `width × height` pixels.
     ///
     /// The solid angle within a closed curve is ∮ (1 − cos ψ) dφ, with φ the angle around the middle. Every edge
-    /// between two pixels is integrated once, so what one gains the other loses, and the sum over all pixels is
-    /// that of the outermost edges: exact if they lie outside the disc.
+    /// between two pixels is integrated once, so one pixel gains exactly what the other loses. The sum over all
+    /// pixels is that of the outermost edges: exact if they lie outside the disc.
     pub fn solid_angles(&self, width: usize, height: usize) -> Vec<f64> {
         let horizontal: Vec<f64> = (0..=height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
@@ -171,8 +171,8 @@ impl Disc {
         off(x, self.centre[0]).hypot(off(y, self.centre[1]))
     }
 
-    /// ∫ (1 − cos ψ) · c/ρ² dt along a line at distance `c` from the middle, t from `from` to `to`: by
-    /// Gauss and Legendre's rule within the disc, and by the arc tangent outside, where ψ stays.
+    /// ∫ (1 − cos ψ) · c/ρ² dt along a line at distance `c` from the middle, t from `from` to `to`: Gauss–Legendre
+    /// quadrature inside the disc, and the arc tangent outside, where ψ is constant.
     fn along(&self, from: f64, to: f64, c: f64) -> f64 {
         if c == 0.0 {
             return 0.0;
@@ -187,7 +187,7 @@ impl Disc {
         let (low, high) = (from.clamp(-half, half), to.clamp(-half, half));
         let mut sum = outside * (arc(from, low) + arc(high, to));
         if high > low {
-            // Nodes and weights of five points on [−1, 1].
+            // Nodes and weights of the five-point rule on [−1, 1].
             const RULE: [(f64, f64); 5] = [
                 (0.0, 0.568_888_888_888_888_9),
                 (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),

@@ -1,8 +1,7 @@
-//! Pictures of the whole sphere: where each pixel looks, how much of the sphere it covers, and how one mapping is
-//! converted to another.
+//! Pictures of the full sphere: the direction and solid angle of each pixel, and conversion between mappings.
 //!
-//! All speak of the same world: right-handed, +Y up, the camera on +Z looking along −Z. Pictures have
-//! their origin in the top left corner; u ∈ [0, 1] goes right and v ∈ [0, 1] down.
+//! All share one world frame: right-handed, +Y up, the camera on +Z looking along −Z. Pictures have their origin in
+//! the top left corner; u ∈ [0, 1] goes right and v ∈ [0, 1] down.
 //!
 //! | mapping | size | middle | right of it | what it is |
 //! |---|---|---|---|---|
@@ -12,15 +11,15 @@
 //! | [`Mapping::CubeCross`] | 4n×3n | −Z, row 2 column 2 | +X | six views from within |
 //! | [`Mapping::CubeStrip`] | 6n×n | – | – | OpenGL's six faces side by side |
 //!
-//! The mirror ball is seen from outside, so its middle shows the camera and its picture, taken as a
-//! view from within, is mirrored. Both discs touch the frame; what is outside them is black and shows
-//! nothing. Their rims show one direction only: −Z for the mirror ball, +Z for the angular map.
+//! The mirror ball is seen from outside: its middle shows the camera, and its picture is mirrored compared with a
+//! view from inside. Both discs touch the frame; the area outside is black and shows nothing. Their rims show one
+//! direction only: −Z for the mirror ball, +Z for the angular map.
 //!
-//! `pfspanoramic` of pfstools 2.2 has the same `polar` and `angular`. Its `mirrorball` is a view from within:
-//! what it makes of a ball's photograph is ours with left and right exchanged and half a turn of yaw,
-//! u' = 3/2 − u (mod 1). It takes a pixel's value for the one at the pixel's top left corner, so its
-//! pictures are displaced by half a pixel of their source. With these two differences undone a smooth
-//! picture agrees to 63 dB or more (tests/pfstools.rs); without the second to 38 to 43 dB.
+//! `pfspanoramic` of pfstools 2.2 has the same `polar` and `angular`. Its `mirrorball` is a view from inside: its
+//! result for a ball's photograph is ours with left and right exchanged and half a turn of yaw, u' = 3/2 − u (mod
+//! 1). It places a pixel's value at the pixel's top left corner, so its pictures are displaced by half a source
+//! pixel. With both differences undone a smooth picture agrees to 63 dB or more (tests/pfstools.rs); with only the
+//! first undone, to 38 to 43 dB.
 
 mod disc;
 mod projection;
@@ -50,11 +49,11 @@ pub enum Mapping {
     /// The photograph of an ideal mirror ball from far away: the middle shows +Z (the camera), the rim
     /// −Z, and the distance from the middle is sin(angle/2). Every pixel covers the same solid angle.
     MirrorBall,
-    /// A cube seen from within, unfolded around its front (−Z): above it +Y, below it −Y, left of it
-    /// −X, right of it +X, and at the far right +Z. The other six cells are black.
+    /// A cube seen from inside, unfolded around its front (−Z): above it +Y, below it −Y, left of it −X, right of
+    /// it +X, and at the far right +Z. The other six cells are black.
     CubeCross,
-    /// The cube's faces +X −X +Y −Y +Z −Z from left to right, each laid out as in OpenGL's table of cube
-    /// map coordinates (that table is left-handed, so the faces look mirrored from within).
+    /// The cube's faces +X −X +Y −Y +Z −Z from left to right, each laid out as in OpenGL's table of cube map
+    /// coordinates (that table is left-handed, so the faces look mirrored from inside).
     CubeStrip,
 }
 
@@ -63,7 +62,7 @@ impl Mapping {
     pub const ALL: [Self; 5] =
         [Self::LatLong, Self::Angular, Self::MirrorBall, Self::CubeCross, Self::CubeStrip];
 
-    /// The unit direction that the place (u, v) shows; `None` if the picture shows nothing there.
+    /// Unit direction at the place (u, v); `None` if the picture shows nothing there.
     pub fn direction(self, u: f64, v: f64) -> Option<DVec3> {
         let unit = self.unit();
         let (x, y) = (u * unit.width as f64, v * unit.height as f64);
@@ -71,15 +70,15 @@ impl Mapping {
         unit.look(x, y).filter(|_| inside).map(|(direction, _)| direction)
     }
 
-    /// The place (u, v) that shows a direction of any length above 0.
+    /// Place (u, v) of a direction of any non-zero length.
     pub fn position(self, direction: DVec3) -> (f64, f64) {
         let unit = self.unit();
-        // Only photographs have directions that they do not show.
+        // Only photographs miss some directions.
         let (x, y) = unit.place(direction.normalize_or(DVec3::NEG_Z)).unwrap_or((0.0, 0.0));
         (x / unit.width as f64, y / unit.height as f64)
     }
 
-    /// The size of this mapping's pictures with square pixels and a height near `height`.
+    /// Size of this mapping's pictures with square pixels and a height near `height`.
     pub fn size(self, height: usize) -> (usize, usize) {
         let height = height.max(1);
         match self {
@@ -90,9 +89,8 @@ impl Mapping {
         }
     }
 
-    /// The part of the sphere that each pixel shows, in steradians; 0 where it shows nothing. They add up
-    /// to 4π: exactly for lat-longs and cubes, and for the discs because neighbours share the integrals
-    /// along their borders.
+    /// Solid angle of each pixel in steradians; 0 where it shows nothing. The sum is 4π: exactly for lat-longs and
+    /// cubes, and for the discs because neighbours share the integrals along their borders.
     ///
     /// # Errors
     /// When a picture of this mapping cannot have this size.
@@ -118,7 +116,7 @@ impl Mapping {
         Ok(energy)
     }
 
-    /// Checks a size and gives the geometry of such a picture.
+    /// Checks a size and returns the projection of such a picture.
     pub fn projection(self, (width, height): (usize, usize)) -> Result<Projection> {
         let (fits, expected) = match self {
             Self::LatLong => (width > 0 && height > 0, "at least one pixel"),
@@ -134,14 +132,14 @@ impl Mapping {
         }
         Err(Error::invalid(
             format!(
-                "a picture of {width}×{height} pixels cannot show the sphere as {self:?}: that needs {expected}, and \
+                "{width}×{height} pixels do not suit the mapping {self:?}: it needs {expected}, and \
                  fewer than 4 billion pixels"
             ),
             "Choose another size or another mapping",
         ))
     }
 
-    /// The geometry of the smallest picture.
+    /// Projection of the smallest picture.
     fn unit(self) -> Projection {
         match self {
             Self::CubeCross => self.geometry(4, 3),
@@ -170,19 +168,19 @@ impl Mapping {
     }
 }
 
-/// A picture in another mapping.
+/// A picture converted to another mapping.
 #[derive(Clone, Debug)]
 pub struct Converted {
     /// Radiance, finite and not negative; black where the mapping shows nothing.
     pub image: Image,
-    /// Pixels of the source that were NaN, infinite or negative and have been repaired, as
-    /// [`Environment::from_radiance`] does; what lies outside a disc or cross does not count.
+    /// Number of repaired source pixels (NaN, infinite or negative), as in [`Environment::from_radiance`]; pixels
+    /// outside a disc or cross do not count.
     pub repaired_pixels: usize,
 }
 
 /// Converts a picture to another mapping and size. It is interpolated where it grows and averaged by solid angle
-/// where it shrinks, across seams, poles and the cube's edges. Its energy ([`Mapping::energy`]) is kept to one part
-/// in 100 000, even that of a lamp in one pixel, and an even sky stays even.
+/// where it shrinks, across seams, poles and cube edges. Its energy ([`Mapping::energy`]) is kept to one part in
+/// 100 000, even that of a lamp in one pixel, and a uniform sky stays uniform.
 ///
 /// # Errors
 /// When either size does not suit its mapping.
@@ -195,8 +193,8 @@ pub fn convert(
     convert_turned(image, from, to, size, Quat::IDENTITY)
 }
 
-/// [`convert`], with the world turned: what was in direction ω is in `turn · ω` afterwards. A turn
-/// of −ψ about +Y is a yaw of +ψ, towards larger u.
+/// [`convert`] with the world rotated: direction ω becomes `turn · ω`. A rotation of −ψ about +Y is a yaw of +ψ,
+/// towards larger u.
 ///
 /// # Errors
 /// When either size does not suit its mapping.

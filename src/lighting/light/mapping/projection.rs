@@ -1,11 +1,11 @@
-//! The geometry of one picture of the sphere: from places in pixels to directions and back.
+//! Projection of one picture of the sphere: pixel places to directions and back.
 
 use super::disc::Disc;
 use crate::latlong::texel_solid_angle;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// A picture of the sphere of `width × height` pixels; places count from its top left corner.
+/// A picture of the sphere of `width × height` pixels. Places count from its top left corner.
 #[derive(Clone, Debug)]
 pub struct Projection {
     pub width: usize,
@@ -26,7 +26,7 @@ pub enum Kind {
 pub struct Face {
     /// Column and row of its cell.
     cell: (u8, u8),
-    /// Direction that its middle shows.
+    /// Direction at its middle.
     ahead: DVec3,
     /// Direction of the picture's right.
     right: DVec3,
@@ -59,8 +59,7 @@ pub(super) const STRIP: [Face; 6] = [
 ];
 
 impl Face {
-    /// The place (x, y) in pixels on the plane of this face, of `edge` pixels; as a direction of no
-    /// particular length.
+    /// Direction, not of unit length, at the place (x, y) in pixels on the plane of this face of `edge` pixels.
     fn look(&self, x: f64, y: f64, edge: f64) -> DVec3 {
         let right = 2.0 * (x / edge - f64::from(self.cell.0)) - 1.0;
         let up = 1.0 - 2.0 * (y / edge - f64::from(self.cell.1));
@@ -69,8 +68,8 @@ impl Face {
 }
 
 impl Projection {
-    /// The unit direction that the place (x, y) in pixels shows, and the steradians per square pixel there; `None`
-    /// if the picture shows nothing there.
+    /// Unit direction at the place (x, y) in pixels, and steradians per square pixel there; `None` if the picture
+    /// shows nothing there.
     pub fn look(&self, x: f64, y: f64) -> Option<(DVec3, f64)> {
         match &self.kind {
             Kind::LatLong => {
@@ -91,7 +90,7 @@ impl Projection {
         }
     }
 
-    /// The face whose cell holds the place (x, y) in pixels.
+    /// Face whose cell contains the place (x, y) in pixels.
     fn face_at(
         &self,
         faces: &'static [Face; 6],
@@ -104,7 +103,7 @@ impl Projection {
         faces.iter().find(|f| (f64::from(f.cell.0), f64::from(f.cell.1)) == (column, row))
     }
 
-    /// The place (x, y) in pixels that shows a unit direction; `None` if there is none.
+    /// Place (x, y) in pixels of a unit direction; `None` if the picture does not show it.
     pub fn place(&self, direction: DVec3) -> Option<(f64, f64)> {
         match &self.kind {
             Kind::LatLong => {
@@ -119,7 +118,7 @@ impl Projection {
                     .iter()
                     .max_by(|a, b| a.ahead.dot(direction).total_cmp(&b.ahead.dot(direction)))?;
                 let along = |axis: DVec3| axis.dot(direction) / face.ahead.dot(direction);
-                // A place on a face's far edge would count to the next cell.
+                // A place on a face's far edge would fall into the next cell.
                 let inside = |p: f64| (0.5 + 0.5 * p).clamp(0.0, 1.0 - 1e-9);
                 Some((
                     edge * (f64::from(face.cell.0) + inside(along(face.right))),
@@ -130,14 +129,14 @@ impl Projection {
         }
     }
 
-    /// The pixel that holds a place.
+    /// Index of the pixel that contains a place.
     pub fn pixel(&self, (x, y): (f64, f64)) -> usize {
         let column = (x as usize).min(self.width - 1);
         (y as usize).min(self.height - 1) * self.width + column
     }
 
-    /// The four pixels around a place and their shares in its bilinear interpolation. Across a border they are the
-    /// pixels that continue the picture: beyond the seam, a pole, a cube's edge, an angular map's rim.
+    /// The four pixels around a place and their bilinear weights. Across a border these are the pixels that
+    /// continue the picture: beyond the seam, a pole, a cube's edge, an angular map's rim.
     pub fn neighbours(&self, x: f64, y: f64) -> [(Option<usize>, f32); 4] {
         let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
         let (fx, fy) = ((x - 0.5 - left) as f32, (y - 0.5 - top) as f32);
@@ -160,7 +159,8 @@ impl Projection {
         ]
     }
 
-    /// True if this pixel, of which something is shown, and those right of and below it lie within the picture and its borders.
+    /// True if this pixel, which shows something, and those right of and below it lie within the picture and its
+    /// borders.
     fn is_interior(&self, column: i64, row: i64) -> bool {
         if column < 0 || row < 0 || column + 1 >= self.width as i64 || row + 1 >= self.height as i64
         {
@@ -180,7 +180,7 @@ impl Projection {
         }
     }
 
-    /// The pixel (column, row) as seen from the place (x, y), which it may lie across a border from.
+    /// Index of the pixel (column, row) seen from the place (x, y), possibly across a border.
     fn continued(&self, column: i64, row: i64, x: f64, y: f64) -> Option<usize> {
         let (width, height) = (self.width as i64, self.height as i64);
         let inside = (0..width).contains(&column) && (0..height).contains(&row);
@@ -188,7 +188,7 @@ impl Projection {
         let plain = (row * width + column) as usize;
         match &self.kind {
             Kind::LatLong => {
-                // A step across a pole comes down on the other side of it, half a turn away.
+                // A step across a pole lands half a turn away.
                 let beyond = !(0..height).contains(&row);
                 let column = column + if beyond { width / 2 } else { 0 };
                 let row = row.clamp(0, height - 1);
@@ -204,7 +204,7 @@ impl Projection {
                 self.place(direction).map(|place| self.pixel(place))
             }
             Kind::Disc(disc) => {
-                // Pixels that the rim cuts show the sphere in a part of them.
+                // Pixels cut by the rim show the sphere in part.
                 if inside && disc.nearest(column as usize, row as usize) < disc.radius {
                     return Some(plain);
                 }
@@ -217,7 +217,7 @@ impl Projection {
         }
     }
 
-    /// The part of the sphere that each pixel shows, in steradians.
+    /// Solid angle of each pixel in steradians.
     pub fn solid_angles(&self) -> Vec<f64> {
         let (width, height) = (self.width, self.height);
         match &self.kind {
@@ -225,7 +225,7 @@ impl Projection {
                 .flat_map(|y| std::iter::repeat_n(texel_solid_angle(y, width, height), width))
                 .collect(),
             &Kind::Cube(faces, edge) => {
-                // The solid angle of the rectangle from a face's middle to (a, b), both signed.
+                // Solid angle of the rectangle from a face's middle to (a, b), both signed.
                 let corner = |a: f64, b: f64| (a * b).atan2((a * a + b * b + 1.0).sqrt());
                 let at = |i: usize| 2.0 * i as f64 / edge as f64 - 1.0;
                 (0..width * height)
@@ -245,7 +245,7 @@ impl Projection {
         }
     }
 
-    /// The share of each pixel's area that shows something.
+    /// Share of each pixel's area that shows something.
     pub fn coverage(&self) -> Vec<f32> {
         const ACROSS: usize = 8;
         let (width, height) = (self.width, self.height);
@@ -275,12 +275,12 @@ impl Projection {
             .collect()
     }
 
-    /// A place within what pixel `index` shows: its centre, or what is nearest to the middle of a disc.
+    /// A place within the visible part of pixel `index`: its centre, or the point nearest to a disc's middle.
     pub fn centre(&self, index: usize) -> (f64, f64) {
         let (x, y) = ((index % self.width) as f64, (index / self.width) as f64);
         match &self.kind {
             Kind::Disc(disc) => {
-                // Within the pixel, not on its border, which may be another's.
+                // Inside the pixel, because its border may belong to a neighbour.
                 let inside = |p: f64, centre: f64| centre.clamp(p + 1e-6, p + 1.0 - 1e-6);
                 (inside(x, disc.centre[0]), inside(y, disc.centre[1]))
             }

@@ -1,13 +1,13 @@
-//! Resamples one picture of the sphere into another: anti-aliased, with every pixel's energy kept.
+//! Anti-aliased resampling between pictures of the sphere that keeps every pixel's energy.
 //!
-//! Samples of the sphere stand on a grid within the pixels of both pictures. Each is bilinearly interpolated in the
-//! source and counts for the target's pixel that it falls in, by the solid angle that it stands for: the reciprocal
-//! of both grids' density there (the balance heuristic of Veach and Guibas 1995), so that the finer picture's grid
-//! does the work wherever it is the finer one. This gives the share of each source pixel in each target pixel,
-//! nearly: what a source pixel gives should add up to its solid angle, and what a target pixel gets to that one's.
-//! Scaling both in turn (Sinkhorn and Knopp 1967) nearly satisfies both, and the last step makes one of them exact:
-//! the target's for smooth light, so that an even sky stays even, and the source's for what stands out from it, so
-//! that a lamp of one pixel keeps its energy.
+//! The sphere is sampled on a grid within the pixels of both pictures. Each sample is interpolated bilinearly in
+//! the source and counts for the target pixel it falls in. Its weight is the solid angle it represents: the
+//! reciprocal of both grids' density there (the balance heuristic of Veach and Guibas 1995), so that the finer grid
+//! always does the work. This gives approximately the share of each source pixel in each target pixel. The energy
+//! from a source pixel should add up to its solid angle, and the energy in a target pixel to that pixel's. Scaling
+//! both in turn (Sinkhorn and Knopp 1967) nearly satisfies both. The last step makes one exact: the target's for
+//! smooth light, so that a uniform sky stays uniform; the source's for light that stands out, so that a lamp of one
+//! pixel keeps its energy.
 
 use super::Projection;
 use glam::DQuat;
@@ -19,9 +19,9 @@ const ROUNDS: usize = 2;
 
 /// Result of [`resample`].
 pub struct Resampled {
-    /// Mean radiance of what each pixel shows of the source; 0 where it shows nothing of it.
+    /// Mean radiance of the source in each pixel; 0 where a pixel shows nothing of it.
     pub image: Image,
-    /// Share of each target pixel's part of the sphere that the source shows.
+    /// Share of each target pixel's solid angle that the source shows.
     pub shown: Vec<f32>,
 }
 
@@ -32,13 +32,13 @@ struct Sample {
     /// Place in the source in pixels.
     x: f32,
     y: f32,
-    /// The solid angle it stands for.
+    /// Solid angle of the sample.
     weight: f32,
 }
 
-/// Resamples a picture whose values are finite. `usable` is the share of each source pixel's area that
-/// belongs to the picture: pixels of 0 are left out, and what only they show counts as not shown.
-/// A direction ω of the source is `turn`·ω in the target.
+/// Resamples a picture of finite values. `usable` is the share of each source pixel's area that belongs to the
+/// picture. Pixels of 0 are left out, and directions that only they show count as not shown. A direction ω of the
+/// source is `turn`·ω in the target.
 pub fn resample(
     picture: &Image,
     source: &Projection,
@@ -79,7 +79,7 @@ pub fn resample(
         .iter()
         .zip(&plan.shown_angles)
         .map(|(sum, &angle)| {
-            // The mean over what is shown is the energy over its solid angle.
+            // The mean over the visible part is its energy divided by its solid angle.
             std::array::from_fn(|c| match angle > 0.0 {
                 true => ((correction[c] * sum[c] + sum[3 + c]) / angle) as f32,
                 false => 0.0,
@@ -92,7 +92,7 @@ pub fn resample(
     }
 }
 
-/// The least of each usable pixel and its usable neighbours.
+/// Minimum of each usable pixel and its usable neighbours.
 fn eroded(picture: &Image, usable: &[f32]) -> Image {
     let (width, height) = picture.size();
     Image::from_fn(width, height, |x, y| {
@@ -109,33 +109,33 @@ fn eroded(picture: &Image, usable: &[f32]) -> Image {
     })
 }
 
-/// Approximately which part of which source pixel goes to which target pixel.
+/// Approximate share of each source pixel in each target pixel.
 struct Plan<'a> {
     source: &'a Projection,
     usable: &'a [f32],
-    /// In the order of the target's pixels.
+    /// Sorted by target pixel.
     samples: Vec<Sample>,
-    /// Start of each target pixel's samples, and at last the end of all.
+    /// Start of each target pixel's samples, then the end of all.
     starts: Vec<usize>,
     /// Solid angles of the source's usable pixels.
     source_angles: Vec<f64>,
-    /// Solid angles of what the target's pixels show of the source.
+    /// Solid angles of the target pixels' parts that show the source.
     shown_angles: Vec<f64>,
-    /// The same as a share of what the target's pixels show of the sphere.
+    /// The same as a share of each target pixel's solid angle.
     shown: Vec<f32>,
 }
 
-/// Factors that make a [`Plan`] exact. All products share those of the source's pixels.
+/// Factors that make a [`Plan`] exact. All products share the source pixels' factors.
 struct Factors {
     source: Vec<f64>,
-    /// Of the target's pixels, when the source's sums are to be exact.
+    /// Target factors when the source sums are exact.
     exact: Vec<f64>,
-    /// Of the target's pixels, when theirs are.
+    /// Target factors when the target sums are exact.
     even: Vec<f64>,
 }
 
-/// Samples along a side of the pixels of `this` picture: none but the centre where the other is so much
-/// finer that its own samples are dense here too.
+/// Samples along a side of the pixels of `this` picture: only the centre where the other picture is so much finer
+/// that its samples are dense enough.
 fn grid(this: &Projection, other: &Projection) -> usize {
     let pixels = |p: &Projection| p.width * p.height;
     if pixels(other) >= 9 * pixels(this) { 1 } else { 2 }
@@ -155,28 +155,28 @@ struct Sampling<'a> {
     source: &'a Projection,
     usable: &'a [f32],
     target: &'a Projection,
-    /// From directions in the source to directions in the target.
+    /// Rotation from source directions to target directions.
     turn: DQuat,
-    /// Samples along a side of the target's pixels.
+    /// Samples along a side of a target pixel.
     n: usize,
-    /// Samples along a side of the source's pixels.
+    /// Samples along a side of a source pixel.
     m: usize,
 }
 
 impl Sampling<'_> {
-    /// True if the pixel at a place of the source is usable.
+    /// True if the source pixel at a place is usable.
     fn shows(&self, (x, y): (f64, f64)) -> bool {
         let (width, height) = (self.source.width as f64, self.source.height as f64);
         let within = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
         within && self.usable[self.source.pixel((x, y))] > 0.0
     }
 
-    /// The solid angle of a sample, by the densities of both grids in steradians per pixel area.
+    /// Solid angle of a sample, from the densities of both grids in steradians per pixel area.
     fn weight(&self, in_target: f64, in_source: f64) -> f64 {
         1.0 / ((self.n * self.n) as f64 / in_target + (self.m * self.m) as f64 / in_source)
     }
 
-    /// The sample at a place of the target; the error is the solid angle that the source does not show. `None` if the
+    /// Sample at a place of the target; the error is the solid angle that the source does not show. `None` if the
     /// target shows nothing there.
     fn target_sample(&self, pixel: usize, (x, y): (f64, f64)) -> Option<Result<Sample, f64>> {
         let (direction, in_target) = self.target.look(x, y)?;
@@ -188,14 +188,14 @@ impl Sampling<'_> {
                 target: pixel as u32,
                 x: x as f32,
                 y: y as f32,
-                // Where the source is infinitely dense only the target's samples count.
+                // Where the source is infinitely dense, only the target's samples count.
                 weight: self.source.look(x, y).map_or(alone, |(_, d)| self.weight(in_target, d))
                     as f32,
             }
         }))
     }
 
-    /// The sample at a place of the source; `None` if either picture shows nothing there.
+    /// Sample at a place of the source; `None` if either picture shows nothing there.
     fn source_sample(&self, (x, y): (f64, f64)) -> Option<Sample> {
         let (direction, in_source) = self.source.look(x, y)?;
         let place = self.target.place(self.turn * direction)?;
@@ -208,7 +208,7 @@ impl Sampling<'_> {
         })
     }
 
-    /// Adds the samples of the target's grid; returns per pixel the solid angle that the source does not show.
+    /// Adds the samples of the target's grid. Returns the solid angle per pixel that the source does not show.
     fn add_of_target(&self, samples: &mut Vec<Sample>, angles: &[f64]) -> Vec<f64> {
         let rows: Vec<(Vec<Sample>, Vec<f64>)> = (0..self.target.height)
             .into_par_iter()
@@ -228,7 +228,7 @@ impl Sampling<'_> {
                             Err(angle) => *missed += angle,
                         }
                     }
-                    // A sliver of a disc may lie between the grid's places.
+                    // A sliver of a disc may lie between grid places.
                     if !any {
                         let centre = self.target.centre(pixel);
                         samples.extend(self.target_sample(pixel, centre).and_then(Result::ok));
@@ -267,15 +267,15 @@ impl Sampling<'_> {
     }
 }
 
-/// The share of each target pixel that the source shows, from its samples and the solid angles that were `missed`.
-/// `angles` are the target's, `all` is the solid angle of the source.
+/// Share of each target pixel that the source shows, from its samples and the `missed` solid angles. `angles` are
+/// the target's; `all` is the source's solid angle.
 fn shares_shown(samples: &[Sample], missed: &[f64], angles: &[f64], all: f64) -> Vec<f32> {
     let mut seen = vec![0.0f64; missed.len()];
     for sample in samples {
         seen[sample.target as usize] += f64::from(sample.weight);
     }
-    // What is shown is known exactly as a whole. Where its border cuts pixels, samples only tell roughly how much of
-    // each: these shares are scaled to make the whole right.
+    // The total is known exactly. Where the border cuts pixels, samples give only a rough share of each; these
+    // shares are scaled to match the total.
     let (mut whole, mut cut) = (0.0, 0.0);
     let mut shown = vec![0.0; missed.len()];
     for (i, (seen, missed)) in seen.iter().zip(missed).enumerate() {
@@ -286,7 +286,7 @@ fn shares_shown(samples: &[Sample], missed: &[f64], angles: &[f64], all: f64) ->
     let scale = if cut > 0.0 { ((all - whole) / cut).max(0.0) } else { 1.0 };
     for shown in &mut shown {
         if *shown > 0.0 && *shown < 1.0 {
-            // At least a little is shown there.
+            // At least a little is visible there.
             *shown = (*shown * scale as f32).clamp(1e-6, 1.0);
         }
     }
@@ -327,12 +327,12 @@ impl<'a> Plan<'a> {
         Self { source, usable, samples, starts, source_angles, shown_angles, shown }
     }
 
-    /// The samples that count for a target pixel.
+    /// Samples of a target pixel.
     fn samples_of(&self, target: usize) -> &[Sample] {
         &self.samples[self.starts[target]..self.starts[target + 1]]
     }
 
-    /// The source's pixels that a sample interpolates, with shares that add up to 1.
+    /// Source pixels interpolated by a sample, with shares that add up to 1.
     fn interpolated(&self, sample: &Sample) -> impl Iterator<Item = (usize, f32)> {
         let around = self.source.neighbours(f64::from(sample.x), f64::from(sample.y));
         let shares = around.map(|(pixel, share)| {
@@ -346,7 +346,7 @@ impl<'a> Plan<'a> {
             .map(move |(pixel, share)| (pixel, share * factor))
     }
 
-    /// Scales the target's pixels and the source's in turn.
+    /// Scales the target pixels and the source pixels in turn.
     fn balanced(&self) -> Factors {
         let factors = |angles: &[f64], sums: &[f64]| -> Vec<f64> {
             let pairs = angles.iter().zip(sums);

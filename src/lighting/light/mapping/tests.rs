@@ -45,8 +45,8 @@ fn painted(mapping: Mapping, size: (usize, usize)) -> Image {
     drawn(mapping, size, 0.0, sky)
 }
 
-/// Peak signal to noise in dB, by solid angle, and the largest difference over the peak, over the pixels
-/// that lie wholly within the picture and whose centre's direction is of interest.
+/// Peak signal-to-noise ratio in dB, weighted by solid angle, and the largest difference relative to the peak.
+/// Counts pixels fully inside the picture whose centre's direction is selected.
 fn compared(
     a: &Image,
     b: &Image,
@@ -72,8 +72,8 @@ fn compared(
     (10.0 * (peak * peak * sphere / error).log10(), worst / peak)
 }
 
-/// Directions that every pixel of a mapping's picture shows well. A mirror ball's outermost whole pixels
-/// span many degrees, and what is between them was averaged away.
+/// Directions that every pixel of a mapping's picture shows well. The outermost full pixels of a mirror ball span
+/// many degrees, and detail between them was averaged away.
 fn clear_of_the_rim(mapping: Mapping, height: usize) -> impl Fn(DVec3) -> bool {
     let reach = match mapping {
         Mapping::MirrorBall => (1.0 - 4.0 / height as f64).acos() * 2.0,
@@ -99,7 +99,7 @@ fn any_direction() -> impl Strategy<Value = DVec3> {
         .prop_map(|d| d.normalize())
 }
 
-/// A picture of speckles with a lamp of a million in one pixel that shows something.
+/// A speckled picture with a lamp of a million in one visible pixel.
 fn speckled(mapping: Mapping, size: (usize, usize), seed: usize) -> Image {
     let mut image = Image::from_fn(size.0, size.1, |x, y| {
         [0, 1, 2].map(|c| ((x * 31 + y * 17 + c * 7 + seed * 13) % 97) as f32 / 50.0)
@@ -115,7 +115,7 @@ proptest! {
     fn directions_have_a_place_that_shows_them(mapping in any_mapping(), d in any_direction()) {
         let (u, v) = mapping.position(d);
         let back = mapping.direction(u, v).unwrap();
-        // A disc's rim shows one direction: there a place of 1e-16 is an angle of 1e-8.
+        // A disc's rim shows one direction: an offset of 1e-16 there is an angle of 1e-8.
         prop_assert!(back.distance(d) < 1e-6, "{d} at ({u}, {v}) is {back}");
     }
 
@@ -208,7 +208,7 @@ fn a_lat_long_agrees_with_the_panorama_of_the_program() {
 
 #[test]
 fn a_cube_is_unfolded_without_tears() {
-    // What is left and right of an edge between two faces of the cross that touch looks alike.
+    // Both sides of an edge between two touching faces of the cross look alike.
     let size = (64, 48);
     let image = painted(Mapping::CubeCross, size);
     for (a, b) in [
@@ -276,7 +276,7 @@ fn a_round_trip_through_the_angular_map_brings_the_panorama_back() {
 
 #[test]
 fn nothing_jumps_at_the_seam_or_the_poles() {
-    // A turn about an oblique axis takes every seam and pole of the source through the target's middle.
+    // A rotation about an oblique axis moves every seam and pole of the source through the target's middle.
     let turn = Quat::from_axis_angle(Vec3::new(1.0, 0.4, 0.2).normalize(), 1.4);
     for from in Mapping::ALL {
         let image = painted(from, from.size(128));

@@ -1,31 +1,31 @@
-//! Collects a panorama's texels in any order while it is read, and averages them by solid angle.
+//! Canvas that collects a panorama's texels in any order while the file is read, and averages them by solid angle.
 
 use crate::environment::{Environment, HALF_MAX, band};
 use imaging::Image;
 
-/// A panorama that is being read.
+/// A panorama while it is read.
 pub(super) struct Canvas {
     image: Image,
-    /// Targets of columns and rows if the panorama is averaged down. With `None` texels are kept as they are, and
-    /// [`Environment::from_radiance`] repairs them.
+    /// Targets of columns and rows if the panorama is reduced. With `None` texels are stored unchanged and repaired
+    /// by [`Environment::from_radiance`].
     shrink: Option<Shrink>,
-    /// Per row, how much of it has been painted, from 0 to 1.
+    /// Painted part of each row, 0 to 1.
     painted: Vec<f32>,
-    /// Empty rows get the mean colour of the nearest painted row, so that a strip around the horizon continues above
-    /// and below. Otherwise they are black.
+    /// Fills empty rows with the mean colour of the nearest painted row, so that a strip around the horizon
+    /// continues above and below. Otherwise they stay black.
     pub extend: bool,
 }
 
 struct Shrink {
     columns: Vec<Part>,
     rows: Vec<Part>,
-    /// Per texel and channel, the share that is infinite; `None` while there is none.
+    /// Infinite share per texel and channel; `None` until the first.
     infinite: Option<Image>,
     brightest: f32,
     repaired: usize,
 }
 
-/// Targets of a column or row: one and, with the rest, the next.
+/// Targets of a column or row: one, and the next for the remainder.
 #[derive(Clone, Copy)]
 struct Part {
     target: usize,
@@ -34,7 +34,7 @@ struct Part {
 }
 
 impl Canvas {
-    /// A canvas for a picture that is kept whole.
+    /// A canvas at the picture's full size.
     pub fn whole((width, height): (usize, usize)) -> Self {
         Self {
             image: Image::filled(width, height, [0.0; 3]),
@@ -44,7 +44,7 @@ impl Canvas {
         }
     }
 
-    /// Columns and rows that [`Self::lat_long`] keeps.
+    /// Columns and rows after [`Self::lat_long`].
     pub fn kept((width, height): (usize, usize), most: usize) -> (usize, usize) {
         if width <= most {
             return (width, height);
@@ -53,7 +53,7 @@ impl Canvas {
         (most, rows.max(1))
     }
 
-    /// A canvas for a lat-long that is averaged down to `most` columns where it has more.
+    /// A canvas for a lat-long, reduced to at most `most` columns.
     pub fn lat_long((width, height): (usize, usize), most: usize) -> Self {
         if width <= most {
             return Self::whole((width, height));
@@ -69,7 +69,7 @@ impl Canvas {
         Self { shrink: Some(shrink), ..Self::whole((most, rows)) }
     }
 
-    /// Paints a run of texels of row `y` from column `x` on. What lies outside does not count.
+    /// Paints a run of texels in row `y` from column `x`. Ignores texels outside the canvas.
     pub fn paint(&mut self, x: usize, y: usize, run: &[[f32; 3]]) {
         let Some(shrink) = &mut self.shrink else {
             let (width, height) = self.image.size();
@@ -141,7 +141,7 @@ impl Canvas {
     }
 }
 
-/// Continues above and below the painted rows with the means of the first and the last.
+/// Fills the rows above and below the painted ones with the means of the first and the last painted row.
 fn extend(image: &mut Image, painted: &[f32]) {
     let width = image.width;
     let is_painted = |share: &f32| *share > 1e-3;
@@ -149,7 +149,7 @@ fn extend(image: &mut Image, painted: &[f32]) {
     let last = painted.iter().rposition(is_painted).unwrap_or(0);
     for y in [first, last] {
         let row = &mut image.pixels[y * width..][..width];
-        // The strip's edge runs through it.
+        // The strip's edge crosses this row.
         if painted[y] < 0.999 {
             row.iter_mut().flatten().for_each(|value| *value /= painted[y].max(1e-3));
         }
@@ -168,7 +168,7 @@ fn extend(image: &mut Image, painted: &[f32]) {
     }
 }
 
-/// A texel without NaN (the mean of its valid neighbours) and negative values (0). +∞ is left for the end.
+/// Replaces NaN by the mean of the valid neighbours and negative values by 0. +∞ is handled at the end.
 fn repair(texel: [f32; 3], around: &[[f32; 3]]) -> [f32; 3] {
     std::array::from_fn(|c| {
         if !texel[c].is_nan() {
@@ -181,15 +181,15 @@ fn repair(texel: [f32; 3], around: &[[f32; 3]]) -> [f32; 3] {
 }
 
 impl Part {
-    /// Targets with shares.
+    /// Target indices with their shares.
     fn targets(self) -> impl Iterator<Item = (usize, f32)> {
         let both = [(self.target, self.share), (self.target + 1, self.next)];
         both.into_iter().filter(|(_, share)| *share > 0.0)
     }
 }
 
-/// Targets of each of `source` columns or rows in `target`, at most as many. `measure` is the extent from one place to
-/// another, in units of the source; the shares that a target gets add up to 1.
+/// Targets of each of `source` columns or rows among `target`, which must not exceed `source`. `measure` is the
+/// extent between two places, in source units; the shares of a target add up to 1.
 fn parts(source: usize, target: usize, measure: impl Fn(f64, f64) -> f64) -> Vec<Part> {
     let ratio = source as f64 / target as f64;
     (0..source)

@@ -1,75 +1,124 @@
-//! A panorama file while it is read: its shape, the canvas for its pixels, and what to say about it.
+//! A panorama file while it is read: its shape, the canvas for its pixels, and notes about it.
 
 use super::canvas::Canvas;
 use crate::environment::Environment;
 use crate::mapping::{self, Mapping};
 use base::error::{Error, Result};
 use imaging::file;
+use imaging::picture::{About, Coding, Sink};
 use std::path::Path;
 
 /// Settings for reading a panorama file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadSettings {
-    /// The most columns, at least 2: a wider panorama is averaged down to them.
+    /// Largest width in columns, at least 2; wider panoramas are reduced to it.
     pub width: usize,
-    /// The picture's mapping. With `None`, a picture of about 2:1 or wider is a lat-long, a square is refused, and
-    /// anything else is stretched over the sphere, with a note.
+    /// Mapping of the picture. With `None`, a picture of about 2:1 or wider is a lat-long, a square is an error,
+    /// and any other shape is stretched over the sphere, with a note.
     pub mapping: Option<Mapping>,
 }
 
 impl Default for ReadSettings {
-    /// 4096 columns, 100 MB of light: 0.09° a texel, sharper than any lamp's shadow, and enough for a background
-    /// out of focus.
+    /// 4096 columns, 100 MB: 0.09° a texel, sharper than any lamp's shadow, and enough for a background out of
+    /// focus.
     fn default() -> Self {
         Self { width: 4096, mapping: None }
     }
 }
 
-/// An environment, and notes about how it was read.
+/// An environment and notes about reading it.
 #[derive(Clone, Debug)]
 pub struct Panorama {
     pub environment: Environment,
-    /// Columns and rows of the file.
+    /// Width and height of the file.
     pub file_size: (usize, usize),
-    /// Sentences about guesses, repairs, and what is clipped or left out; empty for an ordinary panorama.
+    /// Notes about guesses, repairs, clipping and omissions; empty for an ordinary panorama.
     pub notes: Vec<String>,
 }
 
-/// Advice about a file that ends early or is damaged.
-pub(super) const COMPLETE: &str = "Check that the file exists and is a complete picture";
-
-/// A file that is being read.
+/// A file while it is read.
 pub(super) struct PanoramaReader<'a> {
-    pub path: &'a Path,
+    path: &'a Path,
     settings: &'a ReadSettings,
-    pub notes: Vec<String>,
-    /// Columns and rows of the file.
+    notes: Vec<String>,
+    /// Width and height of the file.
     size: (usize, usize),
+    /// The canvas, and how many rows of the sphere are above the picture.
+    canvas: Option<(Canvas, usize)>,
+    coding: Coding,
+    bits: u8,
+    /// Light below zero is from other primaries, not damage.
+    is_converted: bool,
+    /// Pixels with a channel at the highest code.
+    clipped: usize,
+    row: Vec<[f32; 3]>,
+}
+
+impl Sink for PanoramaReader<'_> {
+    fn begin(&mut self, about: &About) -> Result<()> {
+        self.notes.clone_from(&about.notes);
+        self.coding = about.coding.clone();
+        (self.bits, self.is_converted) = (about.bits, about.is_converted);
+        let (mut canvas, top) = self.canvas(about.size)?;
+        // Missing parts are black, not a continuation of the edge.
+        canvas.extend &= about.is_whole;
+        self.canvas = Some((canvas, top));
+        Ok(())
+    }
+
+    fn run(&mut self, x: usize, y: usize, light: &[[f32; 3]], _: &[f32]) {
+        let Some((canvas, top)) = &mut self.canvas else {
+            return;
+        };
+        if !matches!(self.coding, Coding::Light(_)) {
+            let is_clipped = |texel: &&[f32; 3]| texel.iter().any(|v| *v >= 0.999_99);
+            self.clipped += light.iter().filter(is_clipped).count();
+        }
+        if self.is_converted {
+            self.row.clear();
+            self.row.extend(light.iter().map(|texel| texel.map(|v| if v < 0.0 { 0.0 } else { v })));
+            canvas.paint(x, *top + y, &self.row);
+        } else {
+            canvas.paint(x, *top + y, light);
+        }
+    }
+
+    /// Some tools leave the display window of the shot that the panorama was made for.
+    fn takes_data_window(&self, data: (usize, usize), display: (usize, usize)) -> bool {
+        let is_panorama = |(width, height): (usize, usize)| width.abs_diff(2 * height) <= 2;
+        is_panorama(data) && !is_panorama(display)
+    }
 }
 
 impl<'a> PanoramaReader<'a> {
     pub fn new(path: &'a Path, settings: &'a ReadSettings) -> Self {
-        Self { path, settings, notes: Vec::new(), size: (0, 0) }
+        Self {
+            path,
+            settings,
+            notes: Vec::new(),
+            size: (0, 0),
+            canvas: None,
+            coding: Coding::Open,
+            bits: 0,
+            is_converted: false,
+            clipped: 0,
+            row: Vec::new(),
+        }
     }
 
-    /// The error of a damaged file.
-    pub fn broken(&self, cause: impl std::fmt::Display) -> Error {
-        Error::codec("read", self.path, cause, COMPLETE)
-    }
-
-    /// The canvas for the picture's light, and how many rows of the sphere are above the picture.
-    pub fn canvas(&mut self, size: (usize, usize)) -> Result<(Canvas, usize)> {
+    /// Canvas for the picture's light, and the number of the sphere's rows above the picture.
+    fn canvas(&mut self, size: (usize, usize)) -> Result<(Canvas, usize)> {
         let (width, height) = size;
         self.size = size;
         let texels = width.saturating_mul(height);
         if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
             return Err(Error::invalid(
                 format!(
-                    "{} has {width} × {height} pixels; a panorama may have up to a million on each side, and \
+                    "{} has {width} × {height} pixels; the limit is a million on each side and \
                      65536 × 65536 in total",
                     self.path.display()
                 ),
-                "Check the file, or make it smaller",
+                "Check the file or reduce it",
             ));
         }
         match self.settings.mapping {
@@ -87,7 +136,7 @@ impl<'a> PanoramaReader<'a> {
         if width == height {
             return Err(Error::invalid(
                 format!(
-                    "{} is a square of {width}×{height} pixels; a lat-long panorama is twice as wide as high",
+                    "{} is square, {width}×{height} pixels; a lat-long panorama is 2:1",
                     self.path.display()
                 ),
                 "Choose mirror ball or angular map (light probe) as its mapping, or convert it to a lat-long",
@@ -101,7 +150,7 @@ impl<'a> PanoramaReader<'a> {
         if width > 2 * height {
             let full = (width, width / 2);
             self.notes.push(format!(
-                "{width}×{height} pixels are wider than 2:1, so they are taken for a strip around the horizon, \
+                "{width}×{height} pixels are wider than 2:1 and are read as a strip around the horizon, \
                  {:.0}° in height. Above and below it the edge's mean colour continues.{other}",
                 360.0 * height as f64 / width as f64
             ));
@@ -110,7 +159,7 @@ impl<'a> PanoramaReader<'a> {
             return Ok((canvas, (full.1 - height) / 2));
         }
         self.notes.push(format!(
-            "{width}×{height} pixels are not 2:1, so they are stretched over the whole sphere.{other}"
+            "{width}×{height} pixels are not 2:1 and are stretched over the whole sphere.{other}"
         ));
         Ok((self.lat_long(size)?, 0))
     }
@@ -121,7 +170,7 @@ impl<'a> PanoramaReader<'a> {
         Ok(Canvas::lat_long(size, most))
     }
 
-    /// Refuses to keep more light than [`file::MAX_PIXELS`], before any memory is taken.
+    /// Refuses a canvas larger than [`file::MAX_PIXELS`] before any memory is allocated.
     fn check_kept(&self, (width, height): (usize, usize)) -> Result<()> {
         let [columns, rows] = [self.size.0, self.size.1];
         if width.saturating_mul(height) <= file::MAX_PIXELS {
@@ -129,16 +178,30 @@ impl<'a> PanoramaReader<'a> {
         }
         Err(Error::invalid(
             format!(
-                "{} has {columns} × {rows} pixels, of which {width} × {height} would have to be kept at once; at most \
-                 {} can be",
+                "{} has {columns} × {rows} pixels and needs {width} × {height} in memory at once; the limit is \
+                 {} pixels",
                 self.path.display(),
                 file::MAX_PIXELS
             ),
-            "Check the file, or make it smaller",
+            "Check the file or reduce it",
         ))
     }
 
-    pub fn finish(mut self, canvas: Canvas) -> Result<Panorama> {
+    pub fn finish(mut self) -> Result<Panorama> {
+        let canvas = self.canvas.take().map_or_else(|| Canvas::whole((1, 1)), |(canvas, _)| canvas);
+        let curve = match &self.coding {
+            Coding::Light(_) => None,
+            Coding::Named(name) => Some(name.as_str()),
+            Coding::Open => Some("sRGB"),
+        };
+        if let Some(curve) = curve {
+            self.notes.push(format!(
+                "{} bits per channel cannot hold bright lights: the file was linearised from {curve}, and {:.1} % of its \
+                 pixels are clipped. Its suns and lamps are too dark; place lights by hand there.",
+                self.bits,
+                100.0 * self.clipped as f64 / (self.size.0 * self.size.1).max(1) as f64
+            ));
+        }
         let name = self.path.file_stem().unwrap_or(self.path.as_os_str());
         let mut environment = canvas.finish(&name.to_string_lossy());
         if let Some(from) = self.settings.mapping.filter(|m| *m != Mapping::LatLong) {
@@ -149,7 +212,7 @@ impl<'a> PanoramaReader<'a> {
         }
         if environment.repaired_texels > 0 {
             self.notes.push(format!(
-                "{} pixels were NaN, infinite or negative and have been repaired.",
+                "{} pixels were NaN, infinite or negative; repaired from their neighbours.",
                 environment.repaired_texels
             ));
         }

@@ -35,7 +35,7 @@ fn read_all(path: &Path) -> Panorama {
     read(path, &ReadSettings::default()).unwrap()
 }
 
-/// An EXR of channels by name, a data window at a place within a display window.
+/// An EXR with named channels and a data window placed in a display window.
 fn write_exr(
     path: &Path,
     image: &Image,
@@ -117,7 +117,7 @@ fn encoded_pictures_are_light_with_a_warning() {
     file::write_png(&path, &Encoded(picture)).unwrap();
     let read = read_all(&path);
     let [r, g, b] = read.environment.radiance.at(7, 3);
-    // 7/15 and 1/2 of white, decoded.
+    // 7/15 and 1/2 of white, linearised.
     assert!((r - 0.1845).abs() < 2e-3 && (g - 0.2159).abs() < 2e-3 && b == 0.0, "{r} {g} {b}");
     assert!(read.notes[0].contains("6.2 % of its pixels are clipped"), "{:?}", read.notes);
 
@@ -155,7 +155,7 @@ fn other_shapes_are_guessed_with_a_word_or_refused() {
     assert!(read_all(&path).notes.is_empty());
     write(64, 48);
     assert!(read_all(&path).notes[0].contains("cross"));
-    // A strip about the horizon.
+    // A strip around the horizon.
     for width in [64, 24, 10] {
         write(64, 12);
         let read = read(&path, &ReadSettings { width, mapping: None }).unwrap();
@@ -177,7 +177,7 @@ fn a_light_probe_is_unwrapped_when_asked() {
         let size = mapping.size(96);
         let sky = |d: glam::Vec3| [1.0 + d.x, 1.0 + d.y, 1.0 + d.z];
         let image = Image::from_fn(size.0, size.1, |x, y| {
-            // Pixels whose middle lies beyond a disc's rim show what is just within it.
+            // Pixels with their middle beyond a disc's rim show the sphere just inside it.
             let shown = (0..10).find_map(|step| {
                 let pull = 1.0 - 0.01 * f64::from(step);
                 let place =
@@ -212,7 +212,7 @@ fn what_the_image_crate_reads_is_read_alike() {
         let read = read_all(&path);
         assert_eq!(read.environment.radiance.size(), reference.size());
         let repaired = Environment::from_radiance("", reference).radiance;
-        // A file may say that its values have been multiplied by an exposure.
+        // A file may declare an exposure that its values were multiplied by.
         let gain = read.environment.radiance.pixels[0][0] / repaired.pixels[0][0];
         for (a, b) in read.environment.radiance.pixels.iter().zip(&repaired.pixels) {
             for (a, b) in a.iter().zip(b) {

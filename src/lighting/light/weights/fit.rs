@@ -1,19 +1,21 @@
-//! The fit: the lamps' energies under which simple subjects look most as they do under the environment.
+//! The fit: lamp energies under which simple subjects look most like they do under the environment.
 //!
-//! A viewer sees pictures, not panoramas, and sees ratios: light a thousand times dimmer than the sun decides how a face
-//! looks that the sun does not reach. So the fit compares pictures of [`sitters`] under environment and lamps, pixel by
-//! pixel, in display values v^(1/2.2) of the exposure that suits each picture.
+//! A viewer sees pictures, not panoramas, and sees ratios. Light a thousand times dimmer than the sun decides the
+//! look of a face that the sun does not reach. So the fit compares pictures of [`sitters`] under environment and
+//! lamps, pixel by pixel, in display values v^(1/2.2) at the exposure that suits each picture.
 //!
-//! The environment's light, blurred a little, is known at [`POINTS`] directions, and so is that of each lamp's footprint
-//! (a heat kernel of the lamp's spread), with the same blur. Three steps, each a continuous function of that light:
+//! The environment's light, blurred a little, is sampled in [`POINTS`] directions, and so is each lamp's footprint
+//! (a heat kernel of the lamp's spread), with the same blur. Three steps follow, each a continuous function of that
+//! light:
 //!
-//! 1. A start that knows no subject: both are blurred to half the lamps' spacing and fitted by least squares, each
+//! 1. A start without a subject: both are blurred to half the lamps' spacing and fitted by least squares, each
 //!    difference divided by the radiance to the power ¼.
-//! 2. Least squares of the pixels of all sitters. The weight of a pixel is the slope of the display curve between its
-//!    true value and its value at the start, so that the squares are those of display values. Each sitter's errors are
-//!    divided by what they are at the start: ratios count, as in decibels, and no sitter outweighs another. The problem of step 1
-//!    joins: it knows lamps that no sitter sees, and leans on no particular subject.
-//! 3. One factor for all lamps restores the environment's energy: a change of exposure.
+//! 2. Least squares over the pixels of all sitters. A pixel's weight is the slope of the display curve between its
+//!    true value and its value at the start, so that the squares are those of display values. Each sitter's errors
+//! are
+//!    divided by those at the start: ratios count, as in decibels, and no sitter outweighs another. The problem of
+//!    step 1 is added: it constrains lamps that no sitter sees, and prefers no particular subject.
+//! 3. One factor for all lamps, a change of exposure, restores the environment's energy.
 
 use super::super::Rig;
 use super::heat::{HeatKernel, time_of};
@@ -24,42 +26,42 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Directions at which the environment's light is known: 6° apart.
+/// Number of directions that sample the environment's light, 6° apart.
 pub(super) const POINTS: usize = 1024;
-/// Deviation of the blur of that light in degrees: points this close carry it evenly.
+/// Standard deviation of that light's blur in degrees; enough for a smooth result at this spacing.
 const BLUR_DEG: f64 = 5.0;
-/// Lamps that are compared by sitters. More are so dense that the start alone is as good, and quicker.
+/// Largest number of lamps fitted with sitters. Beyond it the start alone is as good, and faster.
 const MOST_LAMPS: usize = 64;
-/// Weight of step 1 in step 2: as much as all sitters together, because real subjects are none of them.
+/// Weight of step 1 in step 2: as much as all sitters together, because real subjects differ from each of them.
 const START_SHARE: f64 = 1.0;
-/// Weight of a wrong sum of energies in each problem, which as a whole counts 1.
+/// Weight of the energy sum in each problem, relative to the full problem.
 const SUM_SHARE: f64 = 0.1;
-/// The power of the display curve.
+/// Exponent of the display curve.
 const DISPLAY: f64 = 1.0 / 2.2;
-/// The exposure puts a picture's 95th percentile here.
+/// Exposed value of a picture's 95th percentile.
 const EXPOSED: f64 = 0.5;
-/// Added to exposed values: what a screen in a room adds to black.
+/// Flare added to exposed values: the light that a room adds to a screen's black.
 const FLARE: f64 = 0.002;
 
-/// A rig's lamps, ready to be fitted.
+/// A rig's lamps, prepared for the fit.
 #[derive(Clone)]
 pub(super) struct Fit {
-    /// For each direction with lamps, which lamps.
+    /// Lamps of each direction.
     lamps: Vec<Vec<usize>>,
-    /// Blurred environment from the light at the points: for each equation of the start, points with their shares.
+    /// Blur from the light at the points: for each equation of the start, points with their shares.
     blur: Vec<Vec<(u16, f64)>>,
-    /// The lamps' blurred footprints there.
+    /// Blurred footprints of the lamps, in the same form.
     footprints: Vec<Vec<(u16, f64)>>,
-    /// The sitters with the pixels' values under one unit of each lamp's energy, pixel after pixel.
+    /// Sitters with their pixels' values under one unit of each lamp's energy, pixel by pixel.
     pictures: Vec<(&'static Sitter, Vec<f64>)>,
 }
 
-/// The points, evenly over the sphere.
+/// The points, evenly spaced over the sphere.
 pub(super) fn points() -> Vec<DVec3> {
     spiral(POINTS)
 }
 
-/// Directions evenly over the sphere (a Fibonacci spiral).
+/// Directions evenly spaced over the sphere (a Fibonacci spiral).
 fn spiral(count: usize) -> Vec<DVec3> {
     (0..count)
         .map(|i| {
@@ -71,7 +73,7 @@ fn spiral(count: usize) -> Vec<DVec3> {
         .collect()
 }
 
-/// Points that a texel's light reaches, with its amount at each, per steradian.
+/// Points that a texel's light reaches, with the amount at each, per steradian.
 pub(super) struct Reach {
     points: Vec<DVec3>,
     kernel: HeatKernel,
@@ -94,15 +96,16 @@ impl Reach {
 }
 
 impl Fit {
-    /// The lamps of the directions that hold any.
+    /// Lamps of the non-empty directions.
     pub fn of(rig: &Rig, nodes: &Nodes) -> Self {
         let directions: Vec<DVec3> = nodes.real().copied().collect();
         let blurred = time_of(BLUR_DEG.to_radians());
-        // A Gaussian of half the spacing: footprints overlap just enough to close the gaps; 30° blur a hemisphere already.
+        // A Gaussian of half the spacing: footprints overlap just enough to close the gaps. 30° already blurs a
+        // hemisphere.
         let sigma = (0.5 * nodes.spacing()).clamp(BLUR_DEG.to_radians(), 30f64.to_radians());
         let times: Vec<f64> = nodes.lamps.iter().map(|lamps| time(rig, lamps)).collect();
         let points = points();
-        // What the points' own blur lacks of that; it must reach from point to point, or the points stay as they are.
+        // Blur missing from the points' own. It must reach from point to point, or the points stay unchanged.
         let lacking = time_of(sigma) - blurred;
         let enough = lacking < blurred;
         let places = if enough {
@@ -124,8 +127,8 @@ impl Fit {
             near.into_iter().map(|(i, share)| (i, share / sum)).collect()
         });
         let blur: Vec<_> = blur.collect();
-        // What the lamps look like at the points goes through the same sums as the environment.
-        // Lamps of one spread share a kernel.
+        // The lamps' footprints at the points go through the same sums as the environment. Lamps of equal spread
+        // share a kernel.
         let mut spreads = times.clone();
         spreads.sort_by(f64::total_cmp);
         spreads.dedup();
@@ -176,12 +179,12 @@ impl Fit {
         Self { lamps: nodes.lamps.clone(), blur, footprints, pictures }
     }
 
-    /// For each direction with lamps, which lamps.
+    /// Lamps of each direction.
     pub fn lamps(&self) -> &[Vec<usize>] {
         &self.lamps
     }
 
-    /// The energies of the directions with lamps, per channel, for the light at the points: not negative and of sum
+    /// Energies per channel of the directions with lamps, for the light at the points: not negative, with the sum
     /// `total`.
     pub fn energies(&self, light: &[[f64; 3]], total: [f64; 3]) -> Vec<[f64; 3]> {
         let channels: Vec<Vec<f64>> = (0..3)
@@ -190,7 +193,7 @@ impl Fit {
                 if total[c].is_nan() || total[c] <= 0.0 {
                     return vec![0.0; self.lamps.len()];
                 }
-                // In units of the environment's energy, so that nothing depends on its brightness.
+                // In units of the environment's energy, so that its brightness does not matter.
                 let light: Vec<f64> = light.iter().map(|v| v[c] / total[c]).collect();
                 self.shares(&light).iter().map(|x| x * total[c]).collect()
             })
@@ -198,7 +201,7 @@ impl Fit {
         (0..self.lamps.len()).map(|i| [0, 1, 2].map(|c| channels[c][i])).collect()
     }
 
-    /// Each lamp's share of the energy.
+    /// Share of the energy for each lamp.
     fn shares(&self, light: &[f64]) -> Vec<f64> {
         let n = self.lamps.len();
         let mut x = vec![1.0 / n as f64; n];
@@ -222,7 +225,7 @@ impl Fit {
         x
     }
 
-    /// Step 1: the environment as footprints.
+    /// Step 1: the environment as a sum of footprints.
     fn start(&self, light: &[f64]) -> Normal {
         let blurred: Vec<f64> = (self.blur.iter())
             .map(|shares| shares.iter().map(|&(i, share)| share * light[usize::from(i)]).sum())
@@ -238,7 +241,8 @@ impl Fit {
         problem
     }
 
-    /// Step 2: the sitters' pictures, in display values between the true one and the one under lamps with shares `x`.
+    /// Step 2: the sitters' pictures, in display values between the true picture and the one under lamps with
+    /// shares `x`.
     fn looks(&self, light: &[f64], x: &[f64]) -> Normal {
         let n = self.lamps.len();
         let mut parts = Vec::new();
@@ -273,7 +277,7 @@ impl Fit {
                     (exposure * slope).powi(2)
                 })
                 .collect();
-            // Errors of less than a three-thousandth of white are none.
+            // Errors below a three-thousandth of white are ignored.
             let scale = 1.0 / (error + 1e-7 * truth.len() as f64);
             weights.iter_mut().for_each(|w| *w *= scale);
             whole += weights.iter().zip(&truth).map(|(w, v)| w * v * v).sum::<f64>();
@@ -290,12 +294,12 @@ impl Fit {
     }
 }
 
-/// The part of the sphere that a point stands for, in steradians.
+/// Solid angle of a point in steradians.
 fn solid_angle() -> f64 {
     4.0 * PI / POINTS as f64
 }
 
-/// The time of the heat kernel with the mean square spread of lamps in one direction.
+/// Heat-kernel time for the mean square spread of lamps in one direction.
 fn time(rig: &Rig, lamps: &[usize]) -> f64 {
     let square = |&lamp: &usize| {
         let spread = f64::from(rig.lamps[lamp].spread_deg).to_radians();
@@ -305,7 +309,7 @@ fn time(rig: &Rig, lamps: &[usize]) -> f64 {
     (mean / 4.0).min(0.25)
 }
 
-/// The 95th percentile, between two values in proportion.
+/// The 95th percentile, interpolated linearly.
 fn percentile_95(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     values.sort_unstable_by(f64::total_cmp);

@@ -1,7 +1,7 @@
 //! Heat kernels on the sphere: the shape of footprints and of blur.
 //!
-//! h_t(cos θ) = Σ_l (2l+1)/4π · e^(−l(l+1)t) · P_l(cos θ). Blurring is adding: h_s ∗ h_t = h_(s+t), because each Legendre
-//! term is damped by itself. h_t has a mean square angle of 4t from its centre, for t well below 1.
+//! h_t(cos θ) = Σ_l (2l+1)/4π · e^(−l(l+1)t) · P_l(cos θ). Blurs add up: h_s ∗ h_t = h_(s+t), because each Legendre
+//! term is damped independently. h_t has a mean square angle of 4t from its centre, for t well below 1.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 #[derive(Clone)]
 pub(super) struct HeatKernel(Vec<f64>);
 
-/// At 0.09° each, linear interpolation is good to 1e-4 for the sharpest kernel that is used.
+/// At 0.09° each, linear interpolation is precise to 1e-4 for the sharpest kernel in use.
 const STEPS: usize = 2048;
 
 impl HeatKernel {
@@ -19,7 +19,7 @@ impl HeatKernel {
         Self((0..=STEPS).map(|i| heat_kernel(angle(i).cos(), t).max(0.0)).collect())
     }
 
-    /// Its value where the angle has this cosine.
+    /// Value at the angle with this cosine.
     pub fn at(&self, cosine: f64) -> f64 {
         let place = cosine.clamp(-1.0, 1.0).acos() / PI * STEPS as f64;
         let below = (place as usize).min(STEPS - 1);
@@ -27,8 +27,8 @@ impl HeatKernel {
         (1.0 - fraction) * self.0[below] + fraction * self.0[below + 1]
     }
 
-    /// The kernel lowered by `share` of its peak and cut off at 0, so that it ends without a step; and the cosine of
-    /// the angle where it ends.
+    /// The kernel lowered by `share` of its peak and clamped to 0, so that it ends without a step, and the cosine
+    /// of the angle where it ends.
     pub fn ended(mut self, share: f64) -> (Self, f64) {
         let least = share * self.0[0];
         for value in &mut self.0 {
@@ -39,7 +39,7 @@ impl HeatKernel {
     }
 }
 
-/// The time of a kernel whose angles from its centre are Gaussian with the deviation `sigma` along each axis.
+/// Time of a kernel whose angles from the centre are Gaussian with standard deviation `sigma` along each axis.
 pub(super) fn time_of(sigma: f64) -> f64 {
     sigma * sigma / 2.0
 }

@@ -1,4 +1,4 @@
-//! The convex hull of points on the unit sphere: triangles that divide the sphere between them.
+//! The convex hull of points on the unit sphere: triangles that partition the sphere.
 
 use glam::{DMat3, DVec3};
 
@@ -11,17 +11,17 @@ pub(super) struct Hull {
 pub(super) struct Facet {
     /// Indices of its points.
     pub corners: [usize; 3],
-    /// Takes a direction to its coordinates in terms of the three corners.
+    /// Maps a direction to its coordinates in the basis of the three corners.
     pub coordinates: DMat3,
 }
 
 impl Hull {
-    /// The hull of unit vectors, pairwise distinct, that leave no half of the sphere empty, so there are four or
-    /// more and the origin is strictly inside. Built by adding point after point.
+    /// The hull of distinct unit vectors that leave no half of the sphere empty, so there are at least four and the
+    /// origin is strictly inside. Built point by point.
     pub fn of(points: &[DVec3]) -> Self {
-        // Lamps often stand in rings, so that four or more lie in one plane and "above the plane" has no answer. A
-        // displacement by a millionth of a radian decides, far below any error of a lamp's direction. Points on a
-        // sphere are all corners of their hull.
+        // Lamps often stand in rings, so four or more may lie in one plane, where "above the plane" is undefined. A
+        // displacement by a millionth of a radian decides; it is far below any error of a lamp's direction. Points
+        // on a sphere are all corners of their hull.
         let points: Vec<DVec3> = points
             .iter()
             .enumerate()
@@ -42,8 +42,8 @@ impl Hull {
                 .partition(|&&facet| normal(facet).dot(points[p] - points[facet[0]]) > 0.0);
             let edges: Vec<[usize; 2]> =
                 seen.iter().flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]]).collect();
-            // Neighbours run along their common edge in opposite senses; an edge of the horizon belongs to one of
-            // them only.
+            // Neighbours traverse their common edge in opposite directions; an edge of the horizon belongs to only
+            // one of them.
             let horizon = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
             facets = hidden;
             facets.extend(horizon.map(|&[a, b]| [a, b, p]));
@@ -58,7 +58,7 @@ impl Hull {
         Self { facets }
     }
 
-    /// The facet that a direction goes through and the three corners' shares, none negative, of sum 1:
+    /// The facet that a direction passes through and the shares of its three corners, none negative, with sum 1:
     /// the barycentric coordinates of the point where the direction leaves the hull.
     pub fn locate(&self, direction: DVec3) -> (&Facet, [f64; 3]) {
         let mut best = (&self.facets[0], f64::NEG_INFINITY, DVec3::ONE);
@@ -72,7 +72,7 @@ impl Hull {
                 break;
             }
         }
-        // On an edge rounding may leave a corner at −1e-16.
+        // Rounding may leave a corner at −1e-16 on an edge.
         let shares = best.2.max(DVec3::ZERO);
         (best.0, (shares / shares.element_sum()).to_array())
     }
@@ -104,7 +104,7 @@ fn tetrahedron(points: &[DVec3]) -> [usize; 4] {
 mod tests {
     use super::*;
 
-    /// `n` directions evenly over the sphere (a Fibonacci lattice).
+    /// `n` directions evenly spaced over the sphere (a Fibonacci lattice).
     fn lattice(n: usize) -> Vec<DVec3> {
         (0..n)
             .map(|i| {

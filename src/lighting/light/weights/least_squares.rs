@@ -1,12 +1,12 @@
 //! Non-negative least squares for a few hundred unknowns.
 
-/// The normal equations of a least-squares problem: ½·xᵀGx − rᵀx is to be least.
+/// Normal equations of a least-squares problem: minimise ½·xᵀGx − rᵀx.
 pub(super) struct Normal {
     n: usize,
     /// G row by row; only the lower triangle is filled until [`Self::least`].
     gram: Vec<f64>,
     right: Vec<f64>,
-    /// Weight of the square of Σx − 1. Apart, because it alone joins unknowns that are far from each other.
+    /// Weight of the square of Σx − 1. Kept apart because only this term couples distant unknowns.
     sum: f64,
 }
 
@@ -15,7 +15,7 @@ impl Normal {
         Self { n, gram: vec![0.0; n * n], right: vec![0.0; n], sum: 0.0 }
     }
 
-    /// Adds an equation row · x = value, whose square counts `weight` times.
+    /// Adds an equation row · x = value with weight `weight` on its square.
     pub fn add(&mut self, row: &[f64], value: f64, weight: f64) {
         for (i, &at) in row.iter().enumerate() {
             let scaled = weight * at;
@@ -27,7 +27,7 @@ impl Normal {
         }
     }
 
-    /// The same for a row that is 0 but for some unknowns, named in ascending order.
+    /// Adds a sparse row, given by its non-zero unknowns in ascending order.
     pub fn add_sparse(&mut self, row: &[(u16, f64)], value: f64, weight: f64) {
         for (at, &(i, first)) in row.iter().enumerate() {
             let (i, scaled) = (usize::from(i), weight * first);
@@ -44,7 +44,7 @@ impl Normal {
         self.sum += weight;
     }
 
-    /// Adds another problem's equations, which count `weight` times.
+    /// Adds another problem's equations with weight `weight`.
     pub fn add_all(&mut self, other: &Self, weight: f64) {
         let pairs = self.gram.iter_mut().zip(&other.gram);
         pairs.for_each(|(gram, other)| *gram += weight * other);
@@ -53,8 +53,8 @@ impl Normal {
         self.sum += weight * other.sum;
     }
 
-    /// Improves `x` ≥ 0 towards the least by exact steps along one unknown after the other. Each step is a continuous
-    /// function of the problem, and so are a fixed number of them.
+    /// Improves `x` ≥ 0 towards the minimum by exact steps along one unknown at a time. Each step is a continuous
+    /// function of the problem, and so is a fixed number of them.
     pub fn least(&mut self, x: &mut [f64]) {
         const SWEEPS: usize = 40;
         let n = self.n;
@@ -63,7 +63,7 @@ impl Normal {
                 self.gram[j * n + i] = self.gram[i * n + j];
             }
         }
-        // Where most unknowns do not meet, a step visits those that do.
+        // Where most unknowns are uncoupled, a step visits only the coupled ones.
         let joined = self.gram.iter().filter(|g| **g != 0.0).count();
         let rows: Option<Vec<Vec<(u32, f64)>>> = (joined < n * n / 3).then(|| {
             let rows = self.gram.chunks_exact(n).map(|row| {
@@ -72,7 +72,7 @@ impl Normal {
             });
             rows.collect()
         });
-        // The slope without the part of the sum, which is the same for all.
+        // Slope without the sum term, which is the same for all.
         let mut slope: Vec<f64> = (self.gram.chunks_exact(n.max(1)).zip(&self.right))
             .map(|(row, right)| right - row.iter().zip(&*x).map(|(g, x)| g * x).sum::<f64>())
             .collect();
@@ -117,8 +117,8 @@ mod tests {
             (n, cells) in (1usize..12).prop_flat_map(|n| (Just(n), proptest::collection::vec(-1.0f64..1.0, n * 30))),
             values in proptest::collection::vec(-1.0f64..2.0, 30), stops in -20i32..20,
         ) {
-            // Units of the unknowns may differ by a million. In equal units a curvature is at least 59², and an unknown
-            // shares at most 10·150 with the others: each sweep more than halves what is left.
+            // Units of the unknowns may differ by a million. In equal units a curvature is at least 59², and an
+            // unknown is coupled to the others by at most 10·150: each sweep more than halves the remaining error.
             let unit = |i: usize| 2f64.powi(stops * i as i32 / n as i32);
             let mut normal = Normal::new(n);
             let row = |p: usize| -> Vec<f64> {
@@ -143,7 +143,7 @@ mod tests {
         fn unknowns_that_do_not_meet_are_solved_alike(
             values in proptest::collection::vec(-1.0f64..2.0, 24), weight in 0.0f64..1.0,
         ) {
-            // A chain of unknowns, where only neighbours meet, and their sum: once apart and once as an equation.
+            // A chain of unknowns coupled only to neighbours, and their sum: once separate and once as an equation.
             let n = values.len();
             let (mut apart, mut equation) = (Normal::new(n), Normal::new(n));
             for normal in [&mut apart, &mut equation] {

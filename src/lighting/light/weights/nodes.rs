@@ -1,4 +1,4 @@
-//! The corners of the hull: the rig's directions, and points that fill the gaps between them.
+//! Nodes of the hull: the rig's directions, and points that fill the gaps between them.
 
 use super::super::Rig;
 use super::super::latlong::texel_direction;
@@ -6,15 +6,15 @@ use super::hull::Hull;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// The corners of the hull: first the directions that hold lamps, then points that fill the gaps.
+/// Nodes of the hull: first the directions with lamps, then the gap fillers.
 pub(super) struct Nodes {
     pub directions: Vec<DVec3>,
-    /// For each direction with lamps, which lamps: more than one if lamps coincide.
+    /// Lamps of each direction; several if lamps coincide.
     pub lamps: Vec<Vec<usize>>,
 }
 
 impl Nodes {
-    /// Lamps closer together than this count as one direction: the ball cannot tell them apart.
+    /// Lamps closer than this count as one direction, because the ball cannot resolve them.
     const SAME_DEG: f64 = 0.5;
 
     pub fn of(rig: &Rig) -> Self {
@@ -36,12 +36,12 @@ impl Nodes {
         nodes
     }
 
-    /// The directions that hold lamps.
+    /// Directions with lamps.
     pub fn real(&self) -> impl Iterator<Item = &DVec3> {
         self.directions[..self.lamps.len()].iter()
     }
 
-    /// The median angle from a lamp to its nearest neighbour in radians; a right angle for a lone lamp or none.
+    /// Median angle from a lamp to its nearest neighbour in radians; a right angle for at most one lamp.
     pub fn spacing(&self) -> f64 {
         let nearest = |lamp: &DVec3| {
             let others = self.real().filter(|other| *other != lamp);
@@ -54,13 +54,13 @@ impl Nodes {
     }
 
     /// Adds points until no gap is left. A gap is an empty cap of twice the radius of N caps that share the sphere
-    /// evenly, or of 75° if that is less: caps under 90° keep the origin inside the hull.
+    /// evenly, or of 75° if that is smaller: caps under 90° keep the origin inside the hull.
     fn fill_gaps(&mut self) {
         let even = (1.0 - 2.0 / self.lamps.len() as f64).acos();
         let limit = (2.0 * even).min(75.0 * PI / 180.0).cos();
         let candidates: Vec<DVec3> =
             (0..96 * 48).map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3()).collect();
-        // The cosine of the angle to the nearest node, for each candidate.
+        // Cosine of the angle from each candidate to its nearest node.
         let mut nearest = vec![-1.0f64; candidates.len()];
         let mut known = 0;
         loop {
@@ -80,13 +80,13 @@ impl Nodes {
         }
     }
 
-    /// Lamps that get each node's energy. A point that fills a gap passes its energy on in equal parts to its
-    /// neighbours on the hull, until lamps have all of it.
+    /// Lamps that get each node's energy. A gap filler passes its energy on in equal parts to its neighbours on the
+    /// hull, until all of it is in lamps.
     pub fn lamp_shares(&self, hull: &Hull) -> Vec<Vec<(usize, f64)>> {
         let (all, real) = (self.directions.len(), self.lamps.len());
         let mut neighbours = vec![vec![]; all];
         for [a, b, c] in hull.facets.iter().map(|facet| facet.corners) {
-            // Around a node every neighbour follows once in the sense of rotation.
+            // Every neighbour follows exactly once in the sense of rotation around a node.
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 neighbours[from].push(to);
             }
@@ -95,8 +95,8 @@ impl Nodes {
         for (node, shares) in shares.iter_mut().enumerate().take(real) {
             shares[node] = 1.0;
         }
-        // Gauss–Seidel on "each filler is the mean of its neighbours": a thousand rounds are more than
-        // gaps of a few hundred fillers need, and the sums are made exact below.
+        // Gauss–Seidel on "each filler is the mean of its neighbours". A few hundred fillers need fewer than a
+        // thousand rounds, and the sums are made exact below.
         for _ in 0..1000 {
             let mut change = 0.0f64;
             for node in real..all {

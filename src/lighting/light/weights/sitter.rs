@@ -1,23 +1,23 @@
-//! Simple subjects whose pictures stand for those of any subject: how much of the light from each direction a pixel
-//! sends to the camera.
+//! Simple sitters that represent any subject: the share of the light from each direction that a pixel sends to the
+//! camera.
 //!
-//! What weights must get right is what subjects have in common: the camera on +Z sees them from one side, light that
-//! turns away falls off by the cosine, a nose, a chin and shoulders throw shadows with edges, skin shines. A bust of
-//! ellipsoids in three poses has the large shadows where people have them, and a ball with a crease at every point the
-//! small ones anywhere; each is matt and light or shiny and dark.
+//! Weights must get the common traits of subjects right: the camera on +Z sees one side, light at grazing angles
+//! falls off by the cosine, nose, chin and shoulders cast shadows with edges, and skin shines. A bust of ellipsoids
+//! in three poses has the large shadows in realistic places. A ball with a crease at every point has small shadows
+//! everywhere. Each is matt and light or shiny and dark.
 
 use super::fit::points;
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
 
-/// A picture of one subject of one finish: per pixel the radiance towards the camera for a radiance of 1 from a steradian
-/// about each of [`points`], which are left out where that is 0.
+/// A picture of one subject with one finish: per pixel the radiance towards the camera for a radiance of 1 from a
+/// steradian around each of [`points`]; zero entries are omitted.
 pub(super) struct Sitter {
     pub pixels: Vec<Vec<(u16, f32)>>,
 }
 
-/// Reflection of a surface.
+/// Reflectance of a surface.
 #[derive(Clone, Copy)]
 struct Finish {
     /// Diffuse reflectance.
@@ -34,13 +34,13 @@ const FINISHES: [Finish; 2] = [
     Finish { albedo: 0.08, mirror: 0.035, roughness: 0.2 },
 ];
 
-/// A point that the camera sees, and which directions it sees.
+/// A point visible to the camera, and its visible directions.
 struct Place {
     normal: DVec3,
     open: Box<dyn Fn(DVec3) -> f64>,
 }
 
-/// All sitters; made on first use, and kept.
+/// All sitters; made on first use and cached.
 pub(super) fn sitters() -> &'static [Sitter] {
     static MADE: OnceLock<Vec<Sitter>> = OnceLock::new();
     MADE.get_or_init(|| {
@@ -53,7 +53,7 @@ pub(super) fn sitters() -> &'static [Sitter] {
 }
 
 fn sitter(places: &[Place], finish: Finish, directions: &[DVec3]) -> Sitter {
-    // Each direction stands for those about it, so that an edge of a shadow between two directions has a part of each.
+    // Subdirections around each direction, so that a shadow's edge between two directions partly covers each.
     const ABOUT: usize = 7;
     let reach = (4.0 / directions.len() as f64).sqrt();
     let about = |direction: DVec3| -> [DVec3; ABOUT] {
@@ -64,7 +64,7 @@ fn sitter(places: &[Place], finish: Finish, directions: &[DVec3]) -> Sitter {
             (direction + off * (cos * across + sin * up)).normalize()
         })
     };
-    // One thread: a pool's thread that waits here for others could be handed work that waits for this.
+    // Single-threaded: a pool thread that waits here could be given work that waits for this result.
     let pixels = places.iter().map(|place| {
         let seen = directions.iter().enumerate().map(|(i, direction)| {
             let light = about(*direction).map(|light| {
@@ -82,8 +82,8 @@ fn sitter(places: &[Place], finish: Finish, directions: &[DVec3]) -> Sitter {
 }
 
 impl Finish {
-    /// Radiance towards the camera by light that faces the surface: Lambert's law, and a microfacet highlight (GGX with
-    /// Smith's height-correlated shadowing and Schlick's Fresnel, Heitz 2014).
+    /// Radiance towards the camera for light facing the surface: Lambert's law, and a microfacet highlight (GGX
+    /// with Smith's height-correlated shadowing and Schlick's Fresnel, Heitz 2014).
     fn reflected(&self, normal: DVec3, light: DVec3) -> f64 {
         let facing = normal.dot(light);
         let diffuse = self.albedo / PI * facing;
@@ -103,7 +103,7 @@ impl Finish {
     }
 }
 
-/// Points all over the half of a ball that the camera sees, each at the foot of a wall that hides a part of its sky.
+/// Points spread over the camera's half of a ball, each at the foot of a wall that hides part of its sky.
 fn creased_ball() -> Vec<Place> {
     const POINTS: usize = 200;
     // Steps of the R2 sequence (Roberts 2018), which fills a square evenly.
@@ -133,7 +133,7 @@ fn creased_ball() -> Vec<Place> {
 /// An ellipsoid: its centre and half axes in metres.
 type Part = ([f64; 3], [f64; 3]);
 
-/// The head's parts, about the point between the ears.
+/// Parts of the head, relative to the point between the ears.
 const HEAD: [Part; 8] = [
     ([0.0, 0.0, 0.0], [0.075, 0.105, 0.095]),
     ([0.0, -0.075, 0.035], [0.045, 0.045, 0.050]),
@@ -149,10 +149,10 @@ const TRUNK: [Part; 2] = [
     ([0.0, -0.160, -0.020], [0.055, 0.100, 0.055]),
     ([0.0, -0.285, -0.030], [0.215, 0.100, 0.100]),
 ];
-/// Turns of the head in degrees: to the side, and down.
+/// Rotations of the head in degrees: to the side, and down.
 const POSES: [[f64; 2]; 3] = [[-23.0, 0.0], [0.0, -9.0], [20.0, 6.0]];
 
-/// An ellipsoid as the unit ball, seen from its own axes.
+/// An ellipsoid as a unit ball in its own axes.
 #[derive(Clone, Copy)]
 struct Ellipsoid {
     centre: DVec3,
@@ -160,7 +160,7 @@ struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// Along `origin + t · direction`: t where the ray enters, if it meets the ellipsoid.
+    /// The t at which the ray `origin + t · direction` enters the ellipsoid, if it does.
     fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let (o, d) =
             (self.ball_from_world * (origin - self.centre), self.ball_from_world * direction);
@@ -205,7 +205,7 @@ fn bust() -> Vec<Place> {
             let parts = parts.clone();
             places.push(Place {
                 normal,
-                // A ray that starts within another part, where two join, goes out of it freely.
+                // A ray that starts inside another part, where two join, leaves it freely.
                 open: Box::new(move |light| {
                     let hidden =
                         parts.iter().any(|part| part.entry(start, light).is_some_and(|t| t > 0.0));

@@ -26,7 +26,7 @@ pub(crate) fn lattice(n: usize) -> Vec<Vec3> {
         .collect()
 }
 
-/// Rigs that are hard on a hull, and two ordinary ones.
+/// Rigs that are hard for a hull, and two ordinary ones.
 pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
     let ring = |n: usize, y: f32| {
         (0..n).map(move |i| {
@@ -79,7 +79,7 @@ pub(crate) fn sun(x: usize, y: usize, width: usize) -> Environment {
     Environment::from_radiance("sun", image)
 }
 
-/// Σ w_i·e_i per channel: the energy that the weights hold.
+/// Σ w_i·e_i per channel: the energy of the weights.
 pub(crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
     std::array::from_fn(|c| {
         weights
@@ -91,7 +91,7 @@ pub(crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
     })
 }
 
-/// The ways to part the sphere.
+/// All kinds of partition.
 pub(crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 3] {
     [Partition::smooth, Partition::cells, Partition::fit]
 }
@@ -112,7 +112,7 @@ pub(crate) fn assert_sound(
     }
 }
 
-/// By the default kind of weights.
+/// Weights of the default kind.
 fn default_weights(environment: &Environment, rig: &Rig, yaw_deg: f32) -> LightWeights {
     Partition::of(Weighting::default(), rig).weights(environment, yaw_deg)
 }
@@ -132,9 +132,9 @@ fn energy_is_kept_by_every_rig() {
             }
         }
     }
-    shown!(Light, "Coplanar lamps, twins, a ring, a cone, both poles, opposite lamps: 15 rigs that are hard on a hull",
-        danger: "no hull encloses them; a facet is flat, and shares are NaN or negative",
-        done: "points fill gaps until a hull encloses the subject",
+    shown!(Light, "Coplanar lamps, twins, a ring, a cone, both poles, opposite lamps: 15 rigs that are hard for a hull",
+        danger: "no enclosing hull; flat facets with NaN or negative shares",
+        done: "points fill the gaps until a hull encloses the subject",
         bound: "energy within 1e-5, all weights finite and ≥ 0", measured: "holds");
 }
 
@@ -158,7 +158,7 @@ proptest! {
         let environment = speckled(seed);
         let (once, again) = (partition.weights(&environment, yaw), partition.weights(&environment, yaw + 360.0));
         for (a, b) in once.per_lamp.iter().flatten().zip(again.per_lamp.iter().flatten()) {
-            // yaw + 360 itself is rounded to 6e-5 degrees.
+            // yaw + 360 is rounded to 6e-5 degrees.
             prop_assert!((a - b).abs() <= 1e-3 * (a + b).max(1.0));
         }
     }
@@ -204,14 +204,14 @@ fn even_lamps_share_an_even_sky_evenly() {
     }
     shown!(Light, "An even sky over 41 even lamps",
         danger: "some lamps are preferred, and the subject gets a pattern",
-        done: "each lamp stands for the solid angle around it",
-        bound: "every weight within 25 % of the mean: lamps' cells differ by as much",
+        done: "each lamp represents the solid angle around it",
+        bound: "every weight within 25 % of the mean, the spread of the lamps' cells",
         measured: format!("{:.1} %", 100.0 * most));
 }
 
 #[test]
 fn a_sun_does_not_jump_as_it_turns_but_by_cells() {
-    // From texel to texel: between them even a jump is spread over the way.
+    // Texel by texel: between them even a jump is spread out.
     const TEXEL_DEG: f32 = 360.0 / 256.0;
     for ((name, rig), kind) in (rigs().into_iter())
         .flat_map(|rig| ["smooth", "cells", "fit"].map(|kind| (rig.clone(), kind)))
@@ -238,10 +238,10 @@ fn a_sun_does_not_jump_as_it_turns_but_by_cells() {
         }
         println!("{name}, {kind}: {largest:.3} of the light moved in a texel");
         if kind == "cells" {
-            // All of it, unless one cell is all the way.
+            // All of it, unless one cell spans the full path.
             assert!(!(1e-6..0.99).contains(&largest), "{name}: {largest}");
         } else {
-            // In proportion to the turn, at the rate of lamps some degrees apart.
+            // Proportional to the rotation, at the rate of lamps a few degrees apart.
             assert!(largest < 0.2, "{name}, {kind}: {largest}");
         }
     }
@@ -249,7 +249,7 @@ fn a_sun_does_not_jump_as_it_turns_but_by_cells() {
 
 #[test]
 fn a_positive_yaw_moves_light_to_larger_u() {
-    // The sun is in front of the camera behind the subject; a quarter turn takes it to camera-right.
+    // The sun is behind the subject, facing the camera; a quarter turn moves it to camera-right.
     let rig = rig(&[Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y]);
     let day = sun(128, 64, 256);
     for kind in kinds() {
@@ -272,9 +272,9 @@ fn light_from_below_is_uncovered_by_lamps_above() {
     let [below, above] = [true, false].map(|b| default_weights(&half(b), &rig, 10.0).uncovered);
     assert!(below > 0.95);
     assert!(above < 0.05);
-    shown!(Light, "Lamps on the upper half of the sphere alone",
-        danger: "light from below is invented and nobody is told",
-        done: "it goes to the lowest lamps, and its share is said to be uncovered",
+    shown!(Light, "Lamps only on the upper half of the sphere",
+        danger: "light from below is invented without a warning",
+        done: "it goes to the lowest lamps, and its share is reported as uncovered",
         bound: "uncovered: over 95 % of light from below, under 5 % of light from above",
         measured: format!("{:.1} % and {:.1} %", 100.0 * below, 100.0 * above));
 }
@@ -299,8 +299,8 @@ fn lamps_in_one_direction_share_equally() {
     let weights = default_weights(&speckled(4), &rig, 0.0).per_lamp;
     assert!(weights.iter().all(|w| *w == weights[0]));
     shown!(Light, "Several lamps in one direction",
-        danger: "a singular system: one lamp gets all or their weights are NaN",
-        done: "lamps within half a degree of each other are one direction and share equally",
+        danger: "a singular system: one lamp gets everything, or weights are NaN",
+        done: "lamps within half a degree count as one direction and share equally",
         bound: "equal weights, bit for bit", measured: "equal");
 }
 
@@ -329,11 +329,11 @@ fn no_light_and_no_lamps_give_zeros() {
     let nothing = default_weights(&speckled(1), &Rig::default(), 30.0);
     assert_eq!(nothing, LightWeights { per_lamp: vec![], uncovered: 1.0 });
     shown!(Light, "A black environment; a rig without lamps",
-        danger: "shares of nothing are 0/0", done: "no light gives weights of zero; no lamps give no weights",
+        danger: "shares become 0/0", done: "no light gives weights of zero; no lamps give no weights",
         bound: "exactly 0", measured: "0");
 }
 
-/// Cost of a turn beside solving: a multiplication and addition per channel for each share of a texel.
+/// Cost of a rotation besides solving: one multiply-add per channel for each share of a texel.
 #[test]
 fn a_live_turn_reads_few_numbers() {
     for n in [41, 146, 931] {

@@ -1,14 +1,14 @@
-//! Weights of an environment that is turned freely, not only about the vertical axis.
+//! Weights of a freely rotated environment, not only about the vertical axis.
 
 use super::super::Environment;
 use super::super::latlong::{texel_direction, texel_solid_angle, uv_from_direction};
 use super::{LightWeights, Partition, add};
 use glam::{DQuat, Quat};
 
-/// The turn of an environment by yaw, then pitch, then roll, in degrees, as the camera sees what is behind
-/// the subject: positive yaw moves it to the right, pitch up, roll counter-clockwise. Whole turns change no bit.
+/// Rotation of an environment by yaw, then pitch, then roll, in degrees, as the camera sees the background:
+/// positive yaw moves it to the right, pitch up, roll counter-clockwise. Full turns change no bit.
 pub fn rotation(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> Quat {
-    // In degrees whole turns are taken off exactly; in radians 10⁶ of them would leave an error of 14°.
+    // In degrees full turns are removed exactly; in radians 10⁶ of them would leave an error of 14°.
     let [yaw, pitch, roll] =
         [yaw_deg, pitch_deg, roll_deg].map(|a| f64::from(a).rem_euclid(360.0).to_radians());
     let turn =
@@ -17,12 +17,12 @@ pub fn rotation(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> Quat {
 }
 
 impl Partition {
-    /// The weights of an environment turned by `rotation`, which takes a direction in the environment to one on the
-    /// stage; see [`rotation`]. Energy is kept, and weights change continuously: the light of a texel is shared by
-    /// the four texels around its new position, and within half a texel of a pole by the pole's whole row, so that
-    /// a path across the pole is continuous too.
+    /// Weights of an environment rotated by `rotation`, which maps a direction in the environment to one on the
+    /// stage; see [`rotation`]. Energy is kept, and weights change continuously: a texel's light is shared by the
+    /// four texels around its new position, and within half a texel of a pole by the pole's full row, so a path
+    /// across the pole is continuous too.
     ///
-    /// A rotation that is not finite or has length 0 turns nothing. An environment of another size than the
+    /// A rotation that is not finite or has length 0 counts as none. An environment that differs in size from the
     /// partition is resized first.
     pub fn turned_weights(&self, environment: &Environment, rotation: Quat) -> LightWeights {
         if environment.radiance.size() != (self.width, self.height) {
@@ -35,7 +35,7 @@ impl Partition {
         };
         let (width, height) = (self.width, self.height);
         let mut energies = vec![[0.0f64; 3]; width * height];
-        // The energy for all of the first row, and for all of the last.
+        // Energy for all of the first row, and for all of the last.
         let mut poles = [[0.0f64; 3]; 2];
         for (i, radiance) in environment.radiance.pixels.iter().enumerate() {
             if *radiance == [0.0; 3] {
@@ -50,7 +50,7 @@ impl Partition {
             let (left, fx) = (x as usize % width, x.fract());
             let right = (left + 1) % width;
             let last = (height - 1) as f64;
-            // Within half a texel of a pole light is shared by the row there and the pole.
+            // Within half a texel of a pole, light is shared between the row there and the pole.
             let pole = (-2.0 * y).max(2.0 * (y - last)).clamp(0.0, 1.0);
             add(&mut poles[usize::from(y > 0.0)], pole, &energy);
             let y = y.clamp(0.0, last);

@@ -4,7 +4,7 @@ use crate::Rig;
 use imaging::Image;
 use proptest::prelude::*;
 
-/// A panorama of random light with suns of a million in some of its texels.
+/// A panorama of random light with suns of a million in a few texels.
 fn day(width: usize, seed: u64, suns: &[(usize, usize)]) -> Environment {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut image = Image::from_fn(width, width / 2, |_, _| {
@@ -21,7 +21,7 @@ fn day(width: usize, seed: u64, suns: &[(usize, usize)]) -> Environment {
     Environment::from_radiance("day", image)
 }
 
-/// A weight may differ by `relative` of itself, and in a lamp that gets next to nothing by rounding.
+/// Compares weights within `relative`, plus a rounding floor for lamps with almost no light.
 fn assert_same(
     name: &str,
     table: &LightWeights,

@@ -1,4 +1,4 @@
-//! Comparison with `pfspanoramic` of pfstools, where it is installed.
+//! Comparison with `pfspanoramic` of pfstools, if installed.
 
 use super::*;
 use std::io::Write;
@@ -38,8 +38,8 @@ fn read_pfm(path: &Path) -> Image {
     })
 }
 
-/// The picture that pfspanoramic makes of another; `None` if it fails (of some sizes it asks for a pixel beyond the
-/// last one and ends).
+/// Picture converted by pfspanoramic; `None` if it fails (at some sizes it reads a pixel beyond the last one and
+/// aborts).
 fn pfspanoramic(image: &Image, from: &str, to: &str, width: usize) -> Option<Image> {
     let folder = tempfile::tempdir().unwrap();
     let (a, b) = (folder.path().join("a.pfm"), folder.path().join("b.pfm"));
@@ -79,15 +79,15 @@ fn pictures_agree_with_those_of_pfspanoramic() {
         [(LatLong, Angular), (Angular, LatLong), (MirrorBall, LatLong), (LatLong, MirrorBall)]
     {
         let ((from_name, from_size), (to_name, to_size)) = (facts(from), facts(to));
-        // pfspanoramic's mirror ball is a view from within, see the module's documentation: its lat-long
-        // has u' = 3/2 − u, which is −z for z.
+        // pfspanoramic's mirror ball is a view from inside (see the module's documentation): its lat-long has u' =
+        // 3/2 − u, that is −z for z.
         let flip = DVec3::new(1.0, 1.0, -1.0);
         let flips_back = (from, to) == (MirrorBall, LatLong);
         let its_sky = |d: DVec3| match (from, to) {
             (LatLong, MirrorBall) => sky(d * flip),
             _ => sky(d),
         };
-        // It takes a pixel's value for the one at the pixel's top left corner.
+        // It places a pixel's value at the pixel's top left corner.
         let given = drawn(from, from_size, -0.5, its_sky);
         let Some(theirs) = pfspanoramic(&given, from_name, to_name, to_size.0) else {
             eprintln!("pfspanoramic fails at {from_name} → {to_name}");

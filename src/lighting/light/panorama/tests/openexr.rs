@@ -12,7 +12,7 @@ fn channels_by_other_names_are_found() {
     for names in [
         vec![("sky.R", 0), ("sky.G", 1), ("sky.B", 2)],
         vec![("red", 0), ("green", 1), ("blue", 2), ("Z", 1)],
-        // Colour without a layer's name comes first.
+        // Colour without a layer's name has priority.
         vec![("a.R", 2), ("a.G", 2), ("a.B", 2), ("R", 0), ("G", 1), ("B", 2), ("A", 1)],
     ] {
         write_exr(&path, &image, &names, (0, 0), (32, 16));
@@ -48,7 +48,7 @@ fn a_data_window_lies_where_it_says() {
     let path = folder.0.path().join("window.exr");
     let image = picture(10, 6);
     let rgb = [("R", 0), ("G", 1), ("B", 2)];
-    // Within, and over two edges.
+    // Inside, and across two edges.
     for at in [(4, 3), (-3, -2), (29, 12)] {
         write_exr(&path, &image, &rgb, at, (32, 16));
         let read = read_all(&path);
@@ -61,13 +61,13 @@ fn a_data_window_lies_where_it_says() {
         });
         assert_eq!(read.environment.radiance, expected, "{at:?}");
         assert!(read.notes[0].contains("the rest is black"), "{:?}", read.notes);
-        // The same, averaged down.
+        // The same, reduced.
         let small = crate::panorama::read(&path, &ReadSettings { width: 12, mapping: None })
             .unwrap()
             .environment;
         same_energy(&small, &Environment::from_radiance("", expected));
     }
-    // A display window of a shot: the panorama is the data.
+    // The display window of a shot: the panorama is the data window.
     write_exr(&path, &picture(16, 8), &rgb, (0, 0), (192, 108));
     assert_eq!(read_all(&path).environment.radiance, picture(16, 8));
 }

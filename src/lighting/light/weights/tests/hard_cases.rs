@@ -1,4 +1,4 @@
-//! Light and lamps that are hard to compute with, as the jobs meet them.
+//! Light and lamps that are numerically hard, through the code paths of the jobs.
 
 use super::*;
 use crate::{EnvironmentWeights, Lighting};
@@ -6,11 +6,11 @@ use glam::{DQuat, Quat};
 use std::cell::Cell;
 use test_support::shown;
 
-/// Largest change of energy by rounding: shares and weights are rounded once, each to 2⁻²⁴ of itself, and all terms
-/// have one sign. The sums are in f64.
+/// Largest relative change of energy by rounding: shares and weights are rounded once, each to 2⁻²⁴ of itself, and
+/// all terms have one sign. The sums are in f64.
 const ROUNDED_TWICE: f64 = f32::EPSILON as f64 + 1e-12;
 
-/// Difference of the energy in the weights from the environment's, relative to it. Weights must be finite and not negative.
+/// Relative energy difference between the weights and the environment. Asserts finite, non-negative weights.
 fn energy_lost(weights: &LightWeights, rig: &Rig, environment: &Environment) -> f64 {
     let sound = |w: &f32| w.is_finite() && *w >= 0.0;
     assert!(weights.per_lamp.iter().flatten().all(sound), "{}: {weights:?}", environment.name);
@@ -18,7 +18,7 @@ fn energy_lost(weights: &LightWeights, rig: &Rig, environment: &Environment) -> 
     pairs.map(|(kept, is)| (kept - is).abs() / is.max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }
 
-/// `pixels` of value `inside` in an environment of `around`.
+/// An environment of `around` with `pixels` of value `inside`.
 fn spotted(
     (width, height): (usize, usize),
     around: f32,
@@ -32,7 +32,7 @@ fn spotted(
     Environment::from_radiance("spotted", image)
 }
 
-/// Columns that are hard: on either side of the seam, in front, and in between.
+/// Hard columns: both sides of the seam, the front, and in between.
 fn columns_of(width: usize) -> [usize; 5] {
     [0, 1, width / 3, width / 2, width - 1]
 }
@@ -58,14 +58,14 @@ fn a_sun_of_one_texel_keeps_its_energy_in_every_row_and_under_every_turn() {
         }
     }
     assert!(most.max(tilted) <= ROUNDED_TWICE, "{most} {tilted}");
-    shown!(Light, "A sun of 10⁶ in one texel: every row, both poles, both sides of the seam, turned freely",
+    shown!(Light, "A sun of 10⁶ in one texel: every row, both poles, both sides of the seam, rotated freely",
         danger: "light is lost at the poles or at the seam, or counted twice",
         done: "texels count by their exact solid angle, and shares of a texel add up to 1",
         bound: "energy within 1.2e-7, one rounding of shares and one of weights",
         measured: format!("{:.1e}", most.max(tilted)));
 }
 
-/// As the jobs do it: a panorama of any size is reduced, its yaws are tabulated.
+/// The path of the jobs: a panorama of any size is reduced and its yaws are tabulated.
 #[test]
 fn panoramas_of_any_shape_keep_a_sun_s_energy() {
     let rig = rig(&lattice(41));
@@ -89,7 +89,7 @@ fn panoramas_of_any_shape_keep_a_sun_s_energy() {
     assert!(most <= 2.0 * ROUNDED_TWICE, "{most}");
     shown!(Light, "Panoramas of 1×1, 2×1, 1×7, 97×53 and 300×301 texels with a sun of 10⁶",
         danger: "light is lost where texels of the panorama and of the weights do not match",
-        done: "sizes are changed by area and solid angle",
+        done: "resizing weights by area and solid angle",
         bound: "energy within 4 roundings, 2.4e-7", measured: format!("{most:.1e}"));
 }
 
@@ -109,7 +109,7 @@ fn texels_that_are_no_light_leave_weights_finite_and_the_rest_of_the_light_as_it
             assert_eq!(broken.repaired_texels, 1);
             let weights = partition.weights(&broken, 7.7);
             most = most.max(energy_lost(&weights, &rig, &broken));
-            // A repaired texel is at most as bright as the brightest of the others, and at least black.
+            // A repaired texel lies between black and the brightest of the others.
             let [is, was] = [&broken, &even].map(Environment::energy);
             let texel = texel_solid_angle(y, 64, 32);
             for (c, allowed) in [(0, texel), (1, 0.0), (2, texel)] {
@@ -160,7 +160,7 @@ fn the_brightest_values_a_file_can_hold_leave_weights_finite() {
             }
         }
     }
-    shown!(Light, "Radiance up to the largest of f32, 3.4·10³⁸, brightened by 10 stops beside a light by hand",
+    shown!(Light, "Radiance up to the largest of f32, 3.4·10³⁸, brightened by 10 stops beside a placed light",
         danger: "weights overflow to infinity, and all pictures with them",
         done: "radiance ends at 10²⁰, energies are summed in f64, weights end at 10²⁵",
         bound: "weights from 0 to 10²⁵", measured: "holds");
@@ -182,8 +182,8 @@ fn nine_hundred_and_thirty_one_lamps_and_one_keep_the_energy() {
     }
     assert!(most <= ROUNDED_TWICE, "{most}");
     shown!(Light, "1, 2 and 931 lamps under a sun at the pole, at the seam, and under speckled light",
-        danger: "one lamp spans no surface; so many overlap each other",
-        done: "points fill the gaps between few lamps; of many each is a narrow footprint",
+        danger: "one lamp spans no surface; hundreds overlap each other",
+        done: "points fill the gaps between few lamps; many lamps get narrow footprints",
         bound: "energy within 1.2e-7", measured: format!("{most:.1e}"));
 }
 
@@ -204,8 +204,8 @@ fn a_lamp_too_faint_to_divide_by_gets_nothing() {
     }
     assert!(most <= ROUNDED_TWICE, "{most}");
     shown!(Light, "Lamps of no energy, of a subnormal one, and without one channel",
-        danger: "the weight is energy divided by nothing: ∞, or light that is cut off at the largest weight",
-        done: "such a lamp counts as not seen, and its neighbours light in its place",
+        danger: "the weight divides by zero: ∞, or light cut off at the largest weight",
+        done: "such a lamp counts as not seen, and its neighbours take over",
         bound: "its weight 0, energy within 1.2e-7", measured: format!("{most:.1e}"));
 }
 
@@ -217,7 +217,7 @@ fn a_million_turns_are_no_turn() {
         let mut weights = EnvironmentWeights::new(&day, &rig, kind);
         for pitch_deg in [0.0, 20.0] {
             let lighting = Lighting { pitch_deg, ..Lighting::default() };
-            // Each is a number of f32, and so is its sum with whole turns.
+            // Each yaw is exact in f32, and so is its sum with full turns.
             for yaw in [0.0f32, 96.0, 256.0] {
                 let once = weights.weights(&lighting, yaw, 1.0);
                 for turns in [1.0f32, -1.0, 1e3, 1e6, -1e6] {
@@ -246,16 +246,16 @@ fn a_million_turns_are_no_turn() {
         }
     }
     shown!(Light, "A yaw of 10⁶ turns, either way, with and without pitch and roll",
-        danger: "a large angle loses its digits, and the light points elsewhere",
-        done: "whole turns are taken off in degrees, where they are exact, before anything else",
+        danger: "a large angle loses precision, and the light points elsewhere",
+        done: "full turns are removed first, in degrees, where this is exact",
         bound: "the same weights bit for bit as without the turns", measured: "the same bits");
 }
 
-/// Steps of a tenth of a degree; about the largest also of half that, where what moves evenly moves half as far.
+/// Steps of a tenth of a degree. Around the largest step also half of that, where smooth motion is half as far.
 #[test]
 fn a_turn_in_tenths_of_a_degree_does_not_flicker_by_fit() {
     let rig = rig(&lattice(41));
-    // One channel: they are solved apart.
+    // One channel, because channels are solved separately.
     let day = spotted((256, 128), 0.0, &[(60, 50)], [0.0, 1e6, 0.0]);
     let day = Environment::from_radiance("day", day.radiance.map(|[_, g, _]| [0.0, g + 0.2, 0.0]));
     let whole = day.energy()[1];
@@ -265,7 +265,7 @@ fn a_turn_in_tenths_of_a_degree_does_not_flicker_by_fit() {
         let shares = weights.iter().zip(&rig.lamps);
         shares.map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / whole).collect()
     };
-    // The largest jump of a weight, and before which step it stood.
+    // Largest jump of a weight, and the index of its step.
     let largest = |steps: std::ops::RangeInclusive<usize>, step_deg: f64| -> (f64, usize) {
         let first = *steps.start();
         let turn: Vec<Vec<f64>> =
@@ -281,19 +281,19 @@ fn a_turn_in_tenths_of_a_degree_does_not_flicker_by_fit() {
     let around = (2 * at).saturating_sub(20)..=2 * at + 22;
     let (half, _) = largest(around, 0.05);
     println!("largest jump of a weight in 0.1° {tenth:.2e}, in 0.05° {half:.2e} of the light");
-    // A jump would be as large in either step. A straight line gives a half, and f32's yaws, 3e-5° apart, a hundredth
-    // of it more.
+    // A jump would be as large in either step. A straight line gives a half, plus a hundredth for f32's yaws, 3e-5°
+    // apart.
     assert!(half <= 0.505 * tenth, "{half} of {tenth}");
-    // A sun passes from lamp to lamp, 30° apart, within a few degrees at the least.
+    // A sun passes between lamps 30° apart within a few degrees at the least.
     assert!(tenth <= 0.1 / 5.0, "{tenth}");
-    shown!(Light, "A whole turn of a sun of 10⁶ in steps of 0.1°, weights by `fit`",
+    shown!(Light, "A full turn of a sun of 10⁶ in steps of 0.1°, weights by `fit`",
         danger: "light jumps from lamp to lamp: pictures flicker",
         done: "every step of the fit is a continuous function of the light",
         bound: "no weight jumps by more than 2 % of the light; half a step makes at most 0.505 of the jump",
         measured: format!("{:.2} %; {:.3}", 100.0 * tenth, half / tenth));
 }
 
-/// Lamps that leave no gap: what fills gaps stands on a grid of its own.
+/// Lamps without gaps, because gap fillers stand on their own grid.
 #[test]
 fn an_environment_and_a_rig_that_turn_together_have_the_same_weights() {
     let largest = [Cell::new(0.0f64), Cell::new(0.0)];
@@ -303,7 +303,7 @@ fn an_environment_and_a_rig_that_turn_together_have_the_same_weights() {
     proptest!(config, |(shift in 1usize..64, seed in 0usize..50, at in (0usize..64, 0usize..32))| {
         let directions = lattice(41);
         let angle = 360.0 * shift as f32 / 64.0;
-        // A yaw moves light to larger u, against a right-handed turn about +Y.
+        // A yaw moves light to larger u, opposite to a right-handed rotation about +Y.
         let turn = DQuat::from_rotation_y(-f64::from(angle).to_radians());
         let turned: Vec<Vec3> = directions.iter().map(|d| (turn * d.as_dvec3()).as_vec3()).collect();
         let [here, there] = [rig(&directions), rig(&turned)];
@@ -315,9 +315,9 @@ fn an_environment_and_a_rig_that_turn_together_have_the_same_weights() {
             let still = kind(&here, 64).weights(&day, 0.0);
             let together = kind(&there, 64).weights(&day, angle);
             let freely = kind(&here, 64).turned_weights(&day, Quat::IDENTITY);
-            // In f32 two texels are off by up to 4e-7 each (both angles by 2e-7, then products), the three lamps about
-            // them by 1e-7 each; shares change by the slope times that, of up to all of the light, and are rounded
-            // twice. A free turn looks texels up by angles in f32, off by 1e-5 of a texel.
+            // In f32 two texels are off by up to 4e-7 each (both angles by 2e-7, then products), and the three
+            // lamps around them by 1e-7 each. Shares change by the slope times that, of up to all of the light, and
+            // are rounded twice. A free rotation looks texels up by angles in f32, off by 1e-5 of a texel.
             for ((other, bound), largest) in [(together, bound), (freely, 2e-5)].iter().zip(&largest) {
                 for ((a, b), lamp) in still.per_lamp.iter().zip(&other.per_lamp).zip(&here.lamps) {
                     for c in 0..3 {
@@ -330,9 +330,9 @@ fn an_environment_and_a_rig_that_turn_together_have_the_same_weights() {
         }
     });
     let [together, freely] = largest.map(|largest| largest.get());
-    shown!(Light, "A rig and an environment turned together, by a yaw and by a free turn",
-        danger: "the answer depends on where the panorama's seam is",
-        done: "columns go around; a free turn shares each texel's light by the four around its new place",
-        bound: format!("the same weights to {:.1e} of the light; free turns to 2e-5", bound),
+    shown!(Light, "A rig and an environment rotated together, by a yaw and freely",
+        danger: "the result depends on the place of the panorama's seam",
+        done: "columns wrap; a free rotation shares each texel's light among the four around its new place",
+        bound: format!("the same weights to {:.1e} of the light; free rotations to 2e-5", bound),
         measured: format!("{together:.1e}; {freely:.1e}"));
 }

@@ -1,12 +1,11 @@
-//! Rules that hold for every rig, environment and turn.
+//! Invariants of every rig, environment and rotation.
 
 use super::*;
 use glam::Quat;
 use std::cell::Cell;
 use test_support::shown;
 
-/// Any rig: all over the sphere, on a half or in a cone, with or without lamps that coincide or stand on
-/// the poles.
+/// Any rig: over the full sphere, a half or a cone, with or without lamps that coincide or stand on the poles.
 fn any_rig() -> impl Strategy<Value = Rig> {
     let direction = (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0);
     (proptest::collection::vec(direction, 1..50), 0usize..5).prop_map(|(lamps, kind)| {
@@ -52,16 +51,16 @@ fn energy_is_kept_and_nothing_is_negative() {
             assert_sound("turn", &partition.turned_weights(&environment, turn), &rig, &environment);
         }
     });
-    shown!(Light, "256 rigs drawn at random, on a half of the sphere, in a cone, of coinciding lamps, each in any light",
-        danger: "light is lost in gaps, or a lamp gets less than nothing",
-        done: "gaps pass their light on to the lamps around them",
+    shown!(Light, "256 random rigs, on the sphere, on half of it, in a cone, with coinciding lamps, each in random light",
+        danger: "light is lost in gaps, or a lamp gets a negative weight",
+        done: "light in a gap goes to the lamps around it",
         bound: "energy within 1e-5, all weights ≥ 0", measured: "holds");
 }
 
 #[test]
 fn a_whole_turn_is_the_same_to_the_bit() {
     proptest!(|(rig in any_rig(), environment in any_environment(), quarters in -1440i32..1440)| {
-        // Quarters of a degree and their sums with 360 are exact in single precision.
+        // Quarters of a degree and their sums with 360 are exact in f32.
         let yaw = quarters as f32 / 4.0;
         for kind in kinds() {
             let partition = kind(&rig, 32);
@@ -70,9 +69,9 @@ fn a_whole_turn_is_the_same_to_the_bit() {
             prop_assert_eq!(&partition.weights(&environment, yaw - 720.0), &once);
         }
     });
-    shown!(Light, "Yaws of 0° and 360°, and 256 others with a turn more and two turns less",
-        danger: "a clip that turns all the way jumps where it begins again",
-        done: "whole turns are taken off in degrees, exactly",
+    shown!(Light, "Yaws of 0° and 360°, and 256 others plus one turn and minus two turns",
+        danger: "a clip with a full turn jumps where it loops",
+        done: "full turns are removed in degrees, exactly",
         bound: "the same weights bit for bit", measured: "the same bits");
 }
 
@@ -102,8 +101,8 @@ fn weights_of_a_sum_are_the_sum_of_weights() {
         }
     });
     shown!(Light, "a·E₁ + b·E₂ for 256 pairs of environments, by `smooth` and `cells`",
-        danger: "light that is added is not the light that was there",
-        done: "shares of a direction do not depend on the environment; `fit`, which looks at the whole, is exempt",
+        danger: "the sum of two lights differs from both together",
+        done: "shares of a direction do not depend on the environment; `fit` is nonlinear and exempt",
         bound: "the sum of weights within 1e-5", measured: format!("{:.1e}", largest.get()));
 }
 
@@ -134,14 +133,14 @@ proptest! {
         let yawed = partition.weights(&environment, yaw);
         let most = yawed.per_lamp.iter().flatten().copied().fold(0.0, f32::max);
         for (a, b) in turned.per_lamp.iter().flatten().zip(yawed.per_lamp.iter().flatten()) {
-            // Directions in single precision are off by up to 1e-5 texels.
+            // f32 directions are off by up to 1e-5 texels.
             prop_assert!((a - b).abs() <= 1e-4 * most, "{} is not {}", a, b);
         }
     }
 }
 
 proptest! {
-    // A rig takes longer to make than weights: fewer rigs, each with more environments.
+    // A rig costs more than weights: fewer rigs, each with more environments.
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
@@ -149,8 +148,8 @@ proptest! {
         rig in any_rig(),
         turns in proptest::collection::vec((any_environment(), -360.0f32..360.0), 4),
     ) {
-        // Columns closer together than the light's blur, as in use: with 32 of them a turn takes light 11° at once, to places
-        // that were dark.
+        // Columns narrower than the light's blur, as in use. With 32 columns a rotation would move light by 11° at
+        // once, to places that were dark.
         let partition = Partition::fit(&rig, 128);
         for (environment, yaw) in turns {
             let coarse = environment.radiance;
@@ -161,7 +160,7 @@ proptest! {
                 let pairs = here.per_lamp.iter().zip(&there.per_lamp).zip(&rig.lamps);
                 let moved = pairs.map(|((a, b), lamp)| f64::from((a[c] - b[c]).abs() * lamp.energy[c]));
                 let moved = moved.sum::<f64>() / 2.0 / environment.energy()[c];
-                // The turn itself moves four thousandths of each texel's light to the next column.
+                // The rotation alone moves four thousandths of each texel's light to the next column.
                 prop_assert!(moved < 0.02, "{} of the light moved in 0.01°", moved);
             }
         }
@@ -173,7 +172,7 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
     const SAMPLES: usize = 200_000;
     for (name, rig) in rigs() {
         let nodes = Nodes::of(&rig);
-        // Which lamps share a direction is the rig's affair; how large the cells are is counted separately.
+        // Lamps that share a direction depend only on the rig; the size of the cells is counted separately.
         let mut counts = vec![0usize; nodes.lamps.len()];
         for sample in lattice(SAMPLES) {
             let nearness = |i: &usize| nodes.directions[*i].as_vec3().dot(sample);
@@ -188,7 +187,7 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
             for &lamp in lamps {
                 let given =
                     weights.per_lamp[lamp][1] * rig.lamps[lamp].energy[1] * lamps.len() as f32;
-                // Half a texel of 1.4° along all of the cell's border, if it is along the texels.
+                // Half a texel of 1.4° along the full border of the cell, if it follows the texels.
                 let border = 0.5 * std::f32::consts::TAU / 256.0
                     * 2.0
                     * (std::f32::consts::PI * cell).sqrt();
@@ -198,19 +197,19 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
         }
         println!("{name}: cells are right to {:.2} % (root-mean-square)", 100.0 * square.sqrt());
         if name.ends_with("6 lamps") || name.ends_with("1 lamps") {
-            // Borders that cross the texels at all angles average out.
+            // Borders that cross texels at all angles average out.
             assert!(square.sqrt() < 0.015, "{name}");
         }
     }
 }
 
-/// The largest change of a lamp's share of a small light per radian that the light moves, from the
-/// definition of [`Partition::smooth`].
+/// Largest change of a lamp's share of a small light per radian of the light's motion, from the definition of
+/// [`Partition::smooth`].
 pub(super) fn steepness(rig: &Rig) -> f64 {
     let nodes = Nodes::of(rig);
-    // p_i = n_i·d / n·d, with n_i the rows of the inverse of the corners and n their sum, has the gradient
-    // (n_i − p_i n) / n·d. It is linear in p_i, from 0 to 1, and n·d ≥ 1 because facets are inside the sphere.
-    // A lamp that gets the light of fillers too has a part in up to three corners.
+    // p_i = n_i·d / n·d, with n_i the rows of the inverse of the corners and n their sum, has the gradient (n_i −
+    // p_i n) / n·d. It is linear in p_i, from 0 to 1, and n·d ≥ 1 because facets are inside the sphere. A lamp that
+    // also gets the light of gap fillers has a part in up to three corners.
     let hull = Hull::of(&nodes.directions);
     let fillers = nodes.directions.len() > nodes.lamps.len();
     let steepest = hull.facets.iter().map(|facet| {
@@ -232,7 +231,7 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
         let day = sun(x, y, 256);
         let energy =
             f64::from(day.radiance.pixels[y * 256 + x][1]) * texel_solid_angle(y, 256, 128);
-        // Between columns a weight is a straight line, of at most the slope between their centres.
+        // Between columns a weight is linear, with at most the slope between their centres.
         let allowed = steepness(&rig) * f64::from(STEP_DEG).to_radians();
         let shares = |weights: &LightWeights| -> Vec<f64> {
             let lamps = weights.per_lamp.iter().zip(&rig.lamps);
@@ -256,11 +255,11 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
     }
 }
 
-/// A jump stays as large however short the step across it is; what moves continuously shrinks with the step.
+/// A jump keeps its size however short the step; continuous motion shrinks with the step.
 #[test]
 fn a_fit_never_moves_light_at_once() {
     for (name, rig) in rigs() {
-        // In one channel: they are solved apart.
+        // One channel, because channels are solved separately.
         let day = sun(60, 50, 256).radiance.map(|[_, g, _]| [0.0, g, 0.0]);
         let day = Environment::from_radiance("sun", day);
         let total = day.energy()[1];
@@ -289,7 +288,8 @@ fn a_fit_never_moves_light_at_once() {
         }
         let left = moved(from, from + step);
         println!("{name}: {whole:.2e} of the light in 0.25°, {left:.2e} in {step:.4}°");
-        // A 64th of the step; a bound between light's fastest and its mean within it. Yaws are rounded to 3e-5°.
+        // A 64th of the step; the bound lies between the light's fastest and its mean motion within it. Yaws are
+        // rounded to 3e-5°.
         assert!(left <= whole / 16.0 + 1e-6, "{name}: {left} of {whole}");
     }
 }
@@ -304,7 +304,7 @@ fn a_sun_that_crosses_the_pole_in_a_free_turn_does_not_jump() {
         let mut largest = 0.0f64;
         let total = day.energy()[1];
         for step in 0..400 {
-            // The sun stands 15° beside the pole; a pitch takes it across and down on the other side.
+            // The sun is 15° from the pole; a pitch moves it across and down the other side.
             let weights = partition.turned_weights(&day, rotation(0.0, 0.075 * step as f32, 0.0));
             if let Some(before) = before {
                 let pairs = weights.per_lamp.iter().zip(&before.per_lamp).zip(&poles.lamps);
@@ -314,7 +314,7 @@ fn a_sun_that_crosses_the_pole_in_a_free_turn_does_not_jump() {
             }
             before = Some(weights);
         }
-        // At lamps 30° apart light moves over completely within a few degrees: 0.075° are a few hundredths.
+        // At lamps 30° apart light moves completely within a few degrees: 0.075° are a few hundredths.
         assert!(largest < 0.04, "{largest} of the light moved in 0.075°");
     }
 }
@@ -349,7 +349,7 @@ fn a_turn_that_is_no_turn_changes_nothing() {
 fn a_fit_gives_the_footprint_of_a_lamp_to_that_lamp() {
     let rig = rig(&lattice(41));
     let lamp = rig.lamps[17].direction;
-    // A light of the lamp's own shape in its place: a Gaussian of 5° mean square radius.
+    // A light with the lamp's own shape in its place: a Gaussian of 5° mean square radius.
     let spot = Image::from_fn(256, 128, |x, y| {
         let angle = texel_direction(x, y, 256, 128).angle_between(lamp).to_degrees();
         [(-angle * angle / 25.0).exp(); 3]
@@ -419,7 +419,7 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
     let mut most = Vec::new();
     for (name, kind) in names.into_iter().zip(kinds()) {
         let table = crate::YawTable::new(&kind(&rig, 256), &park);
-        // A turn in a minute at 24 frames a second: a quarter of a degree a frame.
+        // One turn per minute at 24 frames a second: a quarter of a degree per frame.
         let frames: Vec<Vec<f64>> = (0..1440)
             .map(|frame| {
                 let weights = table.at(0.25 * frame as f32);
@@ -432,8 +432,7 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
                     .collect()
             })
             .collect();
-        // Share of the light that moves from lamp to lamp in a frame, and how much that differs from the
-        // frame before.
+        // Share of the light that moves between lamps in a frame, and its difference from the previous frame.
         let moved = |i: usize| -> f64 {
             let (a, b) = (&frames[i], &frames[(i + 1) % 1440]);
             a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / 2.0
@@ -470,7 +469,7 @@ fn a_fit_relights_a_ball_better_than_cells_do() {
             .collect(),
     };
     let partitions = kinds().map(|kind| kind(&rig, 64));
-    // A matt ball by Lambert's law, and a satin one by a broad lobe about the normal.
+    // A matt ball by Lambert's law, and a satin one with a broad lobe about the normal.
     for power in [1, 8] {
         let mut decibels = [0.0f32; 3];
         let panoramas =

@@ -1,23 +1,35 @@
 //! Radiance HDR line by line: G. Ward, "Real Pixels" (Graphics Gems II, 1991) and the Radiance file formats
 //! (radsite.lbl.gov/radiance/refer/filefmts.pdf). The `image` crate reads one of the eight orientations, no XYZE,
-//! and all of a file at once.
+//! no primaries, and all of a file at once.
 
-use super::canvas::Canvas;
-use super::reader::PanoramaReader;
+use super::{About, Coding, REMEDY, Sink, Source};
+use crate::color::linear_from_xyz;
+use crate::color_space::{Matrix, Primaries, transformed};
 use base::error::{Error, Result};
-use imaging::color::linear_from_xyz;
 use std::io::{BufRead, Read};
 
-pub(super) fn read(panorama: &mut PanoramaReader, mut file: impl BufRead) -> Result<Canvas> {
-    let header = Header::read(panorama, &mut file)?;
+pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
+    let header = Header::read(&mut source)?;
     let Layout { columns, flip_x, flip_y, size: (width, height) } = header.layout;
-    let (mut canvas, top) = panorama.canvas((width, height))?;
+    let mut notes = Vec::new();
+    if header.matrix.is_some() {
+        notes.push("Brought from the primaries in its header to Rec. 709.".to_owned());
+    }
+    sink.begin(&About {
+        size: (width, height),
+        coding: Coding::Light("Radiance HDR"),
+        has_alpha: false,
+        bits: 8,
+        is_converted: header.xyz || header.matrix.is_some(),
+        is_whole: true,
+        notes,
+    })?;
     let (lines, length) = if columns { (width, height) } else { (height, width) };
     let mut codes = vec![[0u8; 4]; length];
     let mut line = vec![[0.0f32; 3]; length];
     for i in 0..lines {
-        read_line(&mut file, &mut codes)
-            .map_err(|cause| panorama.broken(format!("{cause}, in line {} of {lines}", i + 1)))?;
+        read_line(&mut source.file, &mut codes)
+            .map_err(|cause| source.broken(format!("{cause}, in line {} of {lines}", i + 1)))?;
         for (texel, &code) in line.iter_mut().zip(&codes) {
             *texel = header.light(code);
         }
@@ -25,16 +37,16 @@ pub(super) fn read(panorama: &mut PanoramaReader, mut file: impl BufRead) -> Res
             let x = if flip_x { width - 1 - i } else { i };
             for (j, texel) in line.iter().enumerate() {
                 let y = if flip_y { height - 1 - j } else { j };
-                canvas.paint(x, top + y, std::slice::from_ref(texel));
+                sink.run(x, y, std::slice::from_ref(texel), &[]);
             }
         } else {
             if flip_x {
                 line.reverse();
             }
-            canvas.paint(0, top + if flip_y { height - 1 - i } else { i }, &line);
+            sink.run(0, if flip_y { height - 1 - i } else { i }, &line, &[]);
         }
     }
-    Ok(canvas)
+    Ok(())
 }
 
 /// Layout of lines in the picture.
@@ -70,16 +82,19 @@ impl Layout {
 struct Header {
     layout: Layout,
     xyz: bool,
+    /// From other primaries to Rec. 709.
+    matrix: Option<Matrix>,
     /// The factor for values: the reciprocal of the exposure and colour correction in the header.
     gain: [f32; 3],
 }
 
 impl Header {
-    fn read(panorama: &mut PanoramaReader, file: &mut impl BufRead) -> Result<Self> {
+    fn read(source: &mut Source) -> Result<Self> {
         let mut xyz = false;
         let mut gain = [1.0f64; 3];
+        let mut primaries = None;
         loop {
-            let line = header_line(panorama, file)?;
+            let line = header_line(source)?;
             if line.is_empty() {
                 break;
             }
@@ -97,7 +112,7 @@ impl Header {
                         return Err(Error::invalid(
                             format!(
                                 "{} has the format {other}, not 32-bit_rle_rgbe or 32-bit_rle_xyze",
-                                panorama.path.display()
+                                source.path.display()
                             ),
                             "Write it again as Radiance HDR or OpenEXR",
                         ));
@@ -108,22 +123,28 @@ impl Header {
                 ("COLORCORR", [r, g, b]) if usable => {
                     gain.iter_mut().zip([r, g, b]).for_each(|(v, by)| *v /= by);
                 }
+                ("PRIMARIES", &[rx, ry, gx, gy, bx, by, wx, wy]) => {
+                    let (red, green) = ([rx, ry], [gx, gy]);
+                    primaries = Some(Primaries { red, green, blue: [bx, by], white: [wx, wy] });
+                }
                 _ => {}
             }
         }
-        let line = header_line(panorama, file)?;
+        let line = header_line(source)?;
         let layout = Layout::parse(&line).ok_or_else(|| {
             Error::invalid(
                 format!(
                     "{} has no size such as -Y 512 +X 1024 after its header, but {line:?}",
-                    panorama.path.display()
+                    source.path.display()
                 ),
-                super::COMPLETE,
+                REMEDY,
             )
         })?;
         let gain = gain.map(|v| v as f32);
         let gain = if gain.iter().all(|v| v.is_normal()) { gain } else { [1.0; 3] };
-        Ok(Self { layout, xyz, gain })
+        let primaries = primaries.filter(|p| !xyz && p.is_usable());
+        let matrix = primaries.and_then(Primaries::to_rec709);
+        Ok(Self { layout, xyz, matrix, gain })
     }
 
     fn light(&self, [r, g, b, e]: [u8; 4]) -> [f32; 3] {
@@ -136,19 +157,20 @@ impl Header {
             // XYZ holds colours outside of Rec. 709, which have negative channels there.
             linear_from_xyz(value).map(|v| v.max(0.0))
         } else {
-            value
+            self.matrix.as_ref().map_or(value, |matrix| transformed(matrix, value))
         };
         [0, 1, 2].map(|c| value[c] * self.gain[c])
     }
 }
 
 /// A line of the header without its line end. Header lines are short, so a very long one is not a header.
-fn header_line(panorama: &PanoramaReader, file: &mut impl BufRead) -> Result<String> {
+fn header_line(source: &mut Source) -> Result<String> {
     const LONGEST: u64 = 1 << 16;
     let mut line = Vec::new();
-    let count = file.take(LONGEST).read_until(b'\n', &mut line).map_err(|e| panorama.broken(e))?;
+    let read = (&mut source.file).take(LONGEST).read_until(b'\n', &mut line);
+    let count = read.map_err(|e| source.broken(e))?;
     if count == 0 || line.pop() != Some(b'\n') {
-        return Err(panorama.broken("the file ends inside its header"));
+        return Err(source.broken("the file ends inside its header"));
     }
     Ok(String::from_utf8_lossy(&line).trim_end().to_string())
 }
