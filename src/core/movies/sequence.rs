@@ -5,7 +5,7 @@ use super::process::Tools;
 use super::{Movie, Pixels};
 use base::error::{Error, Result};
 use imaging::file::{self, Codes};
-use std::io::Read;
+use imaging::{Image, picture};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -182,45 +182,40 @@ impl Sequence {
     /// # Errors
     /// When the file does not exist, or it cannot be read.
     pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
-        let file = self.file(frame).ok_or_else(|| {
-            let problem = format!(
-                "{} has no picture {frame}: it has {}",
-                self.folder.display(),
-                self.count()
-            );
-            Error::missing(problem, "Choose frames of the sequence")
-        })?;
+        let file = self.present(frame)?;
         let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let Codes { size, has_alpha, codes } = match &*extension {
             "dpx" => {
                 let pixels = Movie::open(&file, &self.tools)?.frame(0)?;
                 return Ok(pixels);
             }
-            "exr" => file::read_codes(&file).map_err(|e| match is_known(&file) {
-                true => e,
-                false => e
-                    .with_note("if its compression is newer than OpenEXR 2, write it again")
-                    .with_how("oiiotool IN.exr --compression zip -o OUT.exr"),
-            })?,
             _ => file::read_codes(&file)?,
         };
         Ok(Arc::new(Pixels { size, has_alpha, codes }))
     }
-}
 
-/// True if an EXR file declares a compression of OpenEXR 2, or its header cannot be read.
-fn is_known(path: &Path) -> bool {
-    const NAME: &[u8] = b"compression\0compression\0";
-    let mut head = Vec::new();
-    let Ok(file) = base::files::open(path) else {
-        return true;
-    };
-    // Headers are short, except those with embedded pictures.
-    let _ = file.take(1 << 16).read_to_end(&mut head);
-    let at = head.windows(NAME.len()).position(|part| part == NAME);
-    // The value follows its size; 9 is DWAB.
-    let method = at.and_then(|at| head.get(at + NAME.len() + 4));
-    method.is_none_or(|&method| method <= 9)
+    /// Light of frame `frame` if its file is scene-linear.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub(crate) fn light(&self, frame: u64) -> Result<Option<Image>> {
+        let file = self.present(frame)?;
+        if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("dpx")) {
+            return Ok(None);
+        }
+        Ok(picture::read(&file)?.into_scene_light().ok().map(|(light, _)| light))
+    }
+
+    fn present(&self, frame: u64) -> Result<PathBuf> {
+        self.file(frame).ok_or_else(|| {
+            let problem = format!(
+                "{} has no picture {frame}: it has {}",
+                self.folder.display(),
+                self.count()
+            );
+            Error::missing(problem, "Choose frames of the sequence")
+        })
+    }
 }
 
 /// A camera's raw file in a folder, and the program that reads it.

@@ -4,6 +4,7 @@ use super::process::Tools;
 use super::sequence::is_sequence;
 use super::{Movie, Pixels, Sequence};
 use base::error::Result;
+use imaging::Image;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -132,9 +133,20 @@ impl Source {
                     sequence.gap().map(|gap| format!("Picture {gap} of the sequence is missing"));
                 let exr =
                     (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
-                let exr = exr.then(|| "EXR pictures hold linear light: they are encoded as sRGB, and values above 1 are clipped".to_owned());
+                let exr = exr.then(|| "EXR pictures are scene-linear: their light is kept, values above 1 included".to_owned());
                 gap.into_iter().chain(exr).collect()
             }
+        }
+    }
+
+    /// Light of a frame whose file is scene-linear: see [`imaging::picture::Picture::into_scene_light`]. None for codes.
+    ///
+    /// # Errors
+    /// When the frame does not exist or cannot be read.
+    pub fn light(&self, frame: u64) -> Result<Option<Image>> {
+        match self {
+            Self::Movie(_) => Ok(None),
+            Self::Sequence(sequence) => sequence.light(frame),
         }
     }
 

@@ -167,6 +167,13 @@ fn calibrate_within(
     let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
     let found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
+        None if is_scene_linear(project)? => {
+            progress.say(
+                "Interview and OLATs are scene-linear, by their files: no response is fitted"
+                    .to_owned(),
+            );
+            ChosenResponse::by_files(&subject, &probes)
+        }
         None => {
             let mut fit = gamma::fit(&subject, &probes, settings.comparison, progress)?.fit;
             if clipped_pixels > 0 {
@@ -221,6 +228,34 @@ fn calibrate_within(
         motion,
         rig,
     })
+}
+
+/// True if the files of interview and OLATs hold scene-linear light.
+///
+/// # Errors
+/// When only one of them does, or a file cannot be read.
+fn is_scene_linear(project: &Project) -> Result<bool> {
+    let (frame, olat) = (project.frame_picture(0), project.olat_picture(0, 0));
+    let light = [&frame, &olat].map(footage::is_scene_linear);
+    let [frame_light, olat_light] = light;
+    match (frame_light?, olat_light?) {
+        (true, true) => Ok(true),
+        (false, false) => Ok(false),
+        (frame_is_light, _) => {
+            let (light, codes) = if frame_is_light { (frame, olat) } else { (olat, frame) };
+            Err(Error::invalid(
+                format!(
+                    "{} is scene-linear, but {} has codes of an unknown curve, so they cannot be compared",
+                    light.display(),
+                    codes.display()
+                ),
+                (
+                    "Develop interview and OLATs alike, or give the response of the coded pictures",
+                    "afterlight calibrate PROJECT --gamma srgb",
+                ),
+            ))
+        }
+    }
 }
 
 /// Faults of the lamps, each with its sentence.

@@ -15,7 +15,7 @@ use super::silhouette::{self, Circle, Photographs};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
-use imaging::{Response, color::luminance};
+use imaging::{Encoded, Response, color::luminance};
 use light::{Lamp, Rig};
 use profile::ProfilePixel;
 pub(super) use profile::{NeighbourDifferences, Profile};
@@ -43,6 +43,8 @@ pub struct Probes {
     profile: Vec<ProfilePixel>,
     /// Warning about the ball's circle.
     wrong_circle: Option<String>,
+    /// Factor on the light of the ball's photographs: see [`scale`].
+    scale: f32,
 }
 
 impl Probes {
@@ -55,15 +57,18 @@ impl Probes {
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
         project.check_parts()?;
         let shoot = &project.settings.shoot;
-        let interview = footage::read_picture(&project.interview_probe_picture())?;
-        let size = interview.0.size();
+        let size = footage::dimensions(&project.interview_probe_picture())?;
         let ball = MirrorBall::new(&shoot.ball, shoot.ball_dome_radius_m(), size)?;
         let provisional = ResponseTable::of(&PROVISIONAL);
-        let paths = &project.probe_pictures()[1..];
+        let all = project.probe_pictures();
+        let scale = scale(&all, &ball)?;
+        let interview = read(&project.interview_probe_picture(), scale)?;
+        let paths = &all[1..];
         let (footprints, wrong_circle) = footprints(
             paths,
             (&project.interview_probe_picture(), size),
             (&ball, Circle::of(&shoot.ball)),
+            scale,
             progress,
         )?;
         let interview = on_ball(&ball, &codes(&interview));
@@ -93,6 +98,7 @@ impl Probes {
         }
         Ok(Self {
             wrong_circle,
+            scale,
             ..Self::compare(ball.clone(), footprints, interview, &provisional)
         })
     }
@@ -140,6 +146,7 @@ impl Probes {
             interview_dark: [0; 3],
             profile: vec![],
             wrong_circle: None,
+            scale: 1.0,
         };
         probes.interview_dark = probes.find_interview_dark();
         probes.profile = probes.make_profile(provisional);
@@ -181,7 +188,7 @@ impl Probes {
         names: impl Iterator<Item = &'a String>,
         table: &ResponseTable,
     ) -> (Rig, f32) {
-        measure(&self.footprints, &self.ball, names, table)
+        measure(&self.footprints, (&self.ball, self.scale), names, table)
     }
 }
 
@@ -197,6 +204,7 @@ pub(super) fn footprints(
     pictures: &[Picture],
     (reference, size): (&Picture, (usize, usize)),
     (ball, circle): (&MirrorBall, Circle),
+    scale: f32,
     progress: &Progress,
 ) -> Result<(Vec<Footprint>, Option<String>)> {
     silhouette::large_enough(&circle, &reference.display().to_string())?;
@@ -210,7 +218,7 @@ pub(super) fn footprints(
     let (mut footprints, series): (Vec<_>, Vec<_>) = (pictures.par_iter().enumerate())
         .map(|(lamp, address)| {
             progress.check("nothing was changed")?;
-            let picture = footage::read_picture(address)?;
+            let picture = read(address, scale)?;
             silhouette::same_size(
                 (address.display(), picture.0.size()),
                 (reference.display(), size),
@@ -227,6 +235,38 @@ pub(super) fn footprints(
     Ok((footprints, wrong_circle))
 }
 
+/// Largest light of scaled photographs: below clipping.
+const HIGHEST: f32 = 0.9;
+
+/// Factor that brings the light of scene-linear photographs of a ball to at most [`HIGHEST`], so that none of it is clipped;
+/// 1 for codes.
+///
+/// # Errors
+/// When a photograph cannot be read.
+pub(super) fn scale(pictures: &[Picture], ball: &MirrorBall) -> Result<f32> {
+    match pictures.first() {
+        Some(first) if footage::is_scene_linear(first)? => {}
+        _ => return Ok(1.0),
+    }
+    let brightest = |picture: &Picture| -> Result<f32> {
+        let light = footage::read_light(picture, &Response::Srgb)?;
+        let pixels = ball.pixels.iter().filter_map(|p| light.pixels.get(p.index));
+        Ok(pixels.flatten().copied().fold(0.0, f32::max))
+    };
+    let all = pictures.par_iter().map(brightest).collect::<Result<Vec<_>>>()?;
+    let most = all.into_iter().fold(0.0, f32::max);
+    Ok(if most > 0.0 { HIGHEST / most } else { 1.0 })
+}
+
+/// A photograph of a ball as codes: of `scale` times its light if that is scene-linear.
+fn read(picture: &Picture, scale: f32) -> Result<Encoded> {
+    if scale == 1.0 {
+        return footage::read_picture(picture);
+    }
+    let light = footage::read_light(picture, &Response::Srgb)?;
+    Ok(Response::Srgb.encode(&light.map(|pixel| pixel.map(|v| scale * v))))
+}
+
 /// Code values of the ball's pixels.
 fn on_ball(ball: &MirrorBall, picture: &[CodeValues]) -> Vec<CodeValues> {
     ball.pixels.iter().map(|p| picture[p.index]).collect()
@@ -235,12 +275,15 @@ fn on_ball(ball: &MirrorBall, picture: &[CodeValues]) -> Vec<CodeValues> {
 /// Lamps of the footprints under a response, and the share of their energy hidden by the ball and filled in.
 pub(super) fn measure<'a>(
     footprints: &[Footprint],
-    ball: &MirrorBall,
+    (ball, scale): (&MirrorBall, f32),
     names: impl Iterator<Item = &'a String>,
     table: &ResponseTable,
 ) -> (Rig, f32) {
     let mut lamps: Vec<Lamp> =
         footprints.iter().zip(names).map(|(f, name)| f.lamp(name, ball, table)).collect();
+    for lamp in &mut lamps {
+        lamp.energy = lamp.energy.map(|energy| energy / scale);
+    }
     // A lamp below a thousandth of the median energy counts as not seen, because its weight would amplify the
     // OLAT's noise a thousandfold.
     let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));

@@ -76,14 +76,16 @@ fn lamps(
     })?;
     let size = footage::dimensions(first)?;
     let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
+    let scale = super::probe::scale(&pictures, &ball)?;
     // A disagreement of the two balls is reported separately.
     let (footprints, _) = footprints(
         &pictures,
         (first, size),
         (&ball, silhouette::Circle::of(&second.ball)),
+        scale,
         progress,
     )?;
-    let rig = measure(&footprints, &ball, shoot.all_lamps(), table).0;
+    let rig = measure(&footprints, (&ball, scale), shoot.all_lamps(), table).0;
     Ok(rig.lamps)
 }
 

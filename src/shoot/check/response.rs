@@ -18,6 +18,10 @@ const UNEXPLAINED: [f32; 2] = [0.05, 0.12];
 pub(super) fn response(calibration: &Calibration) -> Check {
     let evidence = &calibration.gamma_evidence;
     let check = |level, sentence: String| Check::new(Subject::Response, level, sentence);
+    if evidence.by_files {
+        let sentence = "Scene-linear, by the files of interview and OLATs";
+        return check(Level::Good, sentence.into());
+    }
     if evidence.by_hand {
         let sentence =
             format!("Set by hand: {}. Its accuracy is not checked", calibration.response);

@@ -1,7 +1,7 @@
 //! One pose of the OLAT session.
 
 use super::frame::load_mask;
-use super::framed::{dimensions, read_encoded, read_mask};
+use super::framed::{dimensions, read_framed_light, read_mask};
 use super::motion::Correction;
 use base::error::Result;
 use imaging::resample::resize_area;
@@ -116,7 +116,7 @@ impl<'a> OlatReader<'a> {
     pub fn read_at(&self, lamp: usize, side: usize) -> Result<Image> {
         let settings = &self.project.settings;
         let picture = self.project.olat_picture(self.pose, lamp);
-        let mut linear = self.response.decode(&read_encoded(&picture, &settings.framing)?);
+        let mut linear = read_framed_light(&picture, &settings.framing, self.response)?;
         if let Some(correction) = &self.correction {
             linear = correction.still(&linear, settings.shoot.lamp(lamp));
         }

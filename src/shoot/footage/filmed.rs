@@ -2,7 +2,7 @@
 
 use super::damaged::{offer, readable_frame, stand_in};
 use super::frame::Frame;
-use super::framed::{cut_mask, cut_picture, dimensions, read_matte, read_picture};
+use super::framed::{cut_mask, cut_picture, dimensions, read_light, read_matte};
 use base::error::{Error, Result};
 use clap::ValueEnum;
 use imaging::{Image, Mask, Response, resample::resize_area};
@@ -49,9 +49,9 @@ impl Frame {
         let stand_in = stand_in(project, index)?;
         let read = stand_in.as_ref().map_or(index, |stand_in| stand_in.held);
         let (picture, matte) = (project.frame_picture(read), project.frame_matte(read));
-        let codes = read_picture(&picture).map_err(|e| offer(project, index, e))?;
+        let plate = read_light(&picture, response).map_err(|e| offer(project, index, e))?;
         if stand_in.is_some_and(|stand_in| stand_in.is_black) {
-            let (width, height) = codes.0.size();
+            let (width, height) = plate.size();
             let filmed = FilmedFrame {
                 framing: project.settings.framing.of((width, height)),
                 plate: Image::filled(width, height, [0.0; 3]),
@@ -60,8 +60,8 @@ impl Frame {
             return Ok((filmed.at_working_size(index, project.settings.size), filmed));
         }
         let mask = read_matte(&matte)?;
-        if codes.0.size() != mask.size() {
-            let ((width, height), (wide, high)) = (codes.0.size(), mask.size());
+        if plate.size() != mask.size() {
+            let ((width, height), (wide, high)) = (plate.size(), mask.size());
             return Err(Error::invalid(
                 format!(
                     "{} has {width} × {height} pixels, but its matte {} has {wide} × {high}",
@@ -71,11 +71,7 @@ impl Frame {
                 "Provide a matte of the frame's size",
             ));
         }
-        let filmed = FilmedFrame {
-            framing: project.settings.framing.of(mask.size()),
-            plate: response.decode(&codes),
-            mask,
-        };
+        let filmed = FilmedFrame { framing: project.settings.framing.of(mask.size()), plate, mask };
         Ok((filmed.at_working_size(index, project.settings.size), filmed))
     }
 }

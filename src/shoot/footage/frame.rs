@@ -54,7 +54,7 @@ pub(super) fn load_linear(
     response: &Response,
 ) -> Result<Image> {
     let settings = &project.settings;
-    let linear = response.decode(&framed::read_encoded(picture, &settings.framing)?);
+    let linear = framed::read_framed_light(picture, &settings.framing, response)?;
     Ok(resize_area(&linear, settings.size, settings.size))
 }
 

@@ -2,7 +2,8 @@
 
 use base::error::{Error, Result};
 use imaging::color::luminance;
-use imaging::{Encoded, Image, Mask, Raster, file};
+use imaging::picture::{self, Coding};
+use imaging::{Encoded, Image, Mask, Raster, Response, file};
 use project::{Framing, Framings, Matte, Padding, Picture};
 use std::path::Path;
 
@@ -14,6 +15,38 @@ pub fn read_picture(picture: &Picture) -> Result<Encoded> {
     match picture {
         Picture::File(file) => file::read_encoded(file),
         Picture::Movie { file, frame } => Ok(movies::open(file)?.frame(*frame)?.encoded()),
+    }
+}
+
+/// Reads a full picture as light in the camera's units: as its file holds it if that is scene-linear, otherwise its codes
+/// linearised by `response`.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_light(picture: &Picture, response: &Response) -> Result<Image> {
+    match picture {
+        Picture::File(file) => Ok(match picture::read(file)?.into_scene_light() {
+            Ok((light, _)) => light,
+            Err(codes) => response.decode(&codes.into_encoded()),
+        }),
+        Picture::Movie { file, frame } => {
+            let source = movies::open(file)?;
+            match source.light(*frame)? {
+                Some(light) => Ok(light),
+                None => Ok(response.decode(&source.frame(*frame)?.encoded())),
+            }
+        }
+    }
+}
+
+/// True if a picture's file holds scene-linear light, so that no response applies.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn is_scene_linear(picture: &Picture) -> Result<bool> {
+    match picture {
+        Picture::File(file) => Ok(matches!(picture::about(file)?.coding, Coding::Light(_))),
+        Picture::Movie { file, frame } => Ok(movies::open(file)?.light(*frame)?.is_some()),
     }
 }
 
@@ -61,6 +94,18 @@ pub fn dimensions(picture: &Picture) -> Result<(usize, usize)> {
 /// When the file cannot be read.
 pub fn read_encoded(picture: &Picture, framings: &Framings) -> Result<Encoded> {
     Ok(Encoded(framed(read_picture(picture)?.0, framings)))
+}
+
+/// Reads a picture as light and crops it to its square, at the picture's own resolution: [`read_light`].
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_framed_light(
+    picture: &Picture,
+    framings: &Framings,
+    response: &Response,
+) -> Result<Image> {
+    Ok(framed(read_light(picture, response)?, framings))
 }
 
 /// Reads and crops a linear picture.
@@ -127,7 +172,6 @@ mod tests {
     use super::*;
     use crate::{Exemplar, Frame, ImportSettings, import};
     use base::progress::Progress;
-    use imaging::Response;
     use project::Project;
     use virtual_stage::{StageSettings, write_shoot};
 

@@ -9,21 +9,20 @@ use crate::file::MAX_DECODER_BYTES;
 use crate::raster::{Image, Mask};
 use base::error::{Error, Result};
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io::{BufRead, Seek};
 
 /// A picture's decoder.
 fn decoder<'a>(source: &'a mut Source) -> Result<Box<dyn ImageDecoder + 'a>> {
     let path = source.path;
-    let mut reader = ImageReader::new(&mut source.file);
-    // The name decides if the content does not, as it may for TGA.
-    if let Ok(format) = ImageFormat::from_path(path) {
-        reader.set_format(format);
-    }
-    let mut reader = reader.with_guessed_format().map_err(|e| super::broken(path, e))?;
+    let reader = ImageReader::new(&mut source.file).with_guessed_format();
+    let mut reader = reader.map_err(|e| super::broken(path, e))?;
     if reader.format().is_none() {
         return Err(Error::invalid(
-            format!("{} is not a PNG, JPEG, TIFF, OpenEXR or Radiance HDR picture", path.display()),
+            format!(
+                "{} has an unknown format: it is not PNG, JPEG, TIFF, OpenEXR or Radiance HDR",
+                path.display()
+            ),
             "Convert it to one of these",
         ));
     }
@@ -59,12 +58,14 @@ pub(super) fn read(mut source: Source) -> Result<Picture> {
     }
     let path = source.path;
     let png = png_color(&mut source);
+    let tiff_icc = tiff::icc(&mut source);
     let mut decoder = decoder(&mut source)?;
     let (width, height) = decoder.dimensions();
     check_size((width as usize, height as usize)).map_err(|e| super::broken(path, e))?;
     let broken = |e: image::ImageError| super::broken(path, e);
     let orientation = decoder.orientation().map_err(broken)?;
-    let icc = decoder.icc_profile().map_err(broken)?;
+    let icc =
+        tiff_icc.map_or_else(|| decoder.icc_profile(), |icc| Ok(Some(icc))).map_err(broken)?;
     let mut picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     picture.apply_orientation(orientation);
     let named = match png {

@@ -21,6 +21,8 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
+/// Largest half float.
+const HALF_MAX: f32 = 65504.0;
 const REMEDY: &str = "Check that the file is there and is a complete picture";
 
 /// Properties of a picture, known before its pixels.
@@ -140,28 +142,40 @@ pub fn stream(path: &Path, sink: &mut dyn Sink) -> Result<()> {
     }
 }
 
-/// Columns and rows as [`read`] gives them, without decoding pixels where the format allows.
+/// Properties of a picture, without decoding pixels where the format allows.
 ///
 /// # Errors
 /// As [`stream`].
-pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
-    /// Ends the reading once the size is known.
-    struct Size(Option<(usize, usize)>);
-    impl Sink for Size {
+pub fn about(path: &Path) -> Result<About> {
+    /// Ends the reading before the pixels.
+    struct Header(Option<About>);
+    impl Sink for Header {
         fn begin(&mut self, about: &About) -> Result<()> {
-            self.0 = Some(about.size);
-            Err(Error::bug("the size was asked for"))
+            self.0 = Some(about.clone());
+            Err(Error::bug("no pixels are wanted"))
         }
         fn run(&mut self, _: usize, _: usize, _: &[[f32; 3]], _: &[f32]) {}
     }
     let (source, format) = open(path)?;
-    let mut size = Size(None);
+    let mut header = Header(None);
     let ended = match format {
-        Format::Radiance => radiance::stream(source, &mut size),
-        Format::OpenExr => openexr::stream(source, &mut size),
-        Format::Coded => return coded::dimensions(source),
+        Format::Radiance => radiance::stream(source, &mut header),
+        Format::OpenExr => openexr::stream(source, &mut header),
+        Format::Coded => return Ok(coded::read(source)?.about),
     };
-    size.0.map_or_else(|| ended.map(|()| (0, 0)), Ok)
+    header.0.map_or_else(|| ended.and_then(|()| Err(broken(path, "it has no header"))), Ok)
+}
+
+/// Columns and rows as [`read`] gives them.
+///
+/// # Errors
+/// As [`stream`].
+pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
+    let (source, format) = open(path)?;
+    if let Format::Coded = format {
+        return coded::dimensions(source);
+    }
+    Ok(about(path)?.size)
 }
 
 /// A whole picture.
@@ -251,6 +265,24 @@ impl Picture {
                 Image { width, height, pixels }
             }
         }
+    }
+
+    /// Scene-linear light of a file that says so, for a camera's pictures: not negative, NaN 0 and infinities the largest
+    /// half float, with the number of pixels so mended. A file of codes comes back.
+    ///
+    /// # Errors
+    /// The picture, if it has codes.
+    pub fn into_scene_light(self) -> std::result::Result<(Image, usize), Box<Self>> {
+        if !matches!(self.about.coding, Coding::Light(_)) {
+            return Err(Box::new(self));
+        }
+        let mut mended = 0;
+        let mut light = self.into_light();
+        for pixel in &mut light.pixels {
+            mended += usize::from(pixel.iter().any(|v| !v.is_finite()));
+            *pixel = pixel.map(|v| if v > 0.0 { v.min(HALF_MAX) } else { 0.0 });
+        }
+        Ok((light, mended))
     }
 
     /// Three codes of 16 bits for each pixel, or four with alpha: as stored if the file names no curve or sRGB. Otherwise

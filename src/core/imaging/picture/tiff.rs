@@ -53,6 +53,13 @@ fn decoder<'f>(source: &'f mut Source) -> Result<Decoder<&'f mut BufReader<File>
     Ok(decoder.with_limits(limits))
 }
 
+/// ICC profile of a TIFF: the `image` crate finds none that is larger than the picture.
+pub(super) fn icc(source: &mut Source) -> Option<Vec<u8>> {
+    let found = decoder(source).ok()?.get_tag_u8_vec(Tag::IccProfile).ok();
+    source.file.seek(SeekFrom::Start(0)).ok()?;
+    found
+}
+
 fn layout(path: &Path, mut decoder: Decoder<&mut BufReader<File>>) -> Result<Option<Special>> {
     let mut tag = |tag: Tag| decoder.find_tag_unsigned::<u16>(tag).ok().flatten();
     if tag(Tag::Compression).map(CompressionMethod::from_u16_exhaustive)

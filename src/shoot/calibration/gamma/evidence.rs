@@ -12,6 +12,9 @@ use std::borrow::Cow;
 pub struct Evidence {
     /// Response set by hand: nothing was fitted, and the deviations are 0.
     pub by_hand: bool,
+    /// Scene-linear light in the files of interview and OLATs: no response applies.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub by_files: bool,
     /// Comparison between the relit poses and the interview.
     pub comparison: Comparison,
     /// Poses shown by a frame: the names of pose and frame.
@@ -45,6 +48,7 @@ impl Default for Evidence {
     fn default() -> Self {
         Self {
             by_hand: false,
+            by_files: false,
             comparison: Comparison::Distribution,
             same_poses: vec![],
             exposure_deviation: 0.0,
@@ -70,6 +74,7 @@ impl Evidence {
         };
         Self {
             by_hand: false,
+            by_files: false,
             comparison: fit.comparison,
             same_poses: fit
                 .same_poses

@@ -163,22 +163,36 @@ impl ChosenResponse {
 
     /// A response set by hand.
     pub fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Self {
-        let (weights, [residual, ball_residual]) =
-            Objective::light_of(subject, probes, &trial.response, trial.exposure);
+        let mut chosen = Self::known(subject, probes, trial.response, Some(trial.exposure));
+        chosen.evidence.by_hand = true;
+        chosen
+    }
+
+    /// The response of pictures whose files are scene-linear: readers encode their light as sRGB for comparison, so it is
+    /// sRGB's. Only the exposure is fitted.
+    pub fn by_files(subject: &Subject, probes: &Probes) -> Self {
+        let mut chosen = Self::known(subject, probes, Response::Srgb, None);
+        chosen.evidence.by_files = true;
+        chosen
+    }
+
+    /// A known response with the given exposure, or the best one.
+    fn known(
+        subject: &Subject,
+        probes: &Probes,
+        response: Response,
+        exposure: Option<f32>,
+    ) -> Self {
+        let (weights, [residual, ball_residual], exposure) =
+            Objective::light_of(subject, probes, &response, exposure);
         let [darkest, brightest] = Objective::new(subject, probes, vec![]).extent();
         Self {
-            response: trial.response,
+            response,
             deviation: [0.0; 2],
-            exposure: trial.exposure,
+            exposure,
             weights,
             residual,
-            evidence: Evidence {
-                by_hand: true,
-                darkest,
-                brightest,
-                ball_residual,
-                ..Evidence::default()
-            },
+            evidence: Evidence { darkest, brightest, ball_residual, ..Evidence::default() },
         }
     }
 }

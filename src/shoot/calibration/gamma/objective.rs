@@ -219,18 +219,19 @@ impl<'a> Objective<'a> {
         subject: &'a Subject,
         probes: &'a Probes,
         response: &Response,
-        exposure: f32,
-    ) -> (Vec<[f32; 3]>, [f32; 2]) {
+        exposure: Option<f32>,
+    ) -> (Vec<[f32; 3]>, [f32; 2], f32) {
         let mut objective = Self::new(subject, probes, vec![]);
         let linear = objective.linearize_by(response);
         objective.weigh(&linear);
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
             .map(|prior| objective.score_under(prior, &linear));
         let score = if changed.cost < alone.cost { changed } else { alone };
+        let exposure = exposure.unwrap_or(score.brightness.log_exposure.exp() as f32);
         let gains = score.gains().map(|gain| f64::from(gain * exposure).ln());
         let distances =
             [linear.subject_square(DVec3::from_array(gains)), objective.ball_square(&linear.ball)];
-        (score.weights(&linear), distances.map(|square| square.sqrt() as f32))
+        (score.weights(&linear), distances.map(|square| square.sqrt() as f32), exposure)
     }
 
     /// Pictures under two exponents; `None` if their curve is invalid.

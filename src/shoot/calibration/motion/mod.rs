@@ -103,8 +103,7 @@ fn paths(
             }
         };
         let read = |picture: &Picture| -> Result<Vec<f32>> {
-            let encoded = footage::read_encoded(picture, framing)?;
-            Ok(small(&response.decode(&encoded)))
+            Ok(small(&footage::read_framed_light(picture, framing, response)?))
         };
         let pictures = files.par_iter().map(read).collect::<Result<Vec<_>>>()?;
         let side = matte.width.min(SIDE);

@@ -37,8 +37,14 @@ fn layers_are_named() {
     let names =
         [("key.R", 0), ("key.G", 1), ("key.B", 2), ("rim.R", 2), ("rim.G", 2), ("rim.B", 2)];
     write_exr(&path, &image, &names, (0, 0), (16, 8));
+    let said = read(&path, &ReadSettings::default()).unwrap_err().to_string();
+    assert!(said.contains("\"key\", \"rim\""), "{said}");
+    // The finished picture needs no choice.
+    let names = names.map(|(name, channel)| (name.replace("key", "beauty"), channel));
+    let names: Vec<(&str, usize)> = names.iter().map(|(name, c)| (name.as_str(), *c)).collect();
+    write_exr(&path, &image, &names, (0, 0), (16, 8));
     let read = read_all(&path);
-    assert!(read.notes[0].contains("\"key\""), "{:?}", read.notes);
+    assert!(read.notes[0].contains("\"beauty\""), "{:?}", read.notes);
     assert_eq!(read.environment.radiance, image);
 }
 

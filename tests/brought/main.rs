@@ -1,0 +1,117 @@
+//! Picture files as other programs write them: the same light at every entrance.
+
+mod scene_linear;
+
+use afterlight::imaging::color::{linear_from_srgb, srgb_from_linear};
+use afterlight::imaging::{file, picture};
+use afterlight::light::panorama;
+use afterlight::movies;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use test_support::{python, repository};
+
+/// A file and the light that it holds, or words of its refusal.
+struct Case {
+    path: PathBuf,
+    /// Columns, rows and linear Rec. 709 of each pixel.
+    right: Result<((usize, usize), Vec<[f32; 3]>), String>,
+    tolerance: f32,
+    /// True if the tolerance is a share of the light.
+    is_share: bool,
+}
+
+impl Case {
+    fn new(folder: &Path, case: &Value) -> Self {
+        let number = |value: &Value| value.as_f64().unwrap() as f32;
+        let right = match case["refused"].as_str() {
+            Some(words) => Err(words.to_owned()),
+            None => {
+                let size = [0, 1].map(|i| case["size"][i].as_u64().unwrap() as usize);
+                let light = case["light"].as_array().unwrap().iter();
+                let light = light.map(|pixel| [0, 1, 2].map(|c| number(&pixel[c])));
+                Ok((size.into(), light.collect()))
+            }
+        };
+        Self {
+            path: folder.join(case["file"].as_str().unwrap()),
+            right,
+            tolerance: case["tolerance"].as_f64().unwrap_or_default() as f32,
+            is_share: case["share"].as_bool().unwrap_or_default(),
+        }
+    }
+
+    /// Faults of light that an entrance gives.
+    fn compare(&self, entrance: &str, found: &[[f32; 3]], right: &[[f32; 3]]) -> Option<String> {
+        let pairs = found.iter().flatten().zip(right.iter().flatten());
+        let far = |(found, right): &(&f32, &f32)| {
+            let limit = self.tolerance * if self.is_share { right.abs().max(0.01) } else { 1.0 };
+            (**found - **right).is_nan() || (**found - **right).abs() > limit
+        };
+        let (found, right) = pairs.filter(far).next()?;
+        Some(format!("{} by {entrance}: {found} is not {right}", self.path.display()))
+    }
+
+    fn faults(&self) -> Vec<String> {
+        let path = &self.path;
+        let name = path.display();
+        let (size, light) = match &self.right {
+            Ok(right) => right,
+            Err(words) => {
+                let said = picture::read(path).err().map(|e| e.to_string()).unwrap_or_default();
+                let is_named = said.contains(words.as_str()) && said.contains(&*name.to_string());
+                return (!is_named).then(|| format!("{name}: \"{said}\"")).into_iter().collect();
+            }
+        };
+        let mut faults = Vec::new();
+        let mut check = |fault: Option<String>| faults.extend(fault);
+        let other_size =
+            |found| (found != *size).then(|| format!("{name}: {found:?}, not {size:?}"));
+        check(other_size(file::dimensions(path).unwrap()));
+        let read = file::read_linear(path).unwrap();
+        check(other_size(read.size()));
+        check(self.compare("read_linear", &read.pixels, light));
+
+        // Cameras' pictures are codes: what fits into them.
+        let codes: Vec<[f32; 3]> =
+            light.iter().map(|p| p.map(|v| linear_from_srgb(srgb_from_linear(v)))).collect();
+        let encoded = file::read_encoded(path).unwrap();
+        let decoded = |codes: [f32; 3]| codes.map(linear_from_srgb);
+        let found: Vec<[f32; 3]> = encoded.0.pixels.iter().map(|p| decoded(*p)).collect();
+        check(self.compare("read_encoded", &found, &codes));
+        if path.extension().is_some_and(|e| e != "hdr") {
+            let movie = movies::open(path).unwrap();
+            let frame = movie.frame(0).unwrap();
+            let channels = 3 + usize::from(frame.has_alpha);
+            let pixels = frame.codes.chunks_exact(channels);
+            let found: Vec<[f32; 3]> =
+                pixels.map(|p| decoded([0, 1, 2].map(|c| f32::from(p[c]) / 65535.0))).collect();
+            check(self.compare("a sequence", &found, &codes));
+        }
+
+        // An environment has no negative light.
+        if size.0 == 2 * size.1 {
+            let positive: Vec<[f32; 3]> = light.iter().map(|p| p.map(|v| v.max(0.0))).collect();
+            let environment = panorama::load(path).unwrap();
+            check(self.compare("a panorama", &environment.radiance.pixels, &positive));
+        }
+        faults
+    }
+}
+
+#[test]
+fn every_entrance_gives_the_light_that_a_file_holds() {
+    let modules = ["OpenImageIO", "PIL", "tifffile", "numpy"];
+    let Some(python) = python(&modules) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let script = repository("tests/peers/brought.py");
+    let ran = std::process::Command::new(python).arg(script).arg(folder.path()).output().unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let text = std::fs::read_to_string(folder.path().join("cases.json")).unwrap();
+    let cases: Vec<Value> = serde_json::from_str(&text).unwrap();
+    assert!(cases.len() > 80, "{} cases", cases.len());
+    let faults: Vec<String> =
+        cases.iter().flat_map(|case| Case::new(folder.path(), case).faults()).collect();
+    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
+}
