@@ -10,5 +10,7 @@ mod job;
 mod program;
 #[path = "farm/scaling.rs"]
 mod scaling;
+#[path = "rates/simulation.rs"]
+mod simulation;
 #[path = "farm/training.rs"]
 mod training;

@@ -5,6 +5,7 @@
 
 mod case;
 mod measure;
+mod simulation;
 mod tables;
 
 use base::machine::Machine;
