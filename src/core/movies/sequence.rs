@@ -3,14 +3,12 @@
 use super::movie::{raw, raw_program};
 use super::process::Tools;
 use super::{Movie, Pixels};
+use base::FileFormat;
 use base::error::{Error, Result};
 use imaging::file::{self, Codes};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// File extensions of pictures.
-const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "dpx"];
 
 /// A sequence of pictures. Holds names or numbers, not pixels.
 #[derive(Debug)]
@@ -74,8 +72,7 @@ impl Pattern {
 
 /// True if a name has a picture's extension.
 fn is_picture(name: &str) -> bool {
-    let extension = Path::new(name).extension().unwrap_or_default();
-    !name.starts_with('.') && EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    !name.starts_with('.') && FileFormat::of(Path::new(name)).is_some_and(FileFormat::is_sequence)
 }
 
 /// True if an address is a sequence: a pattern, a folder, or one of its files.
@@ -190,18 +187,19 @@ impl Sequence {
             );
             Error::missing(problem, "Choose frames of the sequence")
         })?;
-        let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        let Codes { size, has_alpha, codes } = match &*extension {
-            "dpx" => {
+        let Codes { size, has_alpha, codes } = match FileFormat::of(&file) {
+            Some(FileFormat::Dpx) => {
                 let pixels = Movie::open(&file, &self.tools)?.frame(0)?;
                 return Ok(pixels);
             }
-            "exr" => file::read_codes(&file).map_err(|e| match is_known(&file) {
-                true => e,
-                false => e
-                    .with_note("if its compression is newer than OpenEXR 2, write it again")
-                    .with_how("oiiotool IN.exr --compression zip -o OUT.exr"),
-            })?,
+            Some(FileFormat::OpenExr) => {
+                file::read_codes(&file).map_err(|e| match is_known(&file) {
+                    true => e,
+                    false => e
+                        .with_note("if its compression is newer than OpenEXR 2, write it again")
+                        .with_how("oiiotool IN.exr --compression zip -o OUT.exr"),
+                })?
+            }
             _ => file::read_codes(&file)?,
         };
         Ok(Arc::new(Pixels { size, has_alpha, codes }))
