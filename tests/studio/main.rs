@@ -1,62 +1,33 @@
 //! The real window, driven headless: user actions and their visible results.
 
-#[path = "studio/aiming.rs"]
 mod aiming;
-#[path = "studio/calibrating.rs"]
 mod calibrating;
-#[path = "studio/checking.rs"]
 mod checking;
-#[path = "studio/clay.rs"]
 mod clay;
-#[path = "studio/comparing.rs"]
 mod comparing;
-#[path = "studio/dialogs.rs"]
 mod dialogs;
-#[path = "studio/effects.rs"]
 mod effects;
-#[path = "studio/environments.rs"]
 mod environments;
-#[path = "studio/export.rs"]
 mod export;
-#[path = "studio/footage.rs"]
 mod footage;
-#[path = "studio/keyframes.rs"]
 mod keyframes;
-#[path = "studio/leaving.rs"]
 mod leaving;
-#[path = "studio/lights.rs"]
 mod lights;
-#[path = "studio/live.rs"]
 mod live;
-#[path = "studio/look_comparisons.rs"]
 mod look_comparisons;
-#[path = "studio/looks.rs"]
 mod looks;
-#[path = "studio/machine.rs"]
 mod machine;
-#[path = "studio/numbers.rs"]
 mod numbers;
-#[path = "studio/on_gpu.rs"]
 mod on_gpu;
-#[path = "studio/project.rs"]
 mod project;
-#[path = "studio/refusals.rs"]
 mod refusals;
-#[path = "studio/review.rs"]
 mod review;
-#[path = "studio/room.rs"]
 mod room;
-#[path = "studio/scopes.rs"]
 mod scopes;
-#[path = "studio/tasks.rs"]
 mod tasks;
-#[path = "studio/timeline.rs"]
 mod timeline;
-#[path = "studio/training.rs"]
 mod training;
-#[path = "studio/turning.rs"]
 mod turning;
-#[path = "studio/viewing.rs"]
 mod viewing;
 
 use afterlight::Error;
