@@ -9,9 +9,7 @@
 use afterlight::calibration::{CalibrateSettings, calibrate};
 use afterlight::compositor::Extra;
 use afterlight::compositor::reference::{extend_edges, lit_lamps, relight};
-use afterlight::compositor::{
-    CameraView, Field, Identity, Ingredients, Levels, Pass, Plate, PlateSquare, Series, Upstream,
-};
+use afterlight::compositor::{Field, Identity, Ingredients, Pass, Plate, PlateSquare, Series};
 use afterlight::evaluation::Truth;
 use afterlight::evaluation::metrics::{Compared, psnr};
 use afterlight::footage::{Frame, ImportSettings, PictureSize, import};
@@ -134,18 +132,12 @@ fn times(options: &Options) -> Result<()> {
                 let scene =
                     Scene { yaw_deg, background, output: Output::Display, ..Scene::default() };
                 let of = Ingredients {
-                    field: &field,
-                    mask: &working,
-                    weights: &weights,
-                    environment: &environment,
-                    levels: Levels::default(),
-                    view: CameraView::default(),
-                    upstream: Upstream::default(),
                     extra: Extra {
                         plate: Some(&plate),
                         identity: Identity::default(),
                         ..Extra::default()
                     },
+                    ..Ingredients::new(&field, &working, &weights, &environment)
                 };
                 match series.compose(&scene, (&light, &working), &of) {
                     Ok(picture) => passes.push(picture.passes[Pass::Plate as usize].ms),

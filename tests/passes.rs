@@ -3,8 +3,8 @@
 mod mapped;
 
 use afterlight::compositor::{
-    CameraView, Extra, Field, Grain, Ingredients, Levels, Pass, Picture, Plate, PlateSquare, Reuse,
-    Steady, Upstream, compose, compose_reusing,
+    Extra, Field, Grain, Ingredients, Pass, Picture, Plate, PlateSquare, Reuse, Steady, compose,
+    compose_reusing,
 };
 use afterlight::evaluation::flip;
 use afterlight::footage::Frame;
@@ -102,18 +102,12 @@ impl Shoot {
 
     fn of<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
         Ingredients {
-            field,
-            mask: &self.mask,
-            weights: &self.weights,
-            environment: &self.environment,
-            levels: Levels::default(),
-            view: CameraView::default(),
-            upstream: Upstream::default(),
             extra: Extra {
                 before: self.before.as_ref(),
                 grain: Some(&self.grain),
                 ..Extra::default()
             },
+            ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
         }
     }
 }

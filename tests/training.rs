@@ -41,19 +41,22 @@ fn small() -> TrainingConfig {
     }
 }
 
-fn run(
-    project: &Project,
-    calibration: &Calibration,
-    config: TrainingConfig,
-) -> afterlight::training::TrainReport {
-    let settings = TrainSettings {
+fn settings(config: TrainingConfig) -> TrainSettings {
+    TrainSettings {
         config,
         exclude_frames: vec![3],
         hold_out: None,
         fresh: false,
         device: DeviceChoice::Cpu,
-    };
-    train(project, calibration, &settings, &Progress::silent()).unwrap()
+    }
+}
+
+fn run(
+    project: &Project,
+    calibration: &Calibration,
+    config: TrainingConfig,
+) -> afterlight::training::TrainReport {
+    train(project, calibration, &settings(config), &Progress::silent()).unwrap()
 }
 
 fn predicted(project: &Project, calibration: &Calibration) -> ReflectanceField {
@@ -413,13 +416,7 @@ fn a_paused_run_goes_on_as_if_it_had_not_been() {
         }
         _ => {}
     };
-    let settings = TrainSettings {
-        config,
-        exclude_frames: vec![3],
-        hold_out: None,
-        fresh: false,
-        device: DeviceChoice::Cpu,
-    };
+    let settings = settings(config);
     let progress = Progress::new(&hear, control.clone());
     let report = train(&paused, &calibration, &settings, &progress).unwrap();
     assert!(steps.load(Ordering::SeqCst) > 5 && report.steps > 5);

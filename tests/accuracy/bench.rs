@@ -1,8 +1,9 @@
 //! Benches whose tables are on the page. They are measured again for every build and machine.
 
 use crate::kept::Kept;
-use crate::{Clock, Options, printed};
+use crate::{Clock, Options};
 use base::Result;
+use measuring::{cell, printed};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::process::Command;
@@ -95,7 +96,7 @@ impl Bench {
 }
 
 fn number(value: &Value, digits: usize) -> String {
-    value.as_f64().map_or("–".to_owned(), |value| format!("{value:.digits$}"))
+    cell(value.as_f64(), digits)
 }
 
 fn sums(result: &Value) -> String {
@@ -121,10 +122,8 @@ fn passes(result: &Value) -> String {
         .to_owned();
     for size in result["sizes"].as_array().into_iter().flatten() {
         let (pixels, cpu, gpu) = (&size["size"], &size["cpu"], &size["gpu"]);
-        let speed = |table: &Value| {
-            let bytes = table["copied_per_second"].as_f64();
-            bytes.map_or("–".to_owned(), |bytes| format!("{:.1}", bytes / 1e9))
-        };
+        let speed =
+            |table: &Value| cell(table["copied_per_second"].as_f64().map(|bytes| bytes / 1e9), 1);
         let _ = writeln!(
             table,
             "| {pixels} | copying, GB/s | {} | | | {} | | |",
@@ -157,8 +156,7 @@ fn passes(result: &Value) -> String {
 fn cells(pass: &Value) -> String {
     let (ms, limit) = (&pass["times"]["median_ms"], &pass["copy_ms"]);
     let times = ms.as_f64().zip(limit.as_f64()).map(|(ms, limit)| ms / limit);
-    let times = times.map_or("–".to_owned(), |times| format!("{times:.2}"));
-    format!("{} | {} | {times}", number(ms, 2), number(limit, 2))
+    format!("{} | {} | {}", number(ms, 2), number(limit, 2), cell(times, 2))
 }
 
 #[cfg(test)]

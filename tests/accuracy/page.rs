@@ -5,9 +5,10 @@ use crate::bench::Bench;
 use crate::methods::{METHODS, Scored};
 use crate::poses::Added;
 use crate::summary::{Figure, Step, steps};
-use crate::{added, pictures, plain, plot, rungs};
+use crate::{added, pictures, plot, rungs};
 use base::files::write_beside;
 use base::{Error, Result};
+use measuring::file_name;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -74,8 +75,11 @@ impl Page {
         let mut text = HEAD.replace(ABOUT, &about::section(self));
         for shoot in &self.shoots {
             let steps = steps(&shoot.ladder);
-            let file = plain(&shoot.name);
-            plot::write(&folder.join(format!("{file}.svg")), &shoot.name, &steps)?;
+            let file = file_name(&shoot.name);
+            let plot = plot::svg(&shoot.name, &steps);
+            write_beside(&folder.join(format!("{file}.svg")), |out| {
+                out.write_all(plot.as_bytes())
+            })?;
             // The path of the measuring folder would mean nothing to readers.
             let table = tradeoff::csv(&Ledger {
                 compared_with: format!("truth of the {}", shoot.name),

@@ -5,6 +5,8 @@ use crate::page::{self, Shoot};
 use crate::sheet;
 use base::Result;
 use base::files::write_beside;
+use evaluation::metrics::MAX_DECIBELS;
+use measuring::decibels;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -43,7 +45,7 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
         let Some(compared) = shoot.compared() else {
             continue;
         };
-        let name = format!("{}.jpg", crate::plain(&shoot.name));
+        let name = format!("{}.jpg", measuring::file_name(&shoot.name));
         let file = shoot.elsewhere.as_deref().unwrap_or(folder).join(&name);
         sheet::write(&file, &compared)?;
         let shown = match shoot.elsewhere {
@@ -208,11 +210,7 @@ fn table(compared: &[&Scored], cells: &[Cell]) -> String {
         );
         let best = cell.best(compared);
         for (number, db) in cell.reached.iter().enumerate() {
-            let db = match db {
-                Some(db) if *db >= evaluation::metrics::MAX_DECIBELS => "exact".to_owned(),
-                Some(db) => format!("{db:.1}"),
-                None => "–".to_owned(),
-            };
+            let db = decibels(*db, MAX_DECIBELS);
             let _ = match best == Some(number) {
                 true => write!(text, " **{db}** |"),
                 false => write!(text, " {db} |"),

@@ -22,16 +22,17 @@ mod summary;
 mod tests;
 
 use about::About;
+use base::Result;
 use base::files::{self, write_beside};
-use base::{Error, Result};
 use clap::Parser;
 use clock::Clock;
+use measuring::{Program, finish};
 use page::{Page, Shoot};
 use serde_json::Value;
 use shoots::Source;
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::{Command, ExitCode, Stdio};
+use std::process::ExitCode;
 use std::sync::OnceLock;
 
 /// Measures shoots with a truth and writes the page. Continues a stopped run.
@@ -53,8 +54,8 @@ struct Options {
     #[arg(long, default_value = "../shared/data")]
     shared: PathBuf,
     /// Further shoot with a truth; repeatable.
-    #[arg(long, value_name = "NAME=DIR")]
-    shoot: Vec<String>,
+    #[arg(long, value_name = "NAME=DIR", value_parser = measuring::named_folder)]
+    shoot: Vec<(String, PathBuf)>,
     /// Measure nothing: write the page from earlier results.
     #[arg(long)]
     no_ladder: bool,
@@ -83,13 +84,7 @@ const LPIPS: &str = "weights/squeezenet1_1_lpips_v0_1.safetensors";
 const POSES_SHARE: f64 = 0.3;
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    finish(run(&Options::parse()))
 }
 
 fn run(options: &Options) -> Result<()> {
@@ -239,25 +234,6 @@ impl Options {
 
     /// Output of the program.
     fn afterlight(&self, arguments: &[&str]) -> Result<String> {
-        println!("afterlight {}", arguments.join(" "));
-        printed(Command::new(&self.program).args(arguments))
+        Program(&self.program).run(arguments)
     }
-}
-
-/// A name as a file name.
-fn plain(name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-    name.chars().map(plain).collect()
-}
-
-/// Output of a command; its errors are passed through.
-fn printed(command: &mut Command) -> Result<String> {
-    let shown = format!("{command:?}");
-    let output = command.stderr(Stdio::inherit()).output().map_err(|e| {
-        Error::invalid(format!("{shown} cannot be run: {e}"), "Build it first: make build")
-    })?;
-    if !output.status.success() {
-        return Err(Error::invalid(format!("{shown} failed"), "See its output above"));
-    }
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }

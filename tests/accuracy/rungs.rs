@@ -24,8 +24,7 @@ pub fn table(steps: &[Step]) -> String {
             figure.map_or("–".to_owned(), |figure| figure.text(digits))
         };
         let mean = |of: &dyn Fn(&tradeoff::Measured) -> Option<f64>, digits: usize| {
-            let figure = step.figure(of);
-            figure.map_or("–".to_owned(), |figure| format!("{:.digits$}", figure.mean))
+            measuring::cell(step.figure(of).map(|figure| figure.mean), digits)
         };
         let _ = write!(
             text,

@@ -1,7 +1,8 @@
 //! The measured shoots: written, imported, calibrated, and their ladders.
 
-use crate::{Clock, Options, plain};
-use base::{Error, Result};
+use crate::{Clock, Options};
+use base::Result;
+use measuring::file_name;
 use project::Project;
 use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
@@ -90,17 +91,9 @@ pub fn sources(options: &Options) -> Result<Vec<Source>> {
     } else {
         println!("Skipped {}: it is missing", scan.display());
     }
-    for shoot in &options.shoot {
-        let (name, folder) = shoot.split_once('=').ok_or_else(|| {
-            Error::invalid(
-                format!("{shoot:?} does not name a shoot"),
-                "Write it as NAME=DIR, such as portrait=shoots/portrait",
-            )
-        })?;
-        named.push((name.to_owned(), PathBuf::from(folder)));
-    }
+    named.extend(options.shoot.iter().cloned());
     let ready = named.into_iter().map(|(name, folder)| {
-        let source = Source { work: options.work.join(plain(&name)), name, folder };
+        let source = Source { work: options.work.join(file_name(&name)), name, folder };
         let (project, shoot) = (source.project(), &source.folder);
         let (to, from) = (project.to_string_lossy(), shoot.to_string_lossy());
         if !options.no_ladder && !project.join("project.toml").exists() {

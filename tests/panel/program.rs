@@ -6,11 +6,12 @@
 use base::files::write_beside;
 use base::{Error, Result};
 use clap::Parser;
+use measuring::{Program, cell, file_name, finish};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::ExitCode;
 
 /// Measures the panel and writes its page.
 #[derive(Debug, Parser)]
@@ -22,8 +23,8 @@ struct Options {
     #[arg(long, default_value_t = 128)]
     size: usize,
     /// Further shoot with a truth, such as one of a person; repeatable.
-    #[arg(long, value_name = "NAME=DIR")]
-    shoot: Vec<String>,
+    #[arg(long, value_name = "NAME=DIR", value_parser = measuring::named_folder)]
+    shoot: Vec<(String, PathBuf)>,
     /// Folder with the head scan; left out if it is missing.
     #[arg(long, default_value = "../shared/data")]
     shared: PathBuf,
@@ -70,13 +71,7 @@ struct Shoot {
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => {
-            eprintln!("{}", e.for_terminal());
-            ExitCode::FAILURE
-        }
-    }
+    finish(run(&Options::parse()))
 }
 
 fn run(options: &Options) -> Result<()> {
@@ -102,7 +97,7 @@ fn run(options: &Options) -> Result<()> {
             let olats = figures
                 .olats
                 .map_or("exact | ".to_owned(), |[mean, worst]| format!("{mean:.1} | {worst:.1}"));
-            let edges = figures.edges.map_or("–".to_owned(), |db| format!("{db:.1}"));
+            let edges = cell(figures.edges, 1);
             let _ = writeln!(page, "| {method} | {mean:.1} | {worst:.1} | {olats} | {edges} |");
         }
     }
@@ -125,13 +120,7 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
             ))
         };
         let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(of).collect();
-        let said = |figures: [f64; 3]| {
-            let shown = figures.map(|db| match db.is_finite() {
-                true => format!("{db:.1}"),
-                false => "–".to_owned(),
-            });
-            shown.join(" / ")
-        };
+        let said = |figures: [f64; 3]| figures.map(|db| cell(Some(db), 1)).join(" / ");
         let mean = |given: bool| {
             let of: Vec<[f64; 3]> = (found.iter().filter(|(of, _)| *of == given))
                 .map(|(_, figures)| *figures)
@@ -154,19 +143,17 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
 
 /// Shoots of the panel. Those of the virtual stage are made if missing.
 fn shoots(options: &Options) -> Result<Vec<Shoot>> {
+    let afterlight = Program(&options.program);
     let mut all = Vec::new();
-    for shoot in &options.shoot {
-        let (name, folder) = shoot.split_once('=').ok_or_else(|| {
-            Error::invalid(format!("{shoot:?} does not name a shoot"), "Write it as NAME=DIR")
-        })?;
-        all.push(Shoot { name: name.to_owned(), folder: PathBuf::from(folder), given: true });
+    for (name, folder) in options.shoot.iter().cloned() {
+        all.push(Shoot { name, folder, given: true });
     }
     let mut made = |name: &str, folder: PathBuf| {
         all.push(Shoot { name: name.to_owned(), folder, given: false });
     };
     let demo = options.work.join("demo");
     if !demo.join("shoot/manifest.json").exists() {
-        afterlight(options, &["demo", &demo.to_string_lossy(), "--prepare"])?;
+        afterlight.run(&["demo", &demo.to_string_lossy(), "--prepare"])?;
     }
     made("demo", demo.join("shoot"));
     let scan = options.shared.join("stage");
@@ -176,13 +163,13 @@ fn shoots(options: &Options) -> Result<Vec<Shoot>> {
         println!("head scan skipped: {} is missing", scan.display());
     }
     for (name, settings) in STAGES {
-        let folder = options.work.join(plain(name)).join("shoot");
+        let folder = options.work.join(file_name(name)).join("shoot");
         if !folder.join("manifest.json").exists() {
             let size = options.size.to_string();
             let to = folder.to_string_lossy();
             let mut command = vec!["stage", &to, "--size", &size, "--frames", "12"];
             command.extend(settings.split(' '));
-            afterlight(options, &command)?;
+            afterlight.run(&command)?;
         }
         made(name, folder);
     }
@@ -191,17 +178,18 @@ fn shoots(options: &Options) -> Result<Vec<Shoot>> {
 
 /// Measures a shoot: first the methods without training, then the prediction and the network after each training time.
 fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
-    let work = options.work.join(plain(name));
+    let afterlight = Program(&options.program);
+    let work = options.work.join(file_name(name));
     std::fs::create_dir_all(&work)
         .map_err(|e| Error::io("write", &work, e, "Check that the folder can be written"))?;
     let project = work.join("project");
     let (to, from, size) =
         (project.to_string_lossy(), shoot.to_string_lossy(), options.size.to_string());
     if !project.join("project.toml").exists() {
-        afterlight(options, &["import", &to, "--shoot", &from, "--size", &size])?;
+        afterlight.run(&["import", &to, "--shoot", &from, "--size", &size])?;
     }
     if !project.join("calibration.toml").exists() {
-        afterlight(options, &["calibrate", &to])?;
+        afterlight.run(&["calibrate", &to])?;
     }
     let score = |method: &str, file: &str| -> Result<Figures> {
         let path = work.join(format!("{file}.json"));
@@ -210,11 +198,8 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
         {
             return figures(&kept, method);
         }
-        let printed =
-            afterlight(options, &["evaluate", &to, "--truth", &from, "--with", method, "--json"])?;
-        let found: Value = serde_json::from_slice(&printed)
-            .map_err(|e| Error::bug(format!("evaluate --json did not print JSON: {e}")))?;
-        write_beside(&path, |out| out.write_all(&printed))?;
+        let found = afterlight.json(&["evaluate", &to, "--truth", &from, "--with", method])?;
+        write_beside(&path, |out| out.write_all(found.to_string().as_bytes()))?;
         figures(&found, method)
     };
     let mut rows = Vec::new();
@@ -225,10 +210,9 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
         let kept = |method: &str| format!("{method}-{minutes}");
         if !work.join(format!("{}.json", kept("network"))).exists() {
             let total = minutes.to_string();
-            afterlight(
-                options,
-                &["train", &to, "--preset", "quick", "--minutes", &total, "--exclude-truth", &from],
-            )?;
+            let train =
+                ["train", &to, "--preset", "quick", "--minutes", &total, "--exclude-truth", &from];
+            afterlight.run(&train)?;
         }
         for method in ["prediction", "network"] {
             let method_after = format!("{method}, {minutes} min");
@@ -257,25 +241,4 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
         edges: found["olat_shadow_edges"]["psnr_db"].as_f64().filter(|_| olats.is_some()),
         olats,
     })
-}
-
-/// Runs the program. Returns its standard output.
-fn afterlight(options: &Options, arguments: &[&str]) -> Result<Vec<u8>> {
-    println!("afterlight {}", arguments.join(" "));
-    let output =
-        (Command::new(&options.program).args(arguments).stderr(Stdio::piped()).output())
-            .map_err(|e| Error::io("start", &options.program, e, "Build it first: make build"))?;
-    if output.status.success() {
-        return Ok(output.stdout);
-    }
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    Err(Error::invalid(
-        format!("afterlight {} failed: {}", arguments.join(" "), said.trim()),
-        "Run that command alone",
-    ))
-}
-
-/// A name of letters, digits and hyphens.
-fn plain(name: &str) -> String {
-    name.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect()
 }

@@ -1,6 +1,8 @@
 //! Cases to measure: the demo's interview at several plate sizes and working sizes, with more and fewer lamps.
 
-use super::{Afterlight, Result};
+use base::{Error, Result};
+use measuring::{Program, printed};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -48,7 +50,7 @@ impl Case {
 
     /// Its project in `folder`, and its shoot, made if missing. The network is barely trained: it takes as long as a
     /// trained one.
-    pub fn prepare(&self, afterlight: &Afterlight, folder: &Path) -> Result<[PathBuf; 2]> {
+    pub fn prepare(&self, afterlight: Program, folder: &Path) -> Result<[PathBuf; 2]> {
         let (width, height) = self.plate;
         let Self { network, lamps, .. } = self;
         let project = folder.join(format!("{width}x{height}-{network}-{lamps}"));
@@ -57,17 +59,17 @@ impl Case {
             return Ok([project, shoot]);
         }
         let demo = folder.join("demo");
-        afterlight.run("demo", &[text(&demo)?, "--prepare"])?;
+        afterlight.run(&["demo", &text(&demo), "--prepare"])?;
         enlarge(&demo.join("shoot"), &shoot, self.plate)?;
-        let name = text(&project)?;
+        let (name, from) = (text(&project), text(&shoot));
         let [network, lamps] = [network, lamps].map(ToString::to_string);
         // A stopped run may have left it.
         if !project.join("project.toml").exists() {
-            let import = ["--shoot", text(&shoot)?, "--size", &network, "--lamps", &lamps];
-            afterlight.run("import", &[&[name], &import[..]].concat())?;
+            let import = ["import", &name, "--shoot", &from, "--size", &network, "--lamps", &lamps];
+            afterlight.run(&import)?;
         }
-        afterlight.run("calibrate", &[name])?;
-        afterlight.run("train", &[name, "--minutes", "0.1", "--device", "cpu"])?;
+        afterlight.run(&["calibrate", &name])?;
+        afterlight.run(&["train", &name, "--minutes", "0.1", "--device", "cpu"])?;
         Ok([project, shoot])
     }
 }
@@ -84,7 +86,7 @@ pub fn is_interview(shoot: &Path, file: &Path) -> bool {
 
 /// Copies a shoot, with its interview at another size.
 fn enlarge(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()> {
-    let fail = |e: std::io::Error| format!("{} cannot be copied: {e}", from.display());
+    let fail = |e: std::io::Error| Error::io("copy", from, e, "Make room on the disk");
     // This file is copied last.
     const MARK: &str = "manifest.json";
     if to.join(MARK).exists() {
@@ -105,7 +107,7 @@ fn enlarge(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()
 
 /// All files in a folder, recursively.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
+    let fail = |e: std::io::Error| Error::io("read", folder, e, "Check that it can be read");
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
@@ -121,15 +123,10 @@ fn scale(from: &Path, to: &Path, (width, height): (usize, usize)) -> Result<()> 
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-v", "error", "-y", "-i"]).arg(from);
     let filter = format!("scale={width}:{height}:flags=lanczos");
-    let output = ffmpeg.args(["-q:v", "2", "-vf", &filter]).arg(to).output();
-    let output = output.map_err(|e| format!("ffmpeg does not start: {e}"))?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    match output.status.success() {
-        true => Ok(()),
-        false => Err(format!("{} cannot be enlarged: {said}", from.display())),
-    }
+    printed(ffmpeg.args(["-q:v", "2", "-vf", &filter]).arg(to)).map(drop)
 }
 
-pub fn text(path: &Path) -> Result<&str> {
-    path.to_str().ok_or_else(|| format!("the path {} is not UTF-8", path.display()))
+/// A path as an argument.
+pub fn text(path: &Path) -> Cow<'_, str> {
+    path.to_string_lossy()
 }

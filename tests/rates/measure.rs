@@ -1,7 +1,8 @@
 //! Time and data per frame on farm workers.
 
 use super::case::{Case, files, is_interview, text};
-use super::{Afterlight, Result};
+use base::{Error, Result};
+use measuring::Program;
 use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Instant;
@@ -34,7 +35,7 @@ pub struct Rate {
 /// Runs jobs of `case` in `folder`, with its project and shoot.
 pub fn measure(
     case: &Case,
-    afterlight: &Afterlight,
+    afterlight: Program,
     (project, shoot): (&Path, &Path),
     folder: &Path,
 ) -> Result<Rate> {
@@ -43,8 +44,8 @@ pub fn measure(
     let mut written = 0.0;
     let run = |command: &str, more: &[&str]| {
         let started = Instant::now();
-        let said = afterlight.run(command, &[&[text(&job)?], more].concat())?;
-        Ok::<_, String>((started.elapsed().as_secs_f64(), said))
+        let said = afterlight.json(&[&[command, &text(&job)], more].concat())?;
+        Ok::<_, Error>((started.elapsed().as_secs_f64(), said))
     };
     for _ in 0..TIMES {
         write_job(case, afterlight, project, folder, SHORT)?;
@@ -73,7 +74,7 @@ pub fn measure(
 /// Writes a job of the first frames, replacing the last one.
 fn write_job(
     case: &Case,
-    afterlight: &Afterlight,
+    afterlight: Program,
     project: &Path,
     folder: &Path,
     frames: usize,
@@ -82,15 +83,17 @@ fn write_job(
     for old in [&job, &made] {
         match std::fs::remove_dir_all(old) {
             Err(e) if e.kind() != ErrorKind::NotFound => {
-                return Err(format!("{} cannot be removed: {e}", old.display()));
+                return Err(Error::io("remove", old, e, "Remove it by hand"));
             }
             _ => (),
         }
     }
     let output = made.join(if case.stills { "%04d.exr" } else { "clip.mov" });
     let range = format!("0-{}", frames - 1);
+    let [project, output, job] = [project, &output, &job].map(text);
     let words = [
-        text(project)?,
+        "farm",
+        &project,
         "--environment",
         "nave",
         "--turntable",
@@ -103,11 +106,11 @@ fn write_job(
         "--frames",
         &range,
         "--output",
-        text(&output)?,
+        &output,
         "--to",
-        text(&job)?,
+        &job,
     ];
-    afterlight.run("farm", &words).map(drop)
+    afterlight.run(&words).map(drop)
 }
 
 /// Mean size of a frame's plate and matte, in bytes.

@@ -5,18 +5,21 @@
 
 mod case;
 mod measure;
+mod simulation;
 mod tables;
 
+use base::files::write_beside;
 use base::machine::Machine;
+use base::{Error, Result};
 use case::CASES;
 use measure::Rate;
+use measuring::{Program, finish};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 const BEGIN: &str = "<!-- written by `make farm` -->";
 const END: &str = "<!-- to here -->";
-
-type Result<T> = std::result::Result<T, String>;
 
 fn main() -> ExitCode {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
@@ -24,60 +27,39 @@ fn main() -> ExitCode {
         eprintln!("usage: AFTERLIGHT FOLDER PAGE, with FOLDER for projects and jobs");
         return ExitCode::from(2);
     };
-    match write(program, folder, page) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => {
-            eprintln!("{} cannot be written: {e}", page.display());
-            ExitCode::FAILURE
-        }
-    }
+    finish(write(program, folder, page))
 }
 
 /// Measures all cases in turn, and writes the page.
 fn write(program: &Path, folder: &Path, page: &Path) -> Result<()> {
     // A missing tool or mark is reported before the measuring starts.
-    let text = std::fs::read_to_string(page).map_err(|e| e.to_string())?;
+    let text = std::fs::read_to_string(page)
+        .map_err(|e| Error::io("read", page, e, "Start in the repository's root"))?;
     with_tables(&text, "")?;
-    let afterlight =
-        Afterlight { program: std::path::absolute(program).map_err(|e| e.to_string())? };
     let mut rates: Vec<Rate> = Vec::new();
     for case in &CASES {
         eprintln!("{}", case.words());
-        let [project, shoot] = case.prepare(&afterlight, folder)?;
-        let rate = measure::measure(case, &afterlight, (&project, &shoot), folder)?;
+        let [project, shoot] = case.prepare(Program(program), folder)?;
+        let rate = measure::measure(case, Program(program), (&project, &shoot), folder)?;
         eprintln!("{rate:?}");
         rates.push(rate);
     }
     let machine = Machine::this();
     let text = with_tables(&text, &tables::tables(&rates, &machine))?;
-    std::fs::write(page, text).map_err(|e| e.to_string())
+    write_beside(page, |out| out.write_all(text.as_bytes()))
 }
 
 /// The page with these tables between its marks.
 fn with_tables(page: &str, tables: &str) -> Result<String> {
-    let missing = || format!("the lines {BEGIN} and {END} are missing");
+    let missing = || {
+        Error::invalid(
+            format!("the lines {BEGIN} and {END} are missing"),
+            "Restore them in the page",
+        )
+    };
     let (before, rest) = page.split_once(BEGIN).ok_or_else(missing)?;
     let (_, after) = rest.split_once(END).ok_or_else(missing)?;
     Ok(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
-}
-
-/// The program to measure.
-struct Afterlight {
-    program: PathBuf,
-}
-
-impl Afterlight {
-    /// Output of a command with `--json`.
-    fn run(&self, command: &str, words: &[&str]) -> Result<serde_json::Value> {
-        let mut process = Command::new(&self.program);
-        process.arg(command).args(words).arg("--json");
-        let output = process.output().map_err(|e| format!("{command}: {e}"))?;
-        if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
-            return Err(format!("afterlight {command} {words:?} failed: {said}"));
-        }
-        serde_json::from_slice(&output.stdout).map_err(|e| format!("afterlight {command}: {e}"))
-    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Tables: measured rates, the resulting time of twenty hours of footage, and the simulated scaling of a job.
 
 use super::measure::Rate;
+use super::simulation::{Farm, Run};
 use base::machine::Machine;
-use farm::simulation::{Farm, Run};
 use std::fmt::Write;
 
 /// Twenty hours at 60 frames a second.

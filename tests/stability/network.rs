@@ -1,9 +1,7 @@
 //! Networks that no training produces: collapsed, saturated, with extreme input.
 
 use super::gpu;
-use afterlight::compositor::{
-    CameraView, Extra, FieldEncoder, Ingredients, Levels, Storage, Upstream, compose,
-};
+use afterlight::compositor::{FieldEncoder, Ingredients, Storage, compose};
 use afterlight::footage::Frame;
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Mask};
@@ -122,16 +120,9 @@ fn pictures_are_finite(predictor: &Predictor, compute: &ComputeDevice) -> bool {
     frames().iter().all(|frame| {
         let field = predictor.predict_on_device(frame).unwrap();
         let mut encoder = FieldEncoder::new(Storage::F16);
-        let of = Ingredients {
-            field: &encoder.encode(field, compute.passes()).unwrap(),
-            mask: &frame.mask,
-            weights: &weights,
-            environment: &Environment::from_radiance("even", Image::filled(2, 1, [1.0; 3])),
-            levels: Levels::default(),
-            view: CameraView::default(),
-            upstream: Upstream::default(),
-            extra: Extra::default(),
-        };
+        let field = encoder.encode(field, compute.passes()).unwrap();
+        let environment = Environment::from_radiance("even", Image::filled(2, 1, [1.0; 3]));
+        let of = Ingredients::new(&field, &frame.mask, &weights, &environment);
         let linear = compose(&scene, &of).unwrap().linear.unwrap();
         linear.pixels.iter().flatten().all(|v| v.is_finite())
     })

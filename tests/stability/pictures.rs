@@ -2,9 +2,7 @@
 
 use super::gpu;
 use super::noise;
-use afterlight::compositor::{
-    CameraView, Extra, Field, Grain, Ingredients, Levels, Picture, Upstream, compose,
-};
+use afterlight::compositor::{Extra, Field, Grain, Ingredients, Picture, compose};
 use afterlight::gpu::ComputeDevice;
 use afterlight::imaging::{Image, Mask};
 use afterlight::light::{Environment, LightWeights, weights};
@@ -80,17 +78,11 @@ impl Set {
     fn both(&self, scene: &Scene, mask: &Mask, environment: &Environment) -> [Picture; 2] {
         [&self.here, &self.there].map(|field| {
             let of = Ingredients {
-                field,
-                mask,
-                weights: &self.weights,
-                environment,
-                levels: Levels::default(),
-                view: CameraView::default(),
-                upstream: Upstream::default(),
                 extra: Extra {
                     grain: Some(&Grain { deviation: [[0.03; 3]; 8] }),
                     ..Extra::default()
                 },
+                ..Ingredients::new(field, mask, &self.weights, environment)
             };
             compose(scene, &of).unwrap()
         })

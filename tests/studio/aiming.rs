@@ -1,6 +1,9 @@
 //! Lights placed by the face, and lights that light the subject alone.
 
-use super::{Window, clay_window, drag, live::until_idle, picture, plain_drag, until, until_shown};
+use super::{
+    Window, drag, lights, live::until_idle, picture, plain_drag, undo, until, until_said,
+    until_shown,
+};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -20,25 +23,14 @@ fn click(window: &mut Window, at: Pos2) {
     window.run_steps(3);
 }
 
-fn lights(window: &Window) -> &[afterlight::light::PlacedLight] {
-    &window.state().state().look.lighting.placed
-}
-
 fn until_lights(window: &mut Window, count: usize) {
     until(window, "placed light", |app| app.state().look.lighting.placed.len() == count);
     until_shown(window);
 }
 
-fn undo(window: &mut Window) {
-    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    until_shown(window);
-}
-
 /// A window in which a press on the picture places a light, and its folder.
 fn aiming_window() -> (Window, TempDir) {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (folder, mut window) = crate::shown_window();
     window.key_press(Key::H);
     window.run_steps(2);
     (window, folder)
@@ -46,9 +38,7 @@ fn aiming_window() -> (Window, TempDir) {
 
 #[test]
 fn a_click_on_the_left_cheek_places_a_light_from_camera_left() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let before = picture(&window);
     window.key_press(Key::H);
     window.run_steps(2);
@@ -76,9 +66,7 @@ fn a_click_on_the_left_cheek_places_a_light_from_camera_left() {
 
 #[test]
 fn a_drag_over_the_face_moves_one_light_and_is_undone_at_once() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     window.get_by_label("Light by the face").click();
     window.run_steps(2);
     let (from, to) = (place(&window, 12.0, 32.0), place(&window, 40.0, 32.0));
@@ -112,16 +100,6 @@ fn a_click_beside_the_subject_places_nothing_and_says_so() {
     plain_drag(&mut window, middle, middle + vec2(50.0, 0.0));
     assert!(window.state().state().look.yaw_deg > turned + 10.0);
     assert!(lights(&window).is_empty());
-}
-
-/// Waits until a label contains these words.
-fn until_said(window: &mut Window, said: &str) {
-    let started = std::time::Instant::now();
-    while window.query_by_label_contains(said).is_none() {
-        assert!(started.elapsed() < test_support::PATIENCE, "no {said:?}");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-        window.step();
-    }
 }
 
 #[test]
@@ -190,9 +168,7 @@ fn a_press_where_a_light_falls_takes_that_light() {
 
 #[test]
 fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let before = picture(&window);
     window.get_by_label("Add light").click();
     until_lights(&mut window, 1);
@@ -241,8 +217,7 @@ fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
 
 #[test]
 fn a_solo_light_lights_the_subject_alone_and_lights_have_names() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.get_by_label("Add light").click();
     until_lights(&mut window, 1);
     let all = picture(&window);

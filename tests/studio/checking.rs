@@ -1,6 +1,6 @@
 //! The badge in the status bar, and its checks.
 
-use super::{SHOOT, Window, snapshot, until, window};
+use super::{SHOOT, Window, click_on, snapshot, until, window};
 use afterlight::calibration::Calibration;
 use afterlight::check::{Level, Subject};
 use afterlight::gpu::DeviceChoice;
@@ -60,8 +60,7 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
         let names = report.map(|r| r.checks.iter().filter_map(|c| c.environment.as_ref()));
         names.is_some_and(|mut names| names.any(|name| name == "Overcast sky"))
     });
-    window.get_by_label("Checks: bad").click();
-    window.run_steps(3);
+    click_on(&mut window, "Checks: bad");
     assert_eq!(window.state().state().active, Pane::Checks);
     window.get_by_label_contains("do not show 1 of 12 lamps");
     snapshot(&mut window, "studio_checks");

@@ -1,7 +1,7 @@
 //! Comparisons of two pictures, solo lamps, pixels, and the list of commands.
 
 use super::training::trained_project;
-use super::{clay, clay_window, drag, picture, plain_drag, snapshot, until, until_shown, window};
+use super::{clay, click_on, drag, picture, plain_drag, snapshot, until, until_shown, window};
 use afterlight::studio::{CompareMode, Pane, Reference, StudioApp, Workspace};
 use afterlight::worker::{Comparison, ComparisonSource};
 use egui::{Key, Modifiers, PointerButton, vec2};
@@ -21,8 +21,7 @@ pub fn click(window: &super::Window, name: &str, x: f32) {
 
 #[test]
 fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::W);
     until_compared(&mut window);
     let line = window.get_by_label("Wipe").rect().center();
@@ -47,8 +46,7 @@ fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
 
 #[test]
 fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let open = |window: &mut super::Window, menus: &[&str]| {
         for &name in menus {
             // The environment list on the left has the same names.
@@ -142,16 +140,13 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
 
 #[test]
 fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     assert_eq!(window.state().state().active, Pane::Picture);
-    window.get_by_label("Panels").click();
-    window.run_steps(3);
+    click_on(&mut window, "Panels");
     let entry = window.get_by_label("Reset layout").rect().center();
     let light = window.get_by_label("Environment map").rect();
     assert!(entry.x > light.left(), "the menu lies over the light");
-    window.get_by_label("Reset layout").click();
-    window.run_steps(3);
+    click_on(&mut window, "Reset layout");
     assert!(window.query_by_label("Reset layout").is_none());
     assert_eq!(window.state().state().active, Pane::Picture);
     // With the menu closed, the same place belongs to the pane.
@@ -164,16 +159,13 @@ fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
 
 #[test]
 fn a_channel_is_chosen_above_the_picture() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    window.get_by_label("Channels").click();
-    window.run_steps(3);
+    let (_folder, mut window) = crate::new_window();
+    click_on(&mut window, "Channels");
     click(&window, "Green", 208.0);
     until_shown(&mut window);
     let green = picture(&window);
     assert!(green.chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2]));
-    window.get_by_label("Channels").click();
-    window.run_steps(3);
+    click_on(&mut window, "Channels");
     click(&window, "Luminance", 208.0);
     until_shown(&mut window);
     assert!(picture(&window) != green);
@@ -181,9 +173,7 @@ fn a_channel_is_chosen_above_the_picture() {
 
 #[test]
 fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let before = picture(&window);
     window.key_press(Key::PageDown);
     window.run_steps(2);
@@ -202,16 +192,14 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     until(&mut window, "the lamps of the pixel", |app| app.texel().is_some());
     snapshot(&mut window, "studio_scopes");
     // A click selects a lamp for solo: one of the two in the middle of 24.
-    window.get_by_label("Light by lamp").click();
-    window.run_steps(3);
+    click_on(&mut window, "Light by lamp");
     let solo = window.state().state().solo.clone();
     assert!(solo == [11] || solo == [12], "{solo:?}");
 }
 
 #[test]
 fn a_command_is_found_by_its_words() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let command = Modifiers::COMMAND | Modifiers::SHIFT;
     window.key_press_modifiers(command, Key::P);
     window.run_steps(3);
@@ -225,8 +213,7 @@ fn a_command_is_found_by_its_words() {
 
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     window.run_steps(2);
-    window.get_by_label("Panels").click();
-    window.run_steps(3);
+    click_on(&mut window, "Panels");
     // Its tab has the same name; the menu is on the right.
     click(&window, "Environments", 640.0);
     window.run_steps(3);
@@ -235,9 +222,7 @@ fn a_command_is_found_by_its_words() {
 
 #[test]
 fn the_compass_hides_in_a_small_picture() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     window.get_by_label("Compass");
     let size = window.ctx.content_rect().size();
     window.set_size(vec2(size.x, 0.6 * size.y));
@@ -250,8 +235,7 @@ fn the_compass_hides_in_a_small_picture() {
 
 #[test]
 fn keys_show_channels_and_the_compass_turns_the_light() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::R);
     until_shown(&mut window);
     let red = picture(&window);
@@ -276,8 +260,7 @@ fn keys_show_channels_and_the_compass_turns_the_light() {
 
 #[test]
 fn a_drag_across_a_wipe_moves_the_line_and_never_the_light() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::W);
     until_compared(&mut window);
     let picture = window.get_by_label("Wipe").rect();
@@ -302,17 +285,14 @@ pub fn read_at(window: &mut super::Window, at: egui::Pos2) -> String {
 
 #[test]
 fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let plain = read_at(&mut window, super::MIDDLE);
     let [x, y] = window.state().state().probed.unwrap();
     let [r, g, b] = window.state().relit().unwrap().codes([x, y]).unwrap();
     assert!(plain.contains(&format!("{r:3} {g:3} {b:3}")), "{plain}");
     assert!(plain.contains("linear"), "{plain}");
 
-    window.get_by_label("Channels").click();
-    window.run_steps(3);
+    click_on(&mut window, "Channels");
     click(&window, "False colour", 208.0);
     until_shown(&mut window);
     let map = window.state().relit().unwrap().codes([x, y]).unwrap();
@@ -362,8 +342,7 @@ pub fn compare_by(window: &mut super::Window, how: &str) {
 
 #[test]
 fn a_difference_is_drawn_by_the_chosen_gain() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::W);
     until_compared(&mut window);
     let role = egui::accesskit::Role::ComboBox;
@@ -391,8 +370,7 @@ fn a_difference_is_drawn_by_the_chosen_gain() {
 
 #[test]
 fn the_two_pictures_are_switched_while_the_clip_plays() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::Q);
     until_compared(&mut window);
     window.key_press(Key::Space);
@@ -413,11 +391,8 @@ fn the_two_pictures_are_switched_while_the_clip_plays() {
 
 #[test]
 fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
-    window.get_by_label("Scopes").click();
-    window.run_steps(3);
+    let (_folder, mut window) = crate::shown_window();
+    click_on(&mut window, "Scopes");
     let both = Modifiers::COMMAND | Modifiers::SHIFT;
     let from = super::MIDDLE - vec2(90.0, 60.0);
     let draw = |window: &mut super::Window, by: egui::Vec2| {
@@ -471,9 +446,7 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
 
 #[test]
 fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let solo = |window: &mut super::Window| {
         window.key_press(Key::PageDown);
         until(window, "lamp alone", |app| app.relit().is_some_and(|relit| relit.solo == [0]));
@@ -500,8 +473,7 @@ fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
 
 #[test]
 fn arrow_keys_choose_in_the_list_of_commands_and_it_does_not_jump() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let command = Modifiers::COMMAND | Modifiers::SHIFT;
     window.key_press_modifiers(command, Key::P);
     window.run_steps(3);

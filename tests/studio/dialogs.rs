@@ -2,7 +2,7 @@
 //! process without a desktop, so that no dialog appears on screen.
 
 use super::{
-    Window, alone, clay_window, drop_onto, machine, project, retype, temporary, until,
+    Window, alone, clay_window, click_on, drop_onto, machine, project, retype, temporary, until,
     until_labelled,
 };
 use afterlight::gpu::DeviceChoice;
@@ -48,8 +48,7 @@ fn a_file_is_never_replaced_by_a_drop_and_a_typed_name_asks_first() {
     let Phase::Ready { device } = window.state().status().phase.clone() else {
         panic!("it is live");
     };
-    window.get_by_label(&device).click();
-    window.run_steps(3);
+    click_on(&mut window, &device);
     window.state().show_machine(machine::report());
     until_labelled(&mut window, "In short");
     window.get_by_label("Save…").click();
@@ -168,8 +167,7 @@ fn a_typed_path_stays_when_the_system_closes_its_dialog() {
 
 #[test]
 fn the_keys_of_every_program_are_known() {
-    let folder = temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
     window.run_steps(3);
     window.get_by_label_contains("saved as you work, with undo");
@@ -205,8 +203,7 @@ pub fn assert_is_unsaved(window: &mut Window) {
 
 #[test]
 fn what_cannot_be_saved_is_said_in_the_status_line_and_by_key() {
-    let folder = temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     until_labelled(&mut window, "Saved");
     // A folder takes the place of the look file.
     std::fs::create_dir(folder.path().join("look.json")).unwrap();
@@ -221,8 +218,7 @@ fn what_cannot_be_saved_is_said_in_the_status_line_and_by_key() {
 
 #[test]
 fn the_first_hit_of_the_palette_is_marked_and_enter_runs_it() {
-    let folder = temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
     window.run_steps(3);
     for (typed, first) in [("panel", "Show or hide the panels"), (" probe", "Panel: Probe")] {

@@ -1,8 +1,8 @@
 //! The plan of passes, and forced passes.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drop_onto, picture, plain_drag, snapshot, snapshot_without,
-    told_job, until, until_shown, window,
+    MIDDLE, Window, clay, drop_onto, picture, plain_drag, snapshot, snapshot_without, told_job,
+    until, until_shown, window,
 };
 use afterlight::compositor::Pass;
 use afterlight::studio::{Phase, StudioApp};
@@ -33,8 +33,7 @@ const LEAVE_OUT: &str = "Always off";
 
 #[test]
 fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     window.get_by_label("Effects").click();
     until_shown(&mut window);
     let before = picture(&window);
@@ -81,9 +80,7 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
 
 #[test]
 fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     for name in ["Environment", "Grade", "Lights", "Picture", "Effects"] {
         window.get_by_label(&format!("{name} group"));
         assert!(window.query_by_label(&format!("{name} changed")).is_none());
@@ -128,8 +125,7 @@ fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
 
 #[test]
 fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene_again() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.get_by_label("Effects").click();
     until_shown(&mut window);
     force(&mut window, "Glare", RUN);
@@ -151,8 +147,7 @@ fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene
 
 #[test]
 fn effects_and_log_look_as_they_did() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.get_by_label("Log").click();
     window.run_steps(2);
     window.get_by_label("No messages yet");

@@ -1,6 +1,6 @@
 //! Environments added by hand: their front direction, storage, removal, and missing files.
 
-use super::{Window, clay, drop_onto, until, until_shown, window};
+use super::{Window, clay, click_on, drop_onto, until, until_shown, window};
 use afterlight::imaging::{Image, file::write_exr};
 use afterlight::light::conventions::{Front, Tool};
 use afterlight::project::Project;
@@ -175,8 +175,7 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
     let mut window = open(&home);
     window.get_by_label_contains("yard.exr. It stays in the list");
     super::scroll_to(&mut window, "yard");
-    window.get_by_label("yard").click();
-    window.run_steps(3);
+    click_on(&mut window, "yard");
     // A click reads it again.
     until(&mut window, "the failed read", |app| {
         let mut environments = app.environments().iter();
@@ -296,8 +295,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
     assert!(top(&window, "Three-point") > top(&window, "sky"));
     window.get_by_label("Three-point").click();
     until_shown(&mut window);
-    window.get_by_label("Star Three-point").click();
-    window.run_steps(3);
+    click_on(&mut window, "Star Three-point");
     assert!(top(&window, "Three-point") < top(&window, "sky"));
     // The shortcut, while the pane is active, marks the current environment.
     window.get_by_label("sky").click();
@@ -311,8 +309,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
     let mut window = open_as(&settings, &other);
     assert!(top(&window, "Three-point") < top(&window, "window"));
     assert!(top(&window, "sky") > top(&window, "window"), "not a favourite");
-    window.get_by_label("Unstar Three-point").click();
-    window.run_steps(3);
+    click_on(&mut window, "Unstar Three-point");
     assert!(window.query_by_label("Environments: Favourites").is_none());
 }
 
@@ -342,8 +339,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     }
     window.get_by_label("Environments: day").scroll_to_me();
     window.run_steps(4);
-    window.get_by_label("Environments: day").click();
-    window.run_steps(3);
+    click_on(&mut window, "Environments: day");
     assert!(window.query_by_label("day_03").is_none(), "the folder is folded");
 
     window.get_by_label("Search environments").click();
@@ -378,8 +374,7 @@ fn two_hundred_panoramas_are_grouped_by_folder_searched_and_gone_through_by_key(
     // The arrow keys follow the visible list and scroll to the new row.
     window.get_by_label("sky").scroll_to_me();
     window.run_steps(4);
-    window.get_by_label("sky").click();
-    window.run_steps(3);
+    click_on(&mut window, "sky");
     window.key_press(Key::ArrowUp);
     window.run_steps(3);
     window.key_press(Key::ArrowUp);
@@ -400,8 +395,7 @@ fn what_is_folded_stays_folded_in_the_next_window() {
     let mut window = open_as(&settings, &home);
     for heading in ["Grade group", "Environments: Built in"] {
         super::scroll_to(&mut window, heading);
-        window.get_by_label(heading).click();
-        window.run_steps(3);
+        click_on(&mut window, heading);
     }
     let is_folded = |window: &Window| {
         let tint = window.query_by_role_and_label(Role::SpinButton, "Tint");
@@ -415,8 +409,7 @@ fn what_is_folded_stays_folded_in_the_next_window() {
     assert_eq!(is_folded(&window), [true; 2]);
     window.get_by_role_and_label(Role::SpinButton, "Pitch");
     for heading in ["Grade group", "Environments: Built in"] {
-        window.get_by_label(heading).click();
-        window.run_steps(3);
+        click_on(&mut window, heading);
     }
     assert_eq!(is_folded(&window), [false; 2]);
     drop(window);

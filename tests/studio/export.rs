@@ -1,8 +1,8 @@
 //! Exports with the mouse only and with keys only, with a network trained for seconds.
 
 use super::{
-    Window, clay_window, go, plain_drag, retype, scroll_to, snapshot, told_job, until,
-    until_labelled, until_shown, window,
+    Window, click_on, go, plain_drag, retype, scroll_to, snapshot, told_job, until, until_labelled,
+    until_said, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::color_config::ColorChoice;
@@ -131,8 +131,7 @@ pub fn choose_colors(window: &mut Window, now: &str, other: &str) {
     window.run_steps(3);
     until_labelled(window, other);
     window.run_steps(4);
-    window.get_by_label(other).click();
-    window.run_steps(3);
+    click_on(window, other);
 }
 
 fn sentence(window: &Window, export: usize) -> String {
@@ -189,16 +188,6 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     window.get_by_label("Clear finished").click();
     window.run_steps(4);
     assert!(window.state().exports().is_empty());
-}
-
-/// Waits until a label contains this text.
-pub fn until_said(window: &mut Window, text: &str) {
-    let started = std::time::Instant::now();
-    while window.query_by_label_contains(text).is_none() {
-        assert!(started.elapsed() < test_support::PATIENCE, "no label with {text}");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-        window.step();
-    }
 }
 
 /// Presses the tab key until the control of this name has the focus.
@@ -284,8 +273,7 @@ fn an_export_is_what_was_shown_when_it_was_added() {
     window.run_steps(2);
     let add = |window: &mut Window, name: &str| {
         type_name(window, name);
-        window.get_by_label("Add to queue").click();
-        window.run_steps(3);
+        click_on(window, "Add to queue");
     };
     add(&mut window, "exports/plain");
     until_exported(&mut window, 1);
@@ -512,8 +500,7 @@ pub fn until_share(window: &mut Window, share: f32) {
 
 #[test]
 fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     window.get_by_label("Workspace Export").click();
     let tell = told_export(&window, "clay.0000–0007.png", folder.path());
     let next = told_export(&window, "next.mov", folder.path());
@@ -522,11 +509,9 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     }
     until_share(&mut window, 0.25);
     assert!(window.query_by_label("Stop").is_none(), "only one line of the job");
-    window.get_by_label("Pause clay.0000–0007.png").click();
-    window.run_steps(3);
+    click_on(&mut window, "Pause clay.0000–0007.png");
     window.get_by_label("paused");
-    window.get_by_label("Resume clay.0000–0007.png").click();
-    window.run_steps(3);
+    click_on(&mut window, "Resume clay.0000–0007.png");
     until_labelled(&mut window, "Cancel clay.0000–0007.png");
     window.get_by_label("Cancel clay.0000–0007.png").click();
     until(&mut window, "end of the export", |app| {
@@ -545,8 +530,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
 
 #[test]
 fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
     type_name(&mut window, "exports/");
@@ -566,8 +550,7 @@ fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
 
 #[test]
 fn the_export_s_panel_looks_as_it_did() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     window.get_by_label("Workspace Export").click();
     until_shown(&mut window);
     snapshot(&mut window, "studio_export_empty");
@@ -597,8 +580,7 @@ fn the_export_s_panel_looks_as_it_did() {
 
 #[test]
 fn an_export_that_failed_looks_as_it_did() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     window.get_by_label("Workspace Export").click();
     until_shown(&mut window);
     let exports = folder.path().join("exports");
@@ -618,8 +600,7 @@ fn an_export_that_failed_looks_as_it_did() {
     until_exported(&mut window, 1);
     until_said(&mut window, "2 files with this name already exist");
     snapshot(&mut window, "studio_export_error");
-    window.get_by_label("Remove clay.0000–0007.png").click();
-    window.run_steps(3);
+    click_on(&mut window, "Remove clay.0000–0007.png");
     until(&mut window, "empty line", |app| app.exports().is_empty());
 }
 

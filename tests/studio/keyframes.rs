@@ -1,14 +1,14 @@
 //! Keys of settings: set, visited, moved, copied, shaped and removed; and other uses of the keyboard.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, go, picture, plain_drag, scroll_to, snapshot, until,
-    until_shown,
+    MIDDLE, Window, clay, clay_window, click_on, copied, go, picture, plain_drag, scroll_to,
+    snapshot, until, until_shown,
 };
 use afterlight::light::keyframes::Interpolation;
 use afterlight::scene::{LightSetting, Pass, Setting};
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, OutputCommand, Pos2, vec2};
+use egui::{Event, Key, Modifiers, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
 fn frames(app: &StudioApp, of: Setting) -> Vec<f64> {
@@ -18,9 +18,7 @@ fn frames(app: &StudioApp, of: Setting) -> Vec<f64> {
 
 #[test]
 fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let last = clay::FRAMES - 1;
     window.key_press(Key::K);
     window.run_steps(2);
@@ -68,8 +66,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
 
 #[test]
 fn intensity_is_keyed_by_its_diamond_and_by_key() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.get_by_label("Intensity key at this frame").click();
     window.run_steps(2);
     assert_eq!(frames(window.state(), Setting::Intensity), [0.0]);
@@ -149,25 +146,9 @@ fn going_to_another_frame_writes_no_file() {
     assert_eq!(written(), before);
 }
 
-/// Text that Ctrl+C puts on the clipboard.
-fn copied(window: &mut Window) -> String {
-    window.event(Event::Copy);
-    for _ in 0..4 {
-        window.step();
-        for command in &window.output().platform_output.commands {
-            if let OutputCommand::CopyText(text) = command {
-                return text.clone();
-            }
-        }
-    }
-    panic!("nothing was copied");
-}
-
 #[test]
 fn every_row_has_a_diamond_and_what_is_animated_has_a_lane() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     window.run_steps(2);
@@ -226,7 +207,7 @@ fn keys_are_selected_moved_copied_and_removed_together() {
     window.run_steps(2);
     window.get_by_label("Yaw key at frame 3").click_modifiers(Modifiers::SHIFT);
     window.run_steps(2);
-    let text = copied(&mut window);
+    let text = copied(&mut window).unwrap();
     go(&mut window, Key::ArrowRight, 1);
     go(&mut window, Key::ArrowRight, 2);
     window.event(Event::Paste(text.clone()));
@@ -257,8 +238,7 @@ fn keys_are_shaped_by_their_menu() {
     let mut window = animated(folder.path());
     window.get_by_label("Exposure key at frame 0").click_secondary();
     window.run_steps(3);
-    window.get_by_label("Hold").click();
-    window.run_steps(3);
+    click_on(&mut window, "Hold");
     let kind = |window: &Window| window.state().state().look.keys(Setting::Exposure).kind(0);
     assert_eq!(kind(&window), Interpolation::Hold);
     go(&mut window, Key::ArrowLeft, 6);
@@ -276,8 +256,7 @@ fn keys_are_shaped_by_their_menu() {
 fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
     let folder = crate::temporary();
     let mut window = animated(folder.path());
-    window.get_by_label("Curve of Exposure").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Exposure");
     until_shown(&mut window);
     let before = picture(&window);
     let exposure = |window: &Window| window.state().state().look.exposure_stops;
@@ -294,8 +273,7 @@ fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
     assert_eq!(exposure(&window), 1.0, "a drag is one step of undo");
 
     // The out tangent of the first key is turned up: the curve rises at once.
-    window.get_by_label("Exposure key at frame 0").click();
-    window.run_steps(3);
+    click_on(&mut window, "Exposure key at frame 0");
     go(&mut window, Key::ArrowRight, 1);
     let smooth = exposure(&window);
     let name = "Exposure tangent out at frame 0";
@@ -312,11 +290,9 @@ fn a_curve_s_keys_and_tangents_are_dragged_and_the_picture_follows() {
     // Back to automatic.
     window.get_by_label("Exposure key at frame 0").click_secondary();
     window.run_steps(3);
-    window.get_by_label("Automatic tangents").click();
-    window.run_steps(3);
+    click_on(&mut window, "Automatic tangents");
     assert!((exposure(&window) - smooth).abs() < 1e-6);
-    window.get_by_label("Curve of Exposure").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Exposure");
     window.get_by_label("Yaw key at frame 3");
 }
 
@@ -356,12 +332,10 @@ fn the_timeline_looks_as_it_did() {
     toggle(&mut window, "Temperature");
     go(&mut window, Key::ArrowLeft, 6);
     window.key_press(Key::O);
-    window.get_by_label("Yaw key at frame 3").click();
-    window.run_steps(3);
+    click_on(&mut window, "Yaw key at frame 3");
     until_shown(&mut window);
     snapshot(&mut window, "studio_lanes");
-    window.get_by_label("Curve of Yaw").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Yaw");
     let knob = window.get_by_label("Yaw tangent out at frame 3");
     let knob = knob.rect().center();
     plain_drag(&mut window, knob, knob - vec2(0.0, 16.0));
@@ -371,8 +345,7 @@ fn the_timeline_looks_as_it_did() {
 
 #[test]
 fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     until_shown(&mut window);
@@ -404,9 +377,7 @@ fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
 
 #[test]
 fn the_brightest_areas_follow_pitch_and_roll() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let area = |window: &Window| window.get_by_label_contains("Brightest area 1").rect().center();
     let before = area(&window);
     let roll =

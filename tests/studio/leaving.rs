@@ -175,8 +175,7 @@ fn a_project_that_cannot_be_read_ends_nothing_and_asks_nothing() {
 
 #[test]
 fn keys_do_nothing_behind_a_question_but_close_it() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let job = told_job(&mut window);
     assert!(close(&mut window));
     let before = window.state().state().clone();
@@ -213,8 +212,7 @@ fn keys_do_nothing_behind_a_question_but_close_it() {
 
 #[test]
 fn the_keys_that_open_the_lists_close_them_and_no_other_passes() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::Questionmark);
     window.run_steps(2);
     assert!(window.state().state().keys);

@@ -1,19 +1,15 @@
 //! Lights placed by hand: their settings, their groups, and their handles on panorama, sphere and picture.
 
 use super::{
-    Window, brightness, clay_window, leaving, picture, plain_drag, retype, scroll_to, snapshot,
-    told_job, type_into, until, until_labelled, until_shown,
+    Window, brightness, clay_window, click_on, copied, leaving, lights, picture, plain_drag,
+    retype, scroll_to, snapshot, told_job, type_into, undo, until, until_labelled, until_shown,
 };
-use afterlight::light::{LightGroup, PlacedLight};
+use afterlight::light::LightGroup;
 use afterlight::scene::{LightSetting, Setting};
 use afterlight::studio::Pane;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, OutputCommand, vec2};
+use egui::{Event, Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
-
-fn lights(window: &Window) -> &[PlacedLight] {
-    &window.state().state().look.lighting.placed
-}
 
 fn groups(window: &Window) -> &[LightGroup] {
     &window.state().state().look.lighting.groups
@@ -56,9 +52,7 @@ fn type_number(window: &mut Window, field: &str, text: &str) {
 
 #[test]
 fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let without = picture(&window);
     add(&mut window);
     let lit = picture(&window);
@@ -80,9 +74,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
 
 #[test]
 fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (folder, mut window) = crate::shown_window();
     let without = picture(&window);
     add(&mut window);
     choose(&mut window, "Group", "New group");
@@ -128,9 +120,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
 
 #[test]
 fn the_first_of_two_groups_is_removed_and_the_other_stays() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     for _ in 0..2 {
         add(&mut window);
         choose(&mut window, "Group", "New group");
@@ -148,9 +138,7 @@ fn the_first_of_two_groups_is_removed_and_the_other_stays() {
 
 #[test]
 fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     add(&mut window);
     let to = |window: &Window| lights(window)[0].direction();
     let pull = |window: &mut Window, handle: &str, by: egui::Vec2| {
@@ -170,8 +158,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     let turned = to(&window);
     assert!(turned.x > 0.2, "{turned}");
 
-    window.get_by_label("Sphere").click();
-    window.run_steps(3);
+    click_on(&mut window, "Sphere");
     let on_sphere = window.get_by_label("Light 1 on the sphere").rect().center();
     let sphere = window.get_by_label("Environment map").rect().center();
     assert!(on_sphere.x > sphere.x, "light from the right is right");
@@ -209,31 +196,9 @@ fn ids(window: &Window) -> Vec<u32> {
     lights(window).iter().map(|light| light.id).collect()
 }
 
-fn undo(window: &mut Window) {
-    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    window.run_steps(4);
-    until_shown(window);
-}
-
-/// Text that Ctrl+C puts on the clipboard.
-fn copied(window: &mut Window) -> Option<String> {
-    window.event(Event::Copy);
-    for _ in 0..4 {
-        window.step();
-        for command in &window.output().platform_output.commands {
-            if let OutputCommand::CopyText(text) = command {
-                return Some(text.clone());
-            }
-        }
-    }
-    None
-}
-
 #[test]
 fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     add(&mut window);
     click(&mut window, "Light 1 azimuth key at this frame");
     assert_eq!(keys_of(&window, 1), [-135.0]);
@@ -278,8 +243,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
 
     // In the timeline, the same keys apply to its lanes.
     click(&mut window, "Settings of Light 1");
-    window.get_by_label("Light 1 azimuth key at frame 0").click();
-    window.run_steps(3);
+    click_on(&mut window, "Light 1 azimuth key at frame 0");
     assert_eq!(window.state().state().active, Pane::Timeline);
     let key = copied(&mut window).unwrap();
     assert!(key.contains("lights.1.yaw") && !key.contains("pitch_deg"), "{key}");
@@ -298,9 +262,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
 
 #[test]
 fn lights_are_added_duplicated_and_removed_by_their_commands() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let run = |window: &mut Window, words: &str| {
         window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
         window.run_steps(3);
@@ -329,9 +291,7 @@ fn lights_are_added_duplicated_and_removed_by_their_commands() {
 
 #[test]
 fn a_handle_on_picture_or_sphere_is_moved_by_the_arrow_keys_and_removed() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     add(&mut window);
     let to = |window: &Window| lights(window)[0].direction();
     let press = |window: &mut Window, key, modifiers| {
@@ -339,14 +299,12 @@ fn a_handle_on_picture_or_sphere_is_moved_by_the_arrow_keys_and_removed() {
         window.run_steps(4);
         until_shown(window);
     };
-    window.get_by_label("Sphere").click();
-    window.run_steps(3);
+    click_on(&mut window, "Sphere");
     for map in ["sphere", "picture"] {
         let name = format!("Light 1 on the {map}");
         until_labelled(&mut window, &name);
         let before = to(&window);
-        window.get_by_label(&name).click();
-        window.run_steps(3);
+        click_on(&mut window, &name);
         assert_eq!(to(&window), before, "a click alone moves nothing");
         let at = window.get_by_label(&name).rect().center();
         press(&mut window, Key::ArrowRight, Modifiers::SHIFT);
@@ -361,8 +319,7 @@ fn a_handle_on_picture_or_sphere_is_moved_by_the_arrow_keys_and_removed() {
         assert!(to(&window).distance(before) < 1e-5, "a press is one step");
     }
     assert_eq!(window.state().state().active, Pane::Picture);
-    window.get_by_label("Light 1 on the picture").click();
-    window.run_steps(3);
+    click_on(&mut window, "Light 1 on the picture");
     press(&mut window, Key::Delete, Modifiers::NONE);
     assert!(lights(&window).is_empty());
     undo(&mut window);
@@ -371,9 +328,7 @@ fn a_handle_on_picture_or_sphere_is_moved_by_the_arrow_keys_and_removed() {
 
 #[test]
 fn a_colour_is_picked_and_the_temperature_no_longer_applies() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     add(&mut window);
     type_number_of_light(&mut window, "Temperature", "3200");
     assert_eq!(lights(&window)[0].temperature_k, Some(3200.0));
@@ -408,9 +363,7 @@ fn type_number_of_light(window: &mut Window, field: &str, text: &str) {
 
 #[test]
 fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     for _ in 0..2 {
         add(&mut window);
         choose(&mut window, "Group", "New group");
@@ -458,9 +411,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
 
 #[test]
 fn keys_change_no_light_and_no_key_behind_a_question() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     add(&mut window);
     click(&mut window, "Light 1 azimuth key at this frame");
     let job = told_job(&mut window);
@@ -495,9 +446,7 @@ fn keys_change_no_light_and_no_key_behind_a_question() {
 
 #[test]
 fn lights_their_groups_and_copies_are_there_when_the_window_opens_again() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (folder, mut window) = crate::shown_window();
     add(&mut window);
     choose(&mut window, "Group", "New group");
     type_number(&mut window, "Gain of Group 1", "1.5");

@@ -3,7 +3,7 @@
 use super::leaving::close;
 use super::on_gpu::own_gpu;
 use super::{
-    MIDDLE, Window, clay, clay_window, export, pointer, snapshot, told_job, until, until_shown,
+    MIDDLE, Window, clay, click_on, export, pointer, press, snapshot, told_job, until, until_shown,
     window,
 };
 use afterlight::Error;
@@ -14,7 +14,7 @@ use afterlight::training::{TrainSettings, TrainingConfig};
 use afterlight::worker::{Job, Latest};
 use eframe::egui_wgpu::WgpuSetup;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, PointerButton, ViewportCommand, ViewportId, vec2};
+use egui::{Event, Key, Modifiers, ViewportCommand, ViewportId, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::collections::BTreeMap;
@@ -34,9 +34,7 @@ fn between_frames(window: &Window) {
 /// Independent of the time that a picture takes, which is measured elsewhere.
 #[test]
 fn a_drag_shows_each_move_with_no_older_picture_between_and_predicts_nothing() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     pointer(&window, 0.0, None);
     window.step();
     pointer(&window, 0.0, Some(true));
@@ -66,8 +64,7 @@ fn a_drag_shows_each_move_with_no_older_picture_between_and_predicts_nothing() {
 
 #[test]
 fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     for frame in 1..clay::FRAMES {
         window.key_press(Key::ArrowRight);
         until(&mut window, "the next frame", |app| {
@@ -165,8 +162,7 @@ fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
         until_idle(&mut window, "the workspace");
         let plain = named_controls(&window);
         assert!(plain > 10, "{plain} controls");
-        window.get_by_label("Panels").click();
-        window.run_steps(3);
+        click_on(&mut window, "Panels");
         window.get_by_label("Reset layout");
         named_controls(&window);
         window.key_press(Key::Escape);
@@ -199,17 +195,14 @@ fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
     window.key_press(Key::Escape);
     window.run_steps(2);
     open(&mut window, Pane::Project);
-    window.get_by_label("New project…").click();
-    window.run_steps(3);
+    click_on(&mut window, "New project…");
     window.get_by_label_contains("Choose the shoot's folder, or bring its parts");
     named_controls(&window);
 }
 
 #[test]
 fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let job = told_job(&mut window);
     job.send(|progress| {
         let mut full = true;
@@ -296,9 +289,7 @@ fn at_twice_the_pixels_the_window_is_as_sharp_as_its_display() {
 
 #[test]
 fn a_larger_window_gives_its_room_to_the_picture() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let picture = |window: &Window| window.get_by_label("Relit picture").rect().size();
     let small = picture(&window);
     window.set_size(vec2(1920.0, 1080.0));
@@ -313,21 +304,9 @@ fn a_larger_window_gives_its_room_to_the_picture() {
     snapshot(&mut window, "studio_1080");
 }
 
-/// A press or a release of the primary button.
-fn press(pos: egui::Pos2, pressed: bool) -> Event {
-    Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    }
-}
-
 #[test]
 fn a_drag_turns_by_what_comes_between_press_and_release() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let right = |points: f32| MIDDLE + vec2(points, 0.0);
     for place in ["picture", "panorama"] {
         let (at, per_point) = match place {
@@ -375,9 +354,7 @@ fn as_asked(window: &mut Window) {
 
 #[test]
 fn where_a_drag_ends_is_shown_without_another_event() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     for place in ["picture", "panorama"] {
         let panorama = window.get_by_label("Environment map").rect();
         let at = match place {
@@ -407,9 +384,7 @@ fn where_a_drag_ends_is_shown_without_another_event() {
 
 #[test]
 fn a_close_that_would_end_work_is_asked_about_once() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     assert!(!close(&mut window), "nothing would be lost");
     let job = told_job(&mut window);
     assert!(close(&mut window));
@@ -442,9 +417,7 @@ fn a_close_that_would_end_work_is_asked_about_once() {
 
 #[test]
 fn nothing_moves_as_jobs_come_and_go() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let places = |window: &Window| {
         ["Play", "Relit picture", "Keys ?", "Panels"].map(|name| window.get_by_label(name).rect())
     };

@@ -2,7 +2,7 @@
 
 use super::comparing::{click, compare_by, until_compared};
 use super::looks::{choose, id, open_looks, relight, rename, store};
-use super::{Window, clay, clay_window, picture, until, until_labelled, until_shown};
+use super::{Window, clay, click_on, picture, until, until_labelled, until_shown};
 use afterlight::imaging::{Image, file::write_exr};
 use afterlight::studio::{FourSlot, Reference, Shelf, StudioApp};
 use afterlight::worker::PreviewPicture;
@@ -59,8 +59,7 @@ fn play(window: &mut Window, check: impl Fn(&PreviewPicture) -> bool) {
 
 #[test]
 fn the_picture_is_wiped_against_a_stored_look_at_any_frame() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     relight(&mut window);
     store(&mut window, "Warm", "Store");
@@ -102,8 +101,7 @@ fn the_picture_is_wiped_against_a_stored_look_at_any_frame() {
 
 #[test]
 fn versions_of_a_look_are_compared_until_it_is_removed_and_that_is_said() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     store(&mut window, "Night", "Store");
     let first = picture(&window);
@@ -132,18 +130,15 @@ fn versions_of_a_look_are_compared_until_it_is_removed_and_that_is_said() {
     choose(&mut window, "Eve", "Remove");
     until_labelled(&mut window, "Eve was removed");
     until_sides(&mut window, "relit picture", [None, None]);
-    window.get_by_label("Removed looks").click();
-    window.run_steps(3);
-    window.get_by_label("Restore Eve").click();
-    window.run_steps(3);
+    click_on(&mut window, "Removed looks");
+    click_on(&mut window, "Restore Eve");
     until_sides(&mut window, "versions", [Some(&second), Some(&first)]);
     assert!(window.query_by_label("Eve was removed").is_none());
 }
 
 #[test]
 fn a_compared_look_whose_environment_is_missing_says_so() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     let yard = folder.path().join("yard.exr");
     write_exr(&yard, &Image::from_fn(64, 32, |x, _| [x as f32 / 32.0; 3])).unwrap();
     super::drop_onto(&mut window, yard);
@@ -173,8 +168,7 @@ fn a_compared_look_whose_environment_is_missing_says_so() {
 
 #[test]
 fn one_of_four_places_has_an_older_version_also_while_the_clip_plays() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     relight(&mut window);
     store(&mut window, "Night", "Store");

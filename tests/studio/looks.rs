@@ -1,6 +1,6 @@
 //! Stored looks: saved, applied, shared between projects and compared; and undo steps that outlive the window.
 
-use super::{Window, clay, clay_window, picture, retype, until, until_shown, window};
+use super::{Window, clay, click_on, picture, retype, until, until_shown, window};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Lock, Project};
 use afterlight::studio::{FourSlot, LookId, LookName, Preferences, Shelf, StudioApp};
@@ -17,8 +17,7 @@ pub fn id(shelf: Shelf, name: &str) -> LookId {
 pub fn open_looks(window: &mut Window) {
     // Preferences may have kept it in front.
     if window.query_by_label("Name of the look").is_none() {
-        window.get_by_label("Looks").click();
-        window.run_steps(3);
+        click_on(window, "Looks");
     }
 }
 
@@ -42,10 +41,8 @@ fn until_drawn(window: &mut Window, look: &LookId) {
 }
 
 pub fn choose(window: &mut Window, look: &str, entry: &str) {
-    window.get_by_label(&format!("More for {look}")).click();
-    window.run_steps(3);
-    window.get_by_label(entry).click();
-    window.run_steps(3);
+    click_on(window, &format!("More for {look}"));
+    click_on(window, entry);
     until(window, "end of the action", |app| !app.looks().is_busy());
 }
 
@@ -56,10 +53,8 @@ fn brighten(window: &mut Window) {
 
 /// Renames a look.
 pub fn rename(window: &mut Window, look: &str, name: &str) {
-    window.get_by_label(&format!("More for {look}")).click();
-    window.run_steps(3);
-    window.get_by_label("Rename…").click();
-    window.run_steps(3);
+    click_on(window, &format!("More for {look}"));
+    click_on(window, "Rename…");
     retype(window, name);
     window.key_press(Key::Enter);
     window.run_steps(3);
@@ -97,8 +92,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn a_stored_look_gives_the_same_picture_bit_for_bit_in_one_step() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     relight(&mut window);
     let stored = (picture(&window), window.state().state().look.clone());
     open_looks(&mut window);
@@ -135,13 +129,11 @@ fn a_stored_look_gives_the_same_picture_bit_for_bit_in_one_step() {
 
 #[test]
 fn an_update_is_a_new_version_and_older_ones_come_back() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     store(&mut window, "Night", "Store");
     let first = picture(&window);
-    window.get_by_label("Update").click();
-    window.run_steps(3);
+    click_on(&mut window, "Update");
     let versions = |window: &Window| window.state().looks().looks(Shelf::Project)[0].versions.len();
     assert!(!window.state().looks().is_busy() && versions(&window) == 1);
     relight(&mut window);
@@ -174,8 +166,7 @@ fn an_update_is_a_new_version_and_older_ones_come_back() {
 
 #[test]
 fn looks_are_renamed_duplicated_removed_and_brought_back() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     store(&mut window, "Day", "Store");
     rename(&mut window, "Day", "Noon");
@@ -184,10 +175,8 @@ fn looks_are_renamed_duplicated_removed_and_brought_back() {
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
     choose(&mut window, "Noon", "Remove");
     assert_eq!(names(&window), ["Noon 2"]);
-    window.get_by_label("Removed looks").click();
-    window.run_steps(3);
-    window.get_by_label("Restore Noon").click();
-    window.run_steps(3);
+    click_on(&mut window, "Removed looks");
+    click_on(&mut window, "Restore Noon");
     until(&mut window, "the removed look", |app| !app.looks().is_busy());
     assert_eq!(names(&window), ["Noon", "Noon 2"]);
     // A name that is invalid for a folder is refused, and nothing is lost.
@@ -198,8 +187,7 @@ fn looks_are_renamed_duplicated_removed_and_brought_back() {
 
 #[test]
 fn a_name_that_another_look_has_is_refused_and_the_shown_look_stays_itself() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     store(&mut window, "Night", "Store");
     relight(&mut window);
@@ -213,8 +201,7 @@ fn a_name_that_another_look_has_is_refused_and_the_shown_look_stays_itself() {
 
 #[test]
 fn a_name_in_other_capitals_is_that_of_the_stored_look() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     store(&mut window, "Warm", "Store");
     store(&mut window, "Cold", "Store");
@@ -233,8 +220,7 @@ fn a_name_in_other_capitals_is_that_of_the_stored_look() {
 
 #[test]
 fn a_thumbnail_is_as_exported_whatever_is_looked_at() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     window.key_press(Key::E);
     until_shown(&mut window);
@@ -373,8 +359,7 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
 
 #[test]
 fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     open_looks(&mut window);
     let mut pictures = Vec::new();
     for name in ["Cold", "Dusk", "Warm"] {
@@ -418,15 +403,12 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
     assert!(last[3] != pictures[2], "the frame differs");
 
     // Another look in a slot.
-    window.get_by_label("Place B, Cold").click();
-    window.run_steps(3);
-    window.get_by_label("Current look").click();
-    window.run_steps(3);
+    click_on(&mut window, "Place B, Cold");
+    click_on(&mut window, "Current look");
     let four = &window.state().state().four;
     assert_eq!(four.slots[1], FourSlot::Present);
     let undo = window.state().state().look.clone();
-    window.get_by_label("D: Warm").click();
-    window.run_steps(3);
+    click_on(&mut window, "D: Warm");
     assert!(!window.state().state().four.on);
     window.key_press(Key::Home);
     until_shown(&mut window);
@@ -439,8 +421,7 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
 
 #[test]
 fn zoom_and_pan_are_those_of_all_four() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.key_press(Key::Num4);
     until(&mut window, "the present look", |app| {
         app.relit().is_some_and(|relit| relit.looks[0].is_some())
@@ -561,8 +542,7 @@ fn a_window_that_only_reads_stores_nothing() {
     window.event(Event::Text("Mine".to_owned()));
     window.key_press(Key::Enter);
     window.run_steps(3);
-    window.get_by_label("Store").click();
-    window.run_steps(3);
+    click_on(&mut window, "Store");
     drop(window);
     assert_eq!(files(&project.root), before);
 }

@@ -1,6 +1,6 @@
 //! Performance of this machine, in the window.
 
-use super::{clay_window, snapshot, temporary, until_labelled};
+use super::{snapshot, until_labelled};
 use afterlight::benchmark::MachineReport;
 use afterlight::studio::Phase;
 use egui::Key;
@@ -52,8 +52,7 @@ pub fn report() -> MachineReport {
 
 #[test]
 fn the_sentence_of_the_device_opens_what_the_machine_can_do() {
-    let folder = temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let Phase::Ready { device } = window.state().status().phase.clone() else {
         panic!("it is live");
     };

@@ -1,6 +1,6 @@
 //! Typed, computed and reset numbers.
 
-use super::{Window, clay_window, double_click, scroll_to, type_into, until_shown};
+use super::{Window, click_on, double_click, scroll_to, type_into, until_shown};
 use egui::Pos2;
 use egui::accesskit::Role;
 use egui_kittest::kittest::Queryable;
@@ -18,8 +18,7 @@ fn place(window: &mut Window, name: &str) -> Pos2 {
 
 #[test]
 fn a_bar_computes_and_a_double_click_resets_it() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let pitch = |window: &Window| window.state().state().look.lighting.pitch_deg;
     for (typed, expected) in [("20", 20.0), ("+10", 30.0), ("/2", 15.0), ("-5", -5.0)] {
         type_into(&mut window, field("Pitch"), typed);
@@ -34,8 +33,7 @@ fn a_bar_computes_and_a_double_click_resets_it() {
 
 #[test]
 fn a_light_s_gain_computes_and_is_reset() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     window.run_steps(4);
@@ -51,14 +49,12 @@ fn a_light_s_gain_computes_and_is_reset() {
 
 #[test]
 fn whole_numbers_compute_too() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     for (typed, expected) in [("3", 3), ("+3", 6), ("/4", 2), ("+99", 7), ("-1", 0)] {
         type_into(&mut window, field("Frame"), typed);
         assert_eq!(window.state().state().frame, expected, "{typed}");
     }
-    window.get_by_label("Workspace Export").click();
-    window.run_steps(3);
+    click_on(&mut window, "Workspace Export");
     let range = |window: &Window| window.state().state().look.range;
     type_into(&mut window, field("Out"), "/2");
     // 3.5 is rounded once.

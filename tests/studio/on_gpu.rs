@@ -1,6 +1,6 @@
 //! A window on the GPU that makes its pictures.
 
-use super::{MIDDLE, Window, clay, pointer, until, until_shown};
+use super::{MIDDLE, Window, clay, click_on, pointer, until, until_shown};
 use afterlight::compositor::Field;
 use afterlight::gpu::{ComputeDevice, DeviceChoice, Gpu, WgpuSetup, device_descriptor};
 use afterlight::reflectance::FieldBuffer;
@@ -9,7 +9,6 @@ use afterlight::worker::{Blocked, Source};
 use eframe::egui_wgpu::{self, WgpuSetupExisting};
 use egui::vec2;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use test_support::{Need, found};
 
@@ -130,8 +129,7 @@ fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
     });
 
     // With visible scopes, codes arrive during a drag too.
-    window.get_by_label("Scopes").click();
-    window.run_steps(3);
+    click_on(&mut window, "Scopes");
     pointer(&window, 0.0, Some(true));
     window.run_steps(2);
     for to in [-40.0, -80.0] {

@@ -1,7 +1,7 @@
 //! Refusals appear over the picture and stay until they are answered.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, drop_onto, plain_drag, snapshot_without, told_job, until,
+    MIDDLE, Window, clay, click_on, drop_onto, plain_drag, snapshot_without, told_job, until,
     until_shown,
 };
 use afterlight::project::Lock;
@@ -11,8 +11,7 @@ use egui_kittest::kittest::Queryable;
 
 #[test]
 fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     let refused = |window: &mut super::Window| {
         drop_onto(window, "notes.txt");
         window.get_by_label_contains("notes.txt cannot be used");
@@ -69,8 +68,7 @@ fn press(window: &mut Window, key: Key) {
 
 #[test]
 fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     let job = told_job(&mut window);
     // In workspaces without a picture: the mirror ball, and the network.
     for workspace in [Key::Num1, Key::Num2] {
@@ -81,8 +79,7 @@ fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
         assert!(window.query_by_label_contains("Another job").is_none());
         press(&mut window, Key::Enter);
         window.get_by_label_contains("Another job is running. Wait until it ends, or stop it");
-        window.get_by_label("Dismiss message").click();
-        window.run_steps(3);
+        click_on(&mut window, "Dismiss message");
     }
     assert!(window.query_by_label_contains("Another job").is_none());
     drop(job);

@@ -1,14 +1,14 @@
 //! Review panels: their texts, their clicks, and their saved verdicts.
 
 use super::{
-    Window, clay, export, lines_with, plain_drag, snapshot, snapshot_without, until,
-    until_labelled, until_shown, vulkan_adapter, window,
+    Window, clay, click_at, click_on, export, lines_with, plain_drag, snapshot, snapshot_without,
+    until, until_labelled, until_shown, vulkan_adapter, window,
 };
 use afterlight::evaluation::review::{Case, Mark, Marks, Metric, Review};
 use afterlight::project::Project;
 use afterlight::studio::{CellPicture, Pane, StudioApp, Thumbnail};
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use egui::{Event, Key, Modifiers, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -79,19 +79,6 @@ pub fn measured_window(folder: &Path) -> (Project, Window) {
     (project, window)
 }
 
-/// A press too short for a drag.
-fn click(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
-    let press =
-        |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
-    window.event(Event::ModifiersChanged(modifiers));
-    window.event(Event::PointerMoved(pos));
-    window.event(press(true));
-    window.event(press(false));
-    window.event(Event::ModifiersChanged(Modifiers::NONE));
-    window.event(Event::PointerGone);
-    window.run_steps(4);
-}
-
 /// Position of a lamp in a row of the error map.
 fn in_map(window: &Window, row: usize, lamp: usize) -> Pos2 {
     let map = window.get_by_label("FLIP by lamp and frame").rect();
@@ -108,15 +95,15 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
         found.rect().center()
     };
     let places = ["olat_07", "olat_03"].map(|name| lamp(&window, name));
-    click(&mut window, places[0], Modifiers::NONE);
+    click_at(&mut window, places[0], Modifiers::NONE);
     assert_eq!(window.state().state().solo, [7]);
-    click(&mut window, places[1], Modifiers::COMMAND);
+    click_at(&mut window, places[1], Modifiers::COMMAND);
     assert_eq!(window.state().state().solo, [3, 7]);
-    click(&mut window, places[1], Modifiers::NONE);
+    click_at(&mut window, places[1], Modifiers::NONE);
     assert_eq!(window.state().state().solo, [3]);
-    click(&mut window, places[1], Modifiers::NONE);
+    click_at(&mut window, places[1], Modifiers::NONE);
     assert!(window.state().state().solo.is_empty(), "the second click ends it");
-    click(&mut window, places[0], Modifiers::NONE);
+    click_at(&mut window, places[0], Modifiers::NONE);
     window.get_by_label("All lamps").click();
     window.run_steps(2);
     assert!(window.state().state().solo.is_empty());
@@ -131,7 +118,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     let folder = crate::temporary();
     let (project, mut window) = measured_window(folder.path());
     let at = in_map(&window, 1, 10);
-    click(&mut window, at, Modifiers::NONE);
+    click_at(&mut window, at, Modifiers::NONE);
     let state = window.state().state();
     assert_eq!((state.frame, &state.solo[..]), (5, &[10][..]));
     window.get_by_label("frame_005, olat_10");
@@ -198,7 +185,7 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     let cell = (1, 10);
     let choose = |window: &mut Window| {
         let at = in_map(window, cell.0, cell.1);
-        click(window, at, Modifiers::NONE);
+        click_at(window, at, Modifiers::NONE);
         assert_eq!(window.state().state().chosen, Some(cell));
     };
     choose(&mut window);
@@ -337,8 +324,7 @@ fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
     };
     list(&window);
     window.run_steps(3);
-    window.get_by_label("× 16").click();
-    window.run_steps(3);
+    click_on(&mut window, "× 16");
     window.get_by_role_and_label(Role::Image, "difference (FLIP × 16)");
     assert_eq!(window.state().state().gain, 16.0);
     window.key_press(Key::Escape);
@@ -369,7 +355,7 @@ fn the_review_looks_as_it_did() {
     let folder = crate::temporary();
     let (_, mut window) = measured_window(folder.path());
     let at = in_map(&window, 1, 21);
-    click(&mut window, at, Modifiers::NONE);
+    click_at(&mut window, at, Modifiers::NONE);
     until_shown(&mut window);
     until(&mut window, "sheet of the frame", |app| {
         app.review().sheet.as_ref().unwrap().as_ref().unwrap().frame == 5
@@ -463,8 +449,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     assert_eq!(window.state().state().frame, worst);
     assert_eq!(window.state().state().solo, [lamps - 1]);
     window.get_by_label(&format!("Solo: {name} ×"));
-    window.get_by_label("Show expected errors over the picture").click();
-    window.run_steps(3);
+    click_on(&mut window, "Show expected errors over the picture");
     assert!(window.state().state().doubts);
     window.get_by_label("Errors ×");
     snapshot(&mut window, "studio_expected_errors");
@@ -516,7 +501,7 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     window.run_steps(2);
     let at = in_map(&window, 1, 10);
-    click(&mut window, at, Modifiers::NONE);
+    click_at(&mut window, at, Modifiers::NONE);
     let until_is = |window: &mut Window, mark: Option<Mark>, note: &str| {
         let started = Instant::now();
         let on_disk = || {
@@ -553,7 +538,7 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
         window.run_steps(2);
     }
     until_is(&mut window, Some(Mark::Good), "the chin's shadow");
-    click(&mut window, at, Modifiers::NONE);
+    click_at(&mut window, at, Modifiers::NONE);
     window.key_press_modifiers(undo, Key::Z);
     until_is(&mut window, Some(Mark::Good), "");
     let field = window.get_by_label("Note");

@@ -3,11 +3,12 @@
 use super::dialogs::until_missing;
 use super::export::{
     choose_colors, opened, opened_with_configuration, told_export, type_name, until_exported,
-    until_said, until_share,
+    until_share,
 };
 use super::live::{enter, open};
 use super::{
-    Window, alone, clay, clay_window, project, told_job, until, until_labelled, until_shown, window,
+    Window, alone, clay, click_on, project, told_job, until, until_labelled, until_said,
+    until_shown, window,
 };
 use afterlight::Error;
 use afterlight::project::Lock;
@@ -24,9 +25,7 @@ fn places(window: &Window) -> Vec<Rect> {
 
 #[test]
 fn nothing_moves_for_what_is_said_while_a_job_runs() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let before = places(&window);
     let picture = |window: &Window| window.get_by_label("Relit picture").rect();
     let shown = picture(&window);
@@ -145,9 +144,7 @@ fn inside(window: &Window, controls: &[(String, Rect)]) {
 
 #[test]
 fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     window.set_size(vec2(900.0, 600.0));
     window.run_steps(4);
     until_shown(&mut window);
@@ -179,15 +176,11 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
     };
     check(&window);
     // A solo lamp and a difference add controls.
-    window.get_by_label("Compare").click();
-    window.run_steps(3);
-    window.get_by_label("Interview frame").click();
-    window.run_steps(3);
+    click_on(&mut window, "Compare");
+    click_on(&mut window, "Interview frame");
     check(&window);
-    window.get_by_label("How to compare").click();
-    window.run_steps(3);
-    window.get_by_label("Difference").click();
-    window.run_steps(3);
+    click_on(&mut window, "How to compare");
+    click_on(&mut window, "Difference");
     window.key_press(Key::PageDown);
     window.run_steps(4);
     check(&window);
@@ -195,9 +188,7 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
 
 #[test]
 fn one_hint_at_a_time_is_shown_over_the_panorama() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let panorama = window.get_by_label("Environment map").rect();
     let mut shown = 0;
     for x in [0.1, 0.3, 0.5, 0.7, 0.9] {
@@ -216,9 +207,7 @@ fn one_hint_at_a_time_is_shown_over_the_panorama() {
 
 #[test]
 fn four_lines_of_the_log_are_seen_in_every_workspace() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     let job = told_job(&mut window);
     for word in [
         (|p| p.say("line one")) as super::Word,
@@ -352,12 +341,10 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
     window.run_steps(3);
 
     menu(&mut window, "Open project…");
-    window.get_by_label("Open project…").click();
-    window.run_steps(3);
+    click_on(&mut window, "Open project…");
     until_labelled(&mut window, "Open a project");
     until_missing(&mut window);
-    window.get_by_label("Cancel").click();
-    window.run_steps(3);
+    click_on(&mut window, "Cancel");
 
     menu(&mut window, "virtual stage");
     window.get_by_label("virtual stage").click();

@@ -1,7 +1,7 @@
 //! The scopes count the visible picture, and name it.
 
 use super::comparing::{click, compare_by, until_compared};
-use super::{MIDDLE, Window, clay_window, picture, until, until_labelled, until_shown};
+use super::{MIDDLE, Window, clay_window, click_on, picture, until, until_labelled, until_shown};
 use egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 
@@ -61,11 +61,9 @@ fn scopes_count_the_picture_that_is_seen_and_name_it() {
     window.key_press(Key::W);
     until_compared(&mut window);
     window.get_by_label(&relit);
-    window.get_by_label("Count B interview frame").click();
-    window.run_steps(3);
+    click_on(&mut window, "Count B interview frame");
     window.get_by_label(&plate);
-    window.get_by_label("Count A relit").click();
-    window.run_steps(3);
+    click_on(&mut window, "Count A relit");
     window.get_by_label(&relit);
     compare_by(&mut window, "Difference");
     window.get_by_label("Count difference × 4");
@@ -111,13 +109,9 @@ fn each_channel_of_the_parade_reaches_from_its_darkest_code_to_its_brightest() {
     if !test_support::require(need, can_draw, "no Vulkan adapter to draw with") {
         return;
     }
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
-    window.get_by_label("Scopes").click();
-    window.run_steps(3);
-    window.get_by_label("Parade").click();
-    window.run_steps(3);
+    let (_folder, mut window) = crate::shown_window();
+    click_on(&mut window, "Scopes");
+    click_on(&mut window, "Parade");
     let rect = window.get_by_label("RGB parade").rect();
     // Its scale is to the left.
     let rect = rect.with_min_x(rect.left() + 30.0);

@@ -1,8 +1,8 @@
 //! The timeline: the visible part of a long clip, and its keys by keyboard and menus.
 
 use super::{
-    Window, clay, clay_window, double_click, drag, go, plain_drag, scroll_to, snapshot, type_into,
-    until, until_shown,
+    Window, clay, clay_window, click_on, double_click, drag, go, plain_drag, scroll_to, snapshot,
+    type_into, until, until_shown,
 };
 use afterlight::scene::{LightSetting, Setting};
 use afterlight::studio::{Phase, StudioApp};
@@ -101,8 +101,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     assert!(window.query_by_label("Yaw key at frame 0").is_none());
 
     // Neighbours can be hit one by one, and moved by single frames.
-    window.get_by_label("Yaw key at frame 1001").click();
-    window.run_steps(3);
+    click_on(&mut window, "Yaw key at frame 1001");
     assert_eq!(window.state().state().frame, 1001);
     let cell = key(&window, "Yaw", 1001).x - key(&window, "Yaw", 1000).x;
     let from = key(&window, "Yaw", 1001);
@@ -141,14 +140,12 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     assert_eq!(frames(&window, Setting::Yaw)[1], 1000.0);
 
     // The curve shows the same frames.
-    window.get_by_label("Curve of Yaw").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Yaw");
     assert!((key(&window, "Yaw", 1000).x - was).abs() < 1.0);
     let at = key(&window, "Yaw", 1003);
     wheel(&mut window, at, vec2(0.0, -40.0), Modifiers::COMMAND);
     assert!((key(&window, "Yaw", 1003).x - at.x).abs() < 1.0);
-    window.get_by_label("Curve of Yaw").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Yaw");
 
     // F over the timeline, and a button, show all frames. Elsewhere, F fits the picture.
     assert!(sight(&window).is_some());
@@ -259,8 +256,7 @@ fn keys_are_stepped_through_selected_and_nudged_by_the_keyboard() {
         assert_eq!(frames(&window, Setting::Tint), [expected, 5.0]);
     }
     // All keys of a curve are those of its lane.
-    window.get_by_label("Curve of Tint").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Tint");
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
     window.run_steps(2);
     nudge(&mut window, Key::ArrowRight);
@@ -338,8 +334,7 @@ fn a_menu_cuts_and_pastes_and_a_double_click_sets_a_key() {
     double_click(&mut window, one + vec2(30.0, 60.0));
     assert_eq!(frames(&window, Setting::Tint), [1.0, 5.0]);
     // In the curve.
-    window.get_by_label("Curve of Tint").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Tint");
     let [one, five] = [1, 5].map(|frame| key(&window, "Tint", frame));
     double_click(&mut window, Pos2::new(0.5 * (one.x + five.x), five.y.min(one.y) + 2.0));
     assert_eq!(frames(&window, Setting::Tint), [1.0, 3.0, 5.0]);
@@ -410,15 +405,13 @@ fn a_group_s_gain_is_animated_and_its_lights_follow() {
     assert_eq!(frames(&window, Setting::Group(1)), [0.0, 7.0]);
     let remove = "Remove Left; its lights stay";
     scroll_to(&mut window, remove);
-    window.get_by_label(remove).click();
-    window.run_steps(3);
+    click_on(&mut window, remove);
     assert!(window.state().state().look.animation.is_empty());
 }
 
 #[test]
 fn in_and_out_are_undone_and_come_back_in_the_next_window() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     let range = |window: &Window| window.state().state().look.range;
     go(&mut window, Key::ArrowRight, 1);
     go(&mut window, Key::ArrowRight, 2);
@@ -509,10 +502,8 @@ fn the_line_below_the_scrub_bar_covers_the_frames_that_are_cached() {
 fn shift_in_the_curve_keeps_the_frame_and_drags_one_key_alone() {
     let folder = crate::temporary();
     let mut window = animated(folder.path());
-    window.get_by_label("Curve of Yaw").click();
-    window.run_steps(3);
-    window.get_by_label("Yaw key at frame 7").click();
-    window.run_steps(3);
+    click_on(&mut window, "Curve of Yaw");
+    click_on(&mut window, "Yaw key at frame 7");
     let value = |window: &Window, frame: f64| {
         let keys = window.state().state().look.keys(Setting::Yaw);
         keys.at(frame).unwrap()

@@ -1,12 +1,12 @@
 //! Rotation of the environment: its number and the compass show it, and a drag or a click changes it.
 
 use super::{
-    Window, clay, clay_window, go, plain_drag, scroll_to, type_into, until, until_labelled,
+    Window, clay, click_at, click_on, go, plain_drag, scroll_to, type_into, until, until_labelled,
     until_shown, window,
 };
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use egui::{Key, Modifiers, Pos2, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::sync::mpsc::channel;
 
@@ -32,9 +32,7 @@ fn type_number(window: &mut Window, field: &str, text: &str) {
 
 #[test]
 fn an_angle_beyond_a_turn_reads_as_an_angle_and_turns_and_can_be_typed() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     type_number(&mut window, "Yaw", "442");
     assert_eq!((yaw(&window), reads(&window, "Yaw")), (82.0, "82.0°".into()));
     // With keys, it makes one turn and more.
@@ -67,9 +65,7 @@ fn an_angle_beyond_a_turn_reads_as_an_angle_and_turns_and_can_be_typed() {
 
 #[test]
 fn a_placed_light_that_goes_on_turning_never_reads_190_degrees() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     until_shown(&mut window);
@@ -77,8 +73,7 @@ fn a_placed_light_that_goes_on_turning_never_reads_190_degrees() {
     let azimuth = |window: &Window| window.state().state().look.lighting.placed[0].yaw_deg;
     assert_eq!(azimuth(&window), -170.0, "a typed angle comes within a turn");
     type_number(&mut window, "Azimuth", "170");
-    window.get_by_label("Light 1 azimuth key at this frame").click();
-    window.run_steps(3);
+    click_on(&mut window, "Light 1 azimuth key at this frame");
     go(&mut window, Key::End, clay::FRAMES - 1);
     type_number(&mut window, "Azimuth", "-170");
     assert_eq!(azimuth(&window), 190.0, "the shorter way around");
@@ -90,25 +85,9 @@ fn on_compass(window: &Window, x: f32, y: f32) -> Pos2 {
     window.get_by_label("Compass").rect().center() + vec2(x, y)
 }
 
-fn click(window: &mut Window, at: Pos2) {
-    window.event(Event::PointerMoved(at));
-    for pressed in [true, false] {
-        window.event(Event::PointerButton {
-            pos: at,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        });
-    }
-    window.event(Event::PointerGone);
-    window.run_steps(4);
-}
-
 #[test]
 fn a_drag_on_the_compass_turns_from_where_it_was_pressed_and_a_click_turns_it_there() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = crate::shown_window();
     assert_eq!(compass(&window), 0.0);
     // The dot is at the top, and the drag starts at the bottom.
     let from = on_compass(&window, 0.0, 30.0);
@@ -122,7 +101,7 @@ fn a_drag_on_the_compass_turns_from_where_it_was_pressed_and_a_click_turns_it_th
     assert_eq!(yaw(&window), 0.0, "a drag is one step");
     // Across the seam opposite the camera.
     let right = on_compass(&window, 30.0, 0.0);
-    click(&mut window, right);
+    click_at(&mut window, right, Modifiers::NONE);
     until_shown(&mut window);
     assert!((yaw(&window) - 90.0).abs() < 0.5, "{}", yaw(&window));
     // A yaw with keys keeps its turns.
@@ -130,7 +109,7 @@ fn a_drag_on_the_compass_turns_from_where_it_was_pressed_and_a_click_turns_it_th
     window.run_steps(2);
     type_number(&mut window, "Yaw", "450");
     let bottom = on_compass(&window, 0.0, 30.0);
-    click(&mut window, bottom);
+    click_at(&mut window, bottom, Modifiers::NONE);
     until_shown(&mut window);
     assert!((yaw(&window) - 540.0).abs() < 0.5, "{}", yaw(&window));
 }

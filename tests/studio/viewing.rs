@@ -1,7 +1,7 @@
 //! Viewing settings of the picture, which are never exported, and the scopes, which count the visible picture.
 
 use super::{
-    MIDDLE, Window, brightness, clay, clay_window, picture, plain_drag, snapshot, until,
+    MIDDLE, Window, brightness, clay, click_on, picture, plain_drag, snapshot, until,
     until_labelled, until_shown, window,
 };
 use afterlight::color_config::ColorConfig;
@@ -32,8 +32,7 @@ fn drag_number(window: &mut Window, name: &str, by: f32) {
 
 #[test]
 fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (folder, mut window) = crate::new_window();
     window.key_press(Key::W);
     until_shown(&mut window);
     until(&mut window, "second picture", |app| {
@@ -263,8 +262,7 @@ fn a_viewing_exposure_changes_no_exported_file() {
 
 #[test]
 fn scopes_have_a_scale_count_what_clips_and_fill_the_pane() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = crate::new_window();
     window.get_by_label("Scopes").click();
     until_shown(&mut window);
     let counts = |window: &Window, code: u8| {
@@ -286,25 +284,20 @@ fn scopes_have_a_scale_count_what_clips_and_fill_the_pane() {
     window.run_steps(4);
     until_shown(&mut window);
 
-    window.get_by_label("0–255").click();
-    window.run_steps(3);
+    click_on(&mut window, "0–255");
     let size = |window: &Window, name: &str| window.get_by_label(name).rect().size();
     let small = size(&window, "Waveform scope");
-    window.get_by_label("Enlarge the scope").click();
-    window.run_steps(3);
+    click_on(&mut window, "Enlarge the scope");
     let large = size(&window, "Waveform scope");
     assert!(large.y > 3.0 * small.y, "{small} became {large}");
     assert!(window.query_by_label("Histogram").is_none());
     snapshot(&mut window, "studio_waveform");
-    window.get_by_label("Vectors").click();
-    window.run_steps(3);
+    click_on(&mut window, "Vectors");
     let vectors = size(&window, "Vectorscope");
     assert!(vectors.x > 300.0, "{vectors}");
     snapshot(&mut window, "studio_vectors");
-    window.get_by_label("Show all scopes").click();
-    window.run_steps(3);
-    window.get_by_label("Enlarge the histogram").click();
-    window.run_steps(3);
+    click_on(&mut window, "Show all scopes");
+    click_on(&mut window, "Enlarge the histogram");
     assert!(window.query_by_label("Vectorscope").is_none());
 }
 

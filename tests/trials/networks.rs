@@ -4,11 +4,11 @@
 use crate::trial;
 use base::progress::Progress;
 use base::{Error, Result};
+use measuring::Program;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fmt;
 use std::path::Path;
-use std::process::{Command, Stdio};
 use virtual_stage::{StageSettings, write_shoot};
 
 /// Frames of the interview; every third is held out of training and compared with the truth.
@@ -80,7 +80,7 @@ impl Training<'_> {
         let truth = trial::json(&shoot.join("truth.json"))?;
         let [found, limit] = [
             self.network(&shoot, &found, None)?,
-            self.program(&[
+            Program(self.program).json(&[
                 "evaluate",
                 &text(&found),
                 "--truth",
@@ -118,38 +118,18 @@ impl Training<'_> {
     fn network(&self, shoot: &Path, project: &Path, response: Option<&str>) -> Result<Value> {
         let (shoot, project) = (text(shoot), text(project));
         let (size, epochs) = (self.size.to_string(), self.epochs.to_string());
-        self.program(&["import", &project, "--shoot", &shoot, "--size", &size])?;
+        Program(self.program).json(&["import", &project, "--shoot", &shoot, "--size", &size])?;
         let by_hand = response.map_or(vec![], |response| vec!["--gamma", response]);
-        self.program(&[&["calibrate", &project], &by_hand[..]].concat())?;
-        self.program(&["train", &project, "--epochs", &epochs, "--exclude-truth", &shoot])?;
-        self.program(&["evaluate", &project, "--truth", &shoot])
-    }
-
-    /// Runs a command and reads the JSON that it prints.
-    fn program(&self, arguments: &[&str]) -> Result<Value> {
-        let command = || format!("{} {}", self.program.display(), arguments.join(" "));
-        let output = Command::new(self.program)
-            .args(arguments)
-            .arg("--json")
-            .stderr(Stdio::piped())
-            .output()
-            .map_err(|e| {
-                Error::io("run", self.program, e, "Build the program first: cargo build")
-            })?;
-        if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
-            let last = said.lines().last().unwrap_or("no output");
-            return Err(Error::invalid(
-                format!("`{}` failed: {last}", command()),
-                "Run that command by hand",
-            ));
-        }
-        serde_json::from_slice(&output.stdout).map_err(|e| {
-            Error::invalid(
-                format!("`{}` did not print JSON: {e}", command()),
-                "Build the program again",
-            )
-        })
+        Program(self.program).json(&[&["calibrate", &project], &by_hand[..]].concat())?;
+        Program(self.program).json(&[
+            "train",
+            &project,
+            "--epochs",
+            &epochs,
+            "--exclude-truth",
+            &shoot,
+        ])?;
+        Program(self.program).json(&["evaluate", &project, "--truth", &shoot])
     }
 }
 

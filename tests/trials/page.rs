@@ -2,11 +2,11 @@
 
 use crate::motion;
 use crate::networks::Pair;
-use crate::plot::{Axis, Plot};
 use crate::results::Row;
 use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, quantile};
 use base::Result;
 use base::files::write_beside;
+use measuring::{Axis, Plot, Scale};
 use std::io::Write;
 use std::path::Path;
 
@@ -14,6 +14,8 @@ const BLUE: &str = "#1f6fb4";
 const ORANGE: &str = "#c8641e";
 const GREEN: &str = "#3a8a3a";
 const GREY: &str = "#999";
+/// Width and height of plots in pixels.
+const SIZE: (f64, f64) = (360.0, 260.0);
 
 /// Writes the page to `path`, and its plots into the folder of that name beside it.
 ///
@@ -43,30 +45,39 @@ fn exposures(rows: &[&Row]) -> Vec<Estimate> {
 }
 
 fn share(name: &str) -> Axis<'_> {
-    Axis { name, from: 0.0, to: 1.0, tick: 0.25 }
+    Axis { name, from: 0.0, to: 1.0, scale: Scale::Even(0.25) }
 }
 
 /// Empty plot of cumulative shares; the value axis has a name, an end and a tick distance.
 fn shares_below<'a>(title: &'a str, values: (&'a str, f64, f64), shares: &'a str) -> Plot<'a> {
     let (name, to, tick) = values;
-    let values = Axis { name, from: 0.0, to, tick };
-    Plot::new(title, values, share(shares))
+    let values = Axis { name, from: 0.0, to, scale: Scale::Even(tick) };
+    Plot::new(title, SIZE, values, share(shares))
 }
 
 /// The plots by file name.
 fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
-    let gamma_axis = |name| Axis { name, from: 1.0, to: 4.0, tick: 0.5 };
-    let mut gamma = Plot::new("γ found and true", gamma_axis("true"), gamma_axis("found ± σ"));
+    let axis = |name| Axis { name, from: 1.0, to: 4.0, scale: Scale::Even(0.5) };
+    let mut gamma = Plot::new("γ found and true", SIZE, axis("true"), axis("found ± σ"));
     gamma.line([(1.0, 1.0), (4.0, 4.0)], GREY, true);
     for row in rows {
-        gamma.point(row.gamma1, row.found1, row.deviation1, BLUE);
-        gamma.point(row.gamma2, row.found2, row.deviation2, ORANGE);
+        for (x, y, deviation, colour) in [
+            (row.gamma1, row.found1, row.deviation1, BLUE),
+            (row.gamma2, row.found2, row.deviation2, ORANGE),
+        ] {
+            gamma.bar((x, y - deviation), (x, y + deviation), colour);
+            gamma.point((x, y), 2, colour);
+        }
     }
     gamma.name("γ1", BLUE);
     gamma.name("γ2", ORANGE);
 
-    let mut covered =
-        Plot::new("How often the truth is inside", share("what is stated"), share("what holds"));
+    let mut covered = Plot::new(
+        "How often the truth is inside",
+        SIZE,
+        share("what is stated"),
+        share("what holds"),
+    );
     covered.line([(0.0, 0.0), (1.0, 1.0)], GREY, true);
     let both = [0, 1].map(|i| rows.iter().map(|row| gammas(row)[i]).collect::<Vec<_>>());
     for (estimates, name, colour) in
@@ -78,7 +89,7 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
         let levels = LEVELS.map(|level| (level, coverage(estimates, level)));
         covered.line([(0.0, 0.0)].into_iter().chain(levels).chain([(1.0, 1.0)]), colour, false);
         for (level, share) in levels {
-            covered.point(level, share, 0.0, colour);
+            covered.point((level, share), 2, colour);
         }
         covered.name(name, colour);
     }

@@ -7,7 +7,6 @@
 mod motion;
 mod networks;
 mod page;
-mod plot;
 mod results;
 mod summary;
 mod table;
@@ -66,13 +65,7 @@ impl Options {
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    measuring::finish(run(&Options::parse()))
 }
 
 fn run(options: &Options) -> Result<()> {

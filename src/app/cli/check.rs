@@ -4,6 +4,7 @@ use super::OutputArgs;
 use super::console::Console;
 use ::check::Level;
 use base::error::{Error, Result};
+use base::has_extension;
 use base::numbers::within;
 use clap::Args;
 use export::{Certificate, CertifySettings, Fault, Rebuild, Remark, Verification, names_frames};
@@ -90,11 +91,11 @@ impl CheckArgs {
     /// When the check cannot run, a shot has a fault, and with `--strict` unless all is green.
     pub fn run(self) -> Result<()> {
         match &self.named[..] {
-            [file] if has_ending(file, "json") && !file.is_dir() => {
+            [file] if has_extension(file, "json") && !file.is_dir() => {
                 self.of_frames(file)?;
                 self.verify(file)
             }
-            [file] if file.is_file() && has_ending(file, "exr") && !self.shot.is_given() => {
+            [file] if file.is_file() && has_extension(file, "exr") && !self.shot.is_given() => {
                 self.of_frames(file)?;
                 self.check_layers(file)
             }
@@ -235,8 +236,4 @@ fn lines(sentence: &str, faults: &[Fault], remarks: &[Remark]) -> String {
     let remarks = remarks.iter().map(|remark| format!("note: {}", remark.sentence));
     let all: Vec<String> = [sentence.to_owned()].into_iter().chain(faults).chain(remarks).collect();
     all.join("\n")
-}
-
-fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }

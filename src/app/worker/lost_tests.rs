@@ -31,13 +31,7 @@ fn worker_on(device: &wgpu::Device, queue: &wgpu::Queue) -> Worker {
                 Ok((frame, Field::Gpu(buffer, passes.clone())).into())
             })
         };
-        Ok(Source {
-            rig: rig(),
-            device: if there { "GPU" } else { "CPU" }.to_owned(),
-            predict: Box::new(predict),
-            later: None,
-            comparison: Box::new(|_, index| Ok(predicted(index).into())),
-        })
+        Ok(Source { device: if there { "GPU" } else { "CPU" }.to_owned(), ..source(predict) })
     };
     Worker::over(open, || {})
 }
@@ -74,16 +68,10 @@ fn pictures_go_on_in_memory_when_the_gpu_is_lost() {
 #[test]
 fn a_fault_of_a_job_or_of_a_prediction_is_said_and_its_thread_goes_on() {
     let open = || {
-        Ok(Source {
-            rig: rig(),
-            device: "test".to_owned(),
-            predict: Box::new(|index| match index {
-                0 => panic!("on purpose"),
-                _ => Ok(predicted(index).into()),
-            }),
-            later: None,
-            comparison: Box::new(|_, index| Ok(predicted(index).into())),
-        })
+        Ok(source(|index| match index {
+            0 => panic!("on purpose"),
+            _ => Ok(predicted(index).into()),
+        }))
     };
     let worker = Worker::over(open, || {});
     let light = from_the_left();

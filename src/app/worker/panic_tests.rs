@@ -7,13 +7,7 @@ fn worker_over(open: impl FnMut() -> Result<Source, Blocked> + Send + 'static) -
 }
 
 fn source() -> Source {
-    Source {
-        rig: rig(),
-        device: "test".to_owned(),
-        predict: Box::new(|index| Ok(predicted(index).into())),
-        later: None,
-        comparison: Box::new(|_, index| Ok(predicted(index).into())),
-    }
+    super::source(|index| Ok(predicted(index).into()))
 }
 
 /// The first event that contains `on purpose`.

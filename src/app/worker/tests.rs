@@ -34,6 +34,17 @@ pub(crate) fn predicted(index: usize) -> (Frame, Field) {
     )
 }
 
+/// A source of such predictions, compared with [`predicted`].
+pub(crate) fn source(predict: impl FnMut(usize) -> Result<Prediction, Error> + 'static) -> Source {
+    Source {
+        rig: rig(),
+        device: "test".to_owned(),
+        predict: Box::new(predict),
+        later: None,
+        comparison: Box::new(|_, index| Ok(predicted(index).into())),
+    }
+}
+
 /// A worker whose predictions each wait for a word; the sender of words; and the frame numbers.
 fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
     let (go, gate) = channel::<()>();
@@ -46,13 +57,7 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
             let _ = gate.lock().unwrap().recv();
             Ok(predicted(index).into())
         };
-        Ok(Source {
-            rig: rig(),
-            device: "test".to_owned(),
-            predict: Box::new(predict),
-            later: None,
-            comparison: Box::new(|_, index| Ok(predicted(index).into())),
-        })
+        Ok(source(predict))
     };
     (Worker::over(open, || {}), go, begun)
 }
@@ -99,20 +104,15 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
             });
         }
         let began = began.clone();
-        Ok(Source {
-            rig: rig(),
-            device: format!("opening {opening}"),
-            predict: Box::new(move |index| {
-                began.send((opening, index)).unwrap();
-                let (frame, mut field) = predicted(index);
-                if let Field::Memory(field) = &mut field {
-                    field.values.iter_mut().for_each(|v| *v /= opening as f32);
-                }
-                Ok((frame, field).into())
-            }),
-            later: None,
-            comparison: Box::new(|_, index| Ok(predicted(index).into())),
-        })
+        let predict = move |index| {
+            began.send((opening, index)).unwrap();
+            let (frame, mut field) = predicted(index);
+            if let Field::Memory(field) = &mut field {
+                field.values.iter_mut().for_each(|v| *v /= opening as f32);
+            }
+            Ok((frame, field).into())
+        };
+        Ok(Source { device: format!("opening {opening}"), ..source(predict) })
     };
     (Worker::over(open, || {}), begun)
 }
@@ -157,13 +157,7 @@ fn a_dropped_worker_is_gone() {
                 let _ = &held;
                 Ok(predicted(index).into())
             };
-            Ok(Source {
-                rig: rig(),
-                device: "test".to_owned(),
-                predict: Box::new(predict),
-                later: None,
-                comparison: Box::new(|_, index| Ok(predicted(index).into())),
-            })
+            Ok(source(predict))
         },
         || {},
     );

@@ -2,7 +2,9 @@
 //! at the device, the machine and the process's memory.
 
 pub mod error;
+mod file_format;
 pub mod files;
+mod fnv;
 pub mod machine;
 pub mod memory;
 pub mod numbers;
@@ -10,4 +12,6 @@ pub mod progress;
 pub mod turn;
 
 pub use error::{Error, Result};
+pub use file_format::{FileFormat, has_extension};
+pub use fnv::Fnv;
 pub use numbers::numbers;

@@ -215,7 +215,7 @@ impl ColorConfig {
 /// Reads a configuration's text.
 fn read(path: &Path) -> Result<String> {
     let fail = |e| Error::io("read", path, e, REMEDY);
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ocioz")) {
+    if base::has_extension(path, "ocioz") {
         return Err(Error::invalid(
             format!("{} is an archive", path.display()),
             ("Unpack it and name the config.ocio in it", "ocioarchive --extract"),

@@ -160,12 +160,8 @@ impl Index {
 /// Path of the index of a movie's stream: unique for each path.
 fn kept_at(folder: &Path, path: &Path, stream: usize) -> PathBuf {
     let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    // FNV-1a: the same on all machines and versions.
-    let hash = full.as_os_str().as_encoded_bytes().iter();
-    let hash = hash.fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-    });
-    folder.join(format!("{hash:016x}-{stream}.index"))
+    let hash = base::Fnv::of(full.as_os_str().as_encoded_bytes());
+    folder.join(format!("{hash}-{stream}.index"))
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

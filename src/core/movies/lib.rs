@@ -17,7 +17,7 @@ mod tests;
 
 pub use info::Info;
 pub use movie::Movie;
-pub use process::Tools;
+pub use process::{Tools, kill_group};
 pub use sequence::Sequence;
 pub use source::{Source, is_movie, open};
 

@@ -125,7 +125,7 @@ impl Process {
             if now != signs {
                 (signs, since) = (now, Instant::now());
             } else if since.elapsed() >= patience {
-                self.kill();
+                kill_group(&mut self.child);
                 return Err(Error::busy(
                     format!(
                         "{} neither read nor wrote anything for {} s and was ended",
@@ -142,25 +142,26 @@ impl Process {
     pub fn ended_well(&mut self) -> bool {
         self.child.wait().is_ok_and(|status| status.success())
     }
+}
 
-    fn kill(&mut self) {
-        if !matches!(self.child.try_wait(), Ok(None)) {
-            return;
-        }
-        #[cfg(unix)]
-        if let Ok(group) = i32::try_from(self.child.id()) {
-            use nix::sys::signal::{Signal, killpg};
-            // A process that ended meanwhile has not been reaped yet, so its number is still its own.
-            let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
-        }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+/// Kills a program and its children, unless it has ended.
+pub fn kill_group(child: &mut Child) {
+    if !matches!(child.try_wait(), Ok(None)) {
+        return;
     }
+    #[cfg(unix)]
+    if let Ok(group) = i32::try_from(child.id()) {
+        use nix::sys::signal::{Signal, killpg};
+        // A process that ended meanwhile has not been reaped yet, so its number is still its own.
+        let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
+    }
+    let _ = child.kill();
+    let _ = child.wait();
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        self.kill();
+        kill_group(&mut self.child);
     }
 }
 

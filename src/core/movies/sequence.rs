@@ -3,14 +3,12 @@
 use super::movie::{raw, raw_program};
 use super::process::Tools;
 use super::{Movie, Pixels};
+use base::FileFormat;
 use base::error::{Error, Result};
 use imaging::file::{self, Codes};
 use imaging::{Image, picture};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// File extensions of pictures.
-const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "dpx"];
 
 /// A sequence of pictures. Holds names or numbers, not pixels.
 #[derive(Debug)]
@@ -74,8 +72,7 @@ impl Pattern {
 
 /// True if a name has a picture's extension.
 fn is_picture(name: &str) -> bool {
-    let extension = Path::new(name).extension().unwrap_or_default();
-    !name.starts_with('.') && EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    !name.starts_with('.') && FileFormat::of(Path::new(name)).is_some_and(FileFormat::is_sequence)
 }
 
 /// True if an address is a sequence: a pattern, a folder, or one of its files.
@@ -183,9 +180,8 @@ impl Sequence {
     /// When the file does not exist, or it cannot be read.
     pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
         let file = self.present(frame)?;
-        let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        let Codes { size, has_alpha, codes } = match &*extension {
-            "dpx" => {
+        let Codes { size, has_alpha, codes } = match FileFormat::of(&file) {
+            Some(FileFormat::Dpx) => {
                 let pixels = Movie::open(&file, &self.tools)?.frame(0)?;
                 return Ok(pixels);
             }
@@ -200,7 +196,7 @@ impl Sequence {
     /// As [`Self::frame`].
     pub(crate) fn light(&self, frame: u64) -> Result<Option<Image>> {
         let file = self.present(frame)?;
-        if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("dpx")) {
+        if FileFormat::of(&file) == Some(FileFormat::Dpx) {
             return Ok(None);
         }
         Ok(picture::read(&file)?.into_scene_light().ok().map(|(light, _)| light))

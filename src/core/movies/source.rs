@@ -3,6 +3,7 @@
 use super::process::Tools;
 use super::sequence::is_sequence;
 use super::{Movie, Pixels, Sequence};
+use base::FileFormat;
 use base::error::Result;
 use imaging::Image;
 use std::path::{Path, PathBuf};
@@ -19,17 +20,10 @@ pub enum Source {
 static OPEN: Mutex<Vec<(PathBuf, Arc<Source>)>> = Mutex::new(Vec::new());
 /// Maximum number of open sources: a movie may keep three decoders.
 const MOST_OPEN: usize = 6;
-/// File extensions of movies.
-const EXTENSIONS: [&str; 16] = [
-    "mov", "mp4", "m4v", "mxf", "mkv", "webm", "avi", "mts", "m2ts", "ts", "mpg", "mpeg", "ogv",
-    "wmv", "3gp", "nut",
-];
 
 /// True if a name has a movie's extension, including raw formats that cannot be read.
 pub fn is_movie(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default();
-    let is = |known: &&str| extension.eq_ignore_ascii_case(known);
-    EXTENSIONS.iter().any(&is) || ["r3d", "braw", "ari", "arx", "crm"].iter().any(is)
+    FileFormat::of(path).is_some_and(FileFormat::is_movie)
 }
 
 /// Opens a movie or a sequence, or returns the open one.
@@ -127,8 +121,7 @@ impl Source {
         match self {
             Self::Movie(movie) => movie.info().notes.clone(),
             Self::Sequence(sequence) => {
-                let is_exr =
-                    |file: PathBuf| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+                let is_exr = |file: PathBuf| FileFormat::of(&file) == Some(FileFormat::OpenExr);
                 let gap =
                     sequence.gap().map(|gap| format!("Picture {gap} of the sequence is missing"));
                 let exr =

@@ -1,6 +1,7 @@
 //! Destination of an export, as the user types it: `out.%04d.png`, `look.exr`, `clip.mp4`.
 
 use super::codec::Container;
+use base::FileFormat;
 use base::error::{Error, Result};
 use scene::Output;
 use std::path::{Path, PathBuf};
@@ -34,8 +35,8 @@ impl Destination {
             return Ok(Self::Clip(PathBuf::from(text)));
         }
         let extension = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
-        match extension.to_str() {
-            Some("png" | "exr" | "tif" | "tiff") => Ok(Self::Stills(Stills::parse(text)?)),
+        match FileFormat::of(Path::new(text)) {
+            Some(format) if format.is_still() => Ok(Self::Stills(Stills::parse(text)?)),
             _ => Err(Error::invalid(
                 if extension.is_empty() {
                     format!("the destination {text} has no extension")
@@ -153,15 +154,12 @@ impl Stills {
 
     /// True for files of linear light.
     pub fn is_linear(&self) -> bool {
-        self.after.to_ascii_lowercase().ends_with(".exr")
-            || self.before.to_ascii_lowercase().ends_with(".exr")
+        FileFormat::of(&self.path(0)) == Some(FileFormat::OpenExr)
     }
 
     /// True for TIFFs.
     pub fn is_tiff(&self) -> bool {
-        let ending = Path::new(&self.after).extension();
-        let ending = ending.or(Path::new(&self.before).extension());
-        ending.is_some_and(|e| e.eq_ignore_ascii_case("tif") || e.eq_ignore_ascii_case("tiff"))
+        FileFormat::of(&self.path(0)) == Some(FileFormat::Tiff)
     }
 
     fn parse(text: &str) -> Result<Self> {
@@ -230,6 +228,10 @@ mod tests {
             [("a.PNG", Output::Display), ("a.%d.EXR", Output::Linear), ("one.exr", Output::Linear)]
         {
             assert_eq!(Destination::parse(text).unwrap().output(), output);
+        }
+        for (text, is_tiff) in [("a.tif", true), ("a.%04d.TIFF", true), ("a.tif/%d.png", false)] {
+            let Destination::Stills(stills) = Destination::parse(text).unwrap() else { panic!() };
+            assert_eq!(stills.is_tiff(), is_tiff, "{text}");
         }
         assert_eq!(Destination::parse("x.mov").unwrap(), Destination::Clip("x.mov".into()));
         assert_eq!(Destination::parse("x.mov").unwrap().output(), Output::Display);

@@ -139,17 +139,7 @@ impl Encoder {
     /// Kills ffmpeg and its children, unless it has ended.
     pub fn kill(&mut self) {
         self.frames = None;
-        if !matches!(self.child.try_wait(), Ok(None)) {
-            return;
-        }
-        #[cfg(unix)]
-        if let Ok(group) = i32::try_from(self.child.id()) {
-            use nix::sys::signal::{Signal, killpg};
-            // An ended process that is not waited for yet keeps its process id.
-            let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
-        }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        movies::kill_group(&mut self.child);
     }
 
     /// Polls `get` until it has a value, the user stops, or the patience ends.

@@ -36,7 +36,7 @@ mod writer;
 
 pub use certificate::{
     Certificate, CertifiedFrame, CertifiedLayers, CertifySettings, Fault, FileHash, Remark,
-    Verification, names_frames,
+    Verification, hash_file, names_frames,
 };
 pub use clip::{ClipWriter, Movie};
 pub use codec::{Codec, Container};

@@ -7,6 +7,7 @@ use super::relight::RelightSettings;
 use super::still::PROVENANCE;
 use base::error::{Error, Result};
 use base::files::open;
+use base::{FileFormat, Fnv};
 use color_config::ColorChoice;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
@@ -48,7 +49,7 @@ impl Provenance {
                 Error::io("read", path, e, "Check that the project exists and is complete")
             })
         };
-        let mut made_of = Hash::default();
+        let mut made_of = Fnv::default();
         let shoot = Shoot {
             // Paths of the pictures and unused environments do not change the frames.
             folder: PathBuf::new(),
@@ -62,17 +63,17 @@ impl Provenance {
             made_of.text(&footage.of(&picture));
         }
         // It holds the checksums of the weights.
-        let mut network = Hash::default();
+        let mut network = Fnv::default();
         let table = project.checkpoint_path().join("checkpoint.toml");
         if table.exists() {
             network.bytes(&read(&table)?);
         }
-        let mut lit_by = Hash::default();
+        let mut lit_by = Fnv::default();
         lit_by.text(&environment.name);
         for value in environment.radiance.pixels.iter().flatten() {
             lit_by.bytes(&value.to_le_bytes());
         }
-        let mut written = Hash::default();
+        let mut written = Fnv::default();
         // The destination does not change the pixels.
         let plain = Files {
             to: String::new(),
@@ -107,9 +108,9 @@ impl Provenance {
 
     /// Provenance of one frame with the look of `scene`, made from the files `pictures`, which are read.
     pub fn frame(&self, scene: &Scene, pictures: &[Picture]) -> String {
-        let mut look = Hash(self.files);
+        let mut look = Fnv(self.files);
         look.text(&format!("{scene:?}"));
-        let mut plate = Hash::default();
+        let mut plate = Fnv::default();
         for picture in pictures {
             plate.text(&self.footage.of(picture));
         }
@@ -118,8 +119,8 @@ impl Provenance {
 }
 
 /// Provenance of the look of an export, independent of the frame: an animation counts as a whole.
-fn look(asked: &RelightSettings, front: Front) -> Hash {
-    let mut look = Hash::default();
+fn look(asked: &RelightSettings, front: Front) -> Fnv {
+    let mut look = Fnv::default();
     look.text(&format!(
         "{:?} {:?} {} {:?} {:?} {:?}",
         front, asked.yaw_deg, asked.turntable, asked.animation, asked.solo, asked.lighting
@@ -133,10 +134,9 @@ fn look(asked: &RelightSettings, front: Front) -> Hash {
 
 /// Provenance in a file's header. None if it has none, or the file is damaged.
 pub fn provenance_of(path: &Path) -> Option<String> {
-    let ending = path.extension()?.to_ascii_lowercase();
     let file = BufReader::new(open(path).ok()?);
-    match ending.to_str()? {
-        "exr" => {
+    match FileFormat::of(path)? {
+        FileFormat::OpenExr => {
             let parts = MetaData::read_from_buffered(file, false).ok()?.headers;
             let key = Text::from(PROVENANCE);
             let part = parts.first()?;
@@ -147,7 +147,7 @@ pub fn provenance_of(path: &Path) -> Option<String> {
                 _ => None,
             }
         }
-        "tif" | "tiff" => {
+        FileFormat::Tiff => {
             let mut decoder = tiff::decoder::Decoder::new(file).ok()?;
             let text = decoder.get_tag_ascii_string(Tag::ImageDescription).ok()?;
             let (_, provenance) = text.split_once(&format!("\n{PROVENANCE}: "))?;
@@ -162,52 +162,9 @@ pub fn provenance_of(path: &Path) -> Option<String> {
     }
 }
 
-/// FNV-1a of 64 bits (Fowler, Noll and Vo; RFC 9923): the same on every machine and in every build.
-#[derive(Clone, Copy)]
-struct Hash(u64);
-
-impl Default for Hash {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Hash {
-    fn bytes(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-    }
-
-    fn text(&mut self, text: &str) {
-        self.bytes(text.as_bytes());
-        // Separates texts, so that different lists do not hash alike.
-        self.bytes(&[0]);
-    }
-}
-
-impl std::fmt::Display for Hash {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "{:016x}", self.0)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_hash_is_the_published_one() {
-        let of = |text: &str| {
-            let mut hash = Hash::default();
-            hash.bytes(text.as_bytes());
-            hash.0
-        };
-        // RFC 9923, appendix C.
-        assert_eq!(of(""), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(of("a"), 0xaf63_dc4c_8601_ec8c);
-        assert_eq!(of("foobar"), 0x8594_4171_f739_67e8);
-    }
 
     #[test]
     fn files_that_say_nothing_are_made_of_nothing() {

@@ -6,6 +6,7 @@ use super::exr_still::write_still_exr;
 use super::format::Bits;
 use super::layers::LightLayers;
 use super::time_code::TimeCode;
+use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::write_beside;
 use compositor::{Picture, code};
@@ -44,10 +45,9 @@ pub(super) const PROVENANCE: &str = "afterlight";
 /// # Errors
 /// When the file cannot be written, or a picture without display codes is to be a PNG.
 pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<()> {
-    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    match ending.to_str() {
-        Some("exr") => write_still_exr(path, picture, about),
-        Some("tif" | "tiff") => write_still_tiff(path, picture, about),
+    match FileFormat::of(path) {
+        Some(FileFormat::OpenExr) => write_still_exr(path, picture, about),
+        Some(FileFormat::Tiff) => write_still_tiff(path, picture, about),
         _ => write_still_png(path, picture, about),
     }
 }

@@ -1,5 +1,6 @@
 //! Check that a still can be read to its end.
 
+use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::open;
 use exr::meta::MetaData;
@@ -17,9 +18,8 @@ const REMEDY: &str = "Write this frame again";
 pub(super) fn check_whole(path: &Path) -> Result<()> {
     let file = || open(path).map(BufReader::new).map_err(|e| Error::io("open", path, e, REMEDY));
     let broken = |cause: String| Error::codec("read", path, cause, REMEDY);
-    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    match ending.to_str() {
-        Some("exr") => {
+    match FileFormat::of(path) {
+        Some(FileFormat::OpenExr) => {
             let parts = MetaData::read_from_buffered(file()?, false)
                 .map_err(|e| broken(e.to_string()))?
                 .headers;
@@ -28,7 +28,7 @@ pub(super) fn check_whole(path: &Path) -> Result<()> {
             let read = reader.all_channels().all_layers().all_attributes();
             read.from_buffered(file()?).map(drop).map_err(|e| broken(e.to_string()))
         }
-        Some("tif" | "tiff") => {
+        Some(FileFormat::Tiff) => {
             let decoded =
                 tiff::decoder::Decoder::new(file()?).and_then(|mut decoder| decoder.read_image());
             decoded.map(drop).map_err(|e| broken(e.to_string()))

@@ -1,9 +1,10 @@
 //! `job.json`: the work, the program that wrote the job, and the checksums of its files.
 
 use super::environment::KeptEnvironment;
-use super::program::{Program, sha256};
+use super::program::Program;
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
+use export::hash_file;
 use export::relight::RelightSettings;
 use gpu::DeviceChoice;
 use project::Project;
@@ -193,14 +194,14 @@ impl PinnedFile {
     /// When the file cannot be read.
     pub(crate) fn of(folder: &Path, name: PathBuf) -> Result<Self> {
         let path = folder.join(&name);
-        let (bytes, sha256) =
-            sha256(&path).map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
+        let (bytes, sha256) = hash_file(&path, u64::MAX)
+            .map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
         Ok(Self { name, bytes, sha256 })
     }
 
     fn check(&self, folder: &Path) -> Result<()> {
         let path = inside(folder, &self.name)?;
-        let found = sha256(&path).map_err(|e| Error::io("read", &path, e, REMEDY))?;
+        let found = hash_file(&path, u64::MAX).map_err(|e| Error::io("read", &path, e, REMEDY))?;
         if found == (self.bytes, self.sha256.clone()) {
             return Ok(());
         }

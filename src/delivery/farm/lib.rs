@@ -25,7 +25,6 @@ mod program;
 mod record;
 mod settings;
 mod shell;
-pub mod simulation;
 mod slurm;
 mod snapshot;
 mod train;

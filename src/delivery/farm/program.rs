@@ -1,11 +1,9 @@
 //! Program that wrote a job, and program that runs it.
 
 use base::error::{Error, Result};
+use export::hash_file;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::fmt::{self, Display};
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -29,7 +27,7 @@ impl Program {
         }
         let own = || {
             let path = std::env::current_exe()?;
-            sha256(&path).map(|(_, sum)| sum)
+            hash_file(&path, u64::MAX).map(|(_, sum)| sum)
         };
         let sha256 = own().map_err(|e| {
             let remedy = "Check that Afterlight's program file exists and can be read";
@@ -64,42 +62,9 @@ impl Display for Program {
     }
 }
 
-/// Length of a file, and its SHA-256 in hexadecimal digits.
-///
-/// # Errors
-/// When the file cannot be read.
-pub(crate) fn sha256(path: &Path) -> io::Result<(u64, String)> {
-    let mut file: File = base::files::open(path)?;
-    let mut sum = Sha256::new();
-    let mut bytes = 0;
-    let mut piece = vec![0; 1 << 18];
-    loop {
-        match file.read(&mut piece)? {
-            0 => break,
-            read => {
-                bytes += read as u64;
-                sum.update(&piece[..read]);
-            }
-        }
-    }
-    let sum = sum.finalize();
-    let digits = sum.iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok((bytes, digits))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_hash_is_the_published_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("abc");
-        std::fs::write(&path, "abc").unwrap();
-        // Example of FIPS 180-4.
-        let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(sha256(&path).unwrap(), (3, wanted.to_owned()));
-    }
 
     #[test]
     fn another_program_is_refused_by_both_names() {

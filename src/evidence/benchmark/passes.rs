@@ -9,10 +9,7 @@ use super::budget::{Budget, Spread};
 use super::data::{field as noise_field, from_centre, matte};
 use base::error::{Error, Result};
 use compositor::reference::{lit_lamps, relight, relight_compressed, relight_half};
-use compositor::{
-    CameraView, Extra, Field, Grain, Ingredients, Levels, Pass, PassReport, Steady, Upstream,
-    compose,
-};
+use compositor::{Extra, Field, Grain, Ingredients, Pass, PassReport, Steady, compose};
 use gpu::{ComputeDevice, Gpu};
 use imaging::{Encoded, Image, Mask};
 use light::{Environment, LightWeights};
@@ -288,19 +285,13 @@ impl Shoot {
 
     fn of<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
         Ingredients {
-            field,
-            mask: &self.mask,
-            weights: &self.weights,
-            environment: &self.environment,
-            levels: Levels::default(),
-            view: CameraView::default(),
-            upstream: Upstream::default(),
             extra: Extra {
                 before: self.before.as_ref(),
                 grain: Some(&self.plate),
                 second: Some(&self.second),
                 ..Extra::default()
             },
+            ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
         }
     }
 

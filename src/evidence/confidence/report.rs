@@ -2,6 +2,7 @@
 
 use super::lamps::LampShares;
 use super::relation::{PoseErrors, Relation, Sign};
+use base::Fnv;
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use calibration::Calibration;
@@ -180,10 +181,7 @@ pub fn mark(project: &Project) -> Result<String> {
     }
     let text = files::read_text(&path, files::MOST_TEXT)
         .map_err(|e| Error::io("read", &path, e, "Calibrate the project again"))?;
-    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    Ok(format!("{hash:016x}"))
+    Ok(Fnv::of(text.as_bytes()).to_string())
 }
 
 /// Correlation of pairs; 0 where one side is constant.

@@ -68,7 +68,7 @@ impl Sensor {
     }
 
     fn expose(&self, light: &Image, name: &str) -> Encoded {
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ hash(name));
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ base::Fnv::of(name.as_bytes()).0);
         let mut spare = None;
         Encoded(light.map(|pixel| {
             pixel.map(|level| {
@@ -101,12 +101,6 @@ fn gaussian(random: &mut ChaCha8Rng, spare: &mut Option<f32>) -> f32 {
     let (sin, cos) = (std::f32::consts::TAU * b).sin_cos();
     *spare = Some(radius * sin);
     radius * cos
-}
-
-/// 64-bit hash of a name (FNV-1a).
-fn hash(name: &str) -> u64 {
-    name.bytes()
-        .fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 use super::*;
 use crate::reference::SOLID;
-use crate::{CameraView, Extra, Facts, Levels, Upstream};
+use crate::{CameraView, Facts};
 use imaging::{Image, Mask, Raster};
 use light::{Environment, LightWeights};
 use reflectance::ReflectanceField;
@@ -45,16 +45,7 @@ impl Set {
     }
 
     pub fn ingredients(&self) -> Ingredients<'_> {
-        Ingredients {
-            field: &self.field,
-            mask: &self.mask,
-            weights: &self.weights,
-            environment: &self.environment,
-            levels: Levels::default(),
-            view: CameraView::default(),
-            upstream: Upstream::default(),
-            extra: Extra::default(),
-        }
+        Ingredients::new(&self.field, &self.mask, &self.weights, &self.environment)
     }
 }
 

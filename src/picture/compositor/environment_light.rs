@@ -1,9 +1,9 @@
 //! Light of an environment on a rig: the lamps' weights under any lighting, at a level that is set once.
 
-use super::background::CameraView;
 use super::field::Field;
 use super::levels::Levels;
-use super::picture::{Extra, Ingredients, Upstream};
+
+use super::picture::Ingredients;
 use base::error::Result;
 use imaging::Mask;
 use light::EnvironmentWeights;
@@ -105,14 +105,8 @@ impl EnvironmentLight {
     /// A frame in this light, for [`super::compose`].
     pub fn on<'a>(&'a self, field: &'a Field, mask: &'a Mask) -> Ingredients<'a> {
         Ingredients {
-            field,
-            mask,
-            weights: &self.weights,
-            environment: &self.environment,
             levels: self.levels,
-            view: CameraView::default(),
-            upstream: Upstream::default(),
-            extra: Extra::default(),
+            ..Ingredients::new(field, mask, &self.weights, &self.environment)
         }
     }
 }

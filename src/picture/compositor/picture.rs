@@ -29,6 +29,25 @@ pub struct Ingredients<'a> {
 }
 
 impl<'a> Ingredients<'a> {
+    /// Ingredients of a single picture, seen from the camera, without input of further effects.
+    pub fn new(
+        field: &'a Field,
+        mask: &'a Mask,
+        weights: &'a LightWeights,
+        environment: &'a Environment,
+    ) -> Self {
+        Self {
+            field,
+            mask,
+            weights,
+            environment,
+            levels: Levels::default(),
+            view: CameraView::default(),
+            upstream: Upstream::default(),
+            extra: Extra::default(),
+        }
+    }
+
     /// Plate that the light is brought to, if any.
     pub fn plate(&self) -> Option<&'a Plate> {
         (self.extra.plate).filter(|plate| plate.is_larger(self.mask.size()))

@@ -109,9 +109,9 @@ impl Series {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Identity, Levels};
+    use super::super::Identity;
     use super::*;
-    use crate::{CameraView, Field, Upstream};
+    use crate::Field;
     use light::{Environment, LightWeights};
     use reflectance::ReflectanceField;
     use scene::Effects;
@@ -146,17 +146,11 @@ mod tests {
 
         fn of<'a>(&'a self, field: &'a Field, frame: u64) -> Ingredients<'a> {
             Ingredients {
-                field,
-                mask: &self.mask,
-                weights: &self.weights,
-                environment: &self.environment,
-                levels: Levels::default(),
-                view: CameraView::default(),
-                upstream: Upstream::default(),
                 extra: Extra {
                     identity: Identity { frame, ..Identity::default() },
                     ..Extra::default()
                 },
+                ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
             }
         }
 

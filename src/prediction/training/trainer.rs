@@ -64,16 +64,7 @@ impl Trainer {
         if resume {
             check_resumable(&folder, project, &network)?;
         }
-        let mut autodiff = device.clone().autodiff();
-        if config.recompute {
-            autodiff = autodiff.gradient_checkpointing();
-        }
-        let open = |path: &PathBuf| Features::open(path, &autodiff);
-        let criterion = Criterion {
-            features: config.features.as_ref().map(open).transpose()?,
-            perceptual: config.perceptual,
-            pixel: config.pixel,
-        };
+        let (autodiff, criterion) = prepared(&config, device)?;
         let data = TrainingData::load(
             project,
             calibration,
@@ -112,16 +103,7 @@ impl Trainer {
     /// When the network is invalid, or the features' file cannot be read.
     pub fn on_noise(config: TrainingConfig, network: UNetConfig, device: &Device) -> Result<Self> {
         network.check()?;
-        let mut autodiff = device.clone().autodiff();
-        if config.recompute {
-            autodiff = autodiff.gradient_checkpointing();
-        }
-        let open = |path: &PathBuf| Features::open(path, &autodiff);
-        let criterion = Criterion {
-            features: config.features.as_ref().map(open).transpose()?,
-            perceptual: config.perceptual,
-            pixel: config.pixel,
-        };
+        let (autodiff, criterion) = prepared(&config, device)?;
         autodiff.seed(0);
         let data = TrainingData::noise(&network, &autodiff);
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), 0);
@@ -336,6 +318,24 @@ impl Trainer {
         };
         checkpoint::save(&project.checkpoint_path(), &self.info, self.network(), &state)
     }
+}
+
+/// Device with gradients, and the losses on it.
+///
+/// # Errors
+/// When the features' file cannot be read.
+fn prepared(config: &TrainingConfig, device: &Device) -> Result<(Device, Criterion)> {
+    let mut autodiff = device.clone().autodiff();
+    if config.recompute {
+        autodiff = autodiff.gradient_checkpointing();
+    }
+    let open = |path: &PathBuf| Features::open(path, &autodiff);
+    let criterion = Criterion {
+        features: config.features.as_ref().map(open).transpose()?,
+        perceptual: config.perceptual,
+        pixel: config.pixel,
+    };
+    Ok((autodiff, criterion))
 }
 
 /// Start of a run.

@@ -3,7 +3,6 @@
 mod blind_cone;
 mod cholesky;
 mod code_values;
-mod connected;
 pub mod develop;
 mod footprint;
 pub mod gamma;

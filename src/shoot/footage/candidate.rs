@@ -5,6 +5,7 @@ use super::round;
 use super::scan::counted;
 use super::takes::mean_light;
 use base::error::Result;
+use base::has_extension;
 use imaging::color::{linear_from_srgb, srgb_from_linear};
 use imaging::resample::resize_area;
 use imaging::{Encoded, Raster};
@@ -247,10 +248,6 @@ pub fn expand(path: &Path) -> Vec<PathBuf> {
     let pattern = (!movies::is_movie(path)).then(|| Sequence::of_first(path)).flatten();
     let pattern = pattern.map(|(pattern, _)| pattern).filter(is_sequence);
     vec![pattern.unwrap_or_else(|| path.to_path_buf())]
-}
-
-fn has_extension(path: &Path, wanted: &str) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
 /// Guess from a name, and the matching word: the file's own name first, then its folder's.

@@ -215,6 +215,18 @@ tracking = [12, 16, 20]
     );
 }
 
+/// A stage that is filmed, with tracking frames.
+fn filmed() -> StageSettings {
+    StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: LAMPS,
+        written_as: WrittenAs::Movies,
+        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
+        ..StageSettings::default()
+    }
+}
+
 #[test]
 fn a_stage_that_is_filmed_is_imported_from_its_movies() {
     if !test_support::ffmpeg() {
@@ -222,14 +234,7 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
     }
     let folder = tempfile::tempdir().unwrap();
     let silent = Progress::silent();
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: LAMPS,
-        written_as: WrittenAs::Movies,
-        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
-        ..StageSettings::default()
-    };
+    let stage = filmed();
     let [filmed, shoot] = ["filmed", "shoot"].map(|name| folder.path().join(name));
     write_shoot(&filmed, &stage, &silent).unwrap();
     let files = StageSettings { written_as: WrittenAs::Files, ..stage };
@@ -266,14 +271,7 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
     }
     let folder = tempfile::tempdir().unwrap();
     let silent = Progress::silent();
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: LAMPS,
-        written_as: WrittenAs::Movies,
-        trouble: TroubleSettings { tracking: Some(3), ..TroubleSettings::default() },
-        ..StageSettings::default()
-    };
+    let stage = filmed();
     let shoot = folder.path().join("card");
     write_shoot(&shoot, &stage, &silent).unwrap();
     // Named by a camera, at a rate that differs from the manifest's.

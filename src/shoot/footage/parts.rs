@@ -5,6 +5,7 @@ use super::map::{self, Map};
 use super::shoot::{Camera, Listing, Manifest, Probes, entries, name_of};
 use super::takes::Rounds;
 use base::error::{Error, Result};
+use base::has_extension;
 use base::progress::Progress;
 use glam::Vec3;
 use project::{Frames, Takes};
@@ -30,8 +31,7 @@ impl Parts {
     /// # Errors
     /// When a part is missing or cannot be read, or a movie's number of lamps differs.
     pub fn find(shoot: &Path, progress: &Progress) -> Result<Self> {
-        let is_map = shoot.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-        if is_map && shoot.is_file() {
+        if has_extension(shoot, "toml") && shoot.is_file() {
             return Self::of_map(shoot, progress);
         }
         if shoot.is_file() {
@@ -187,7 +187,6 @@ impl Parts {
 
 /// Lamps of the `.lp` list in a shoot's folder; `None` without one.
 fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
-    let is_list = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"));
-    let lists = entries(shoot, |path| is_list(path).then(|| name_of(path)))?;
+    let lists = entries(shoot, |path| has_extension(path, "lp").then(|| name_of(path)))?;
     lists.first().map(|name| lamp_list::read(&shoot.join(name))).transpose()
 }

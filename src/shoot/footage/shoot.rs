@@ -1,7 +1,7 @@
 //! A shoot's folder: its manifest and its files.
 
 use base::error::{Error, Result};
-use base::files;
+use base::{files, has_extension};
 use glam::Vec3;
 use project::{Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot};
 use serde::Deserialize;
@@ -305,8 +305,7 @@ pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<
 
 pub fn png_names(folder: &Path) -> Result<Vec<String>> {
     entries(folder, |path| {
-        let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        (png && !name_of(path).starts_with('.'))
+        (has_extension(path, "png") && !name_of(path).starts_with('.'))
             .then(|| path.with_extension(""))
             .map(|p| name_of(&p))
     })

@@ -28,6 +28,7 @@ pub use flow::{Flow, flow_picture};
 pub use grab_cut::{GrabCut, Mark, grab_cut, rectangle};
 pub use guessed::guessed;
 pub use lit::lit;
+pub use parts::{around, parts};
 pub use screen::{Hue, Key, key};
 pub use seeds::{Seeds, Side};
 pub use steady::{flicker, steadied};

@@ -1,10 +1,15 @@
 //! Connected parts of a picture.
 
-/// Pixels of the 3 × 3 square around a pixel of a picture with these columns and rows, that pixel included.
-fn around(place: usize, (width, height): (usize, usize)) -> impl Iterator<Item = usize> {
+/// Pixels within the square of `reach` around a pixel of a picture with these columns and rows, that pixel
+/// included.
+pub fn around(
+    place: usize,
+    (width, height): (usize, usize),
+    reach: usize,
+) -> impl Iterator<Item = usize> {
     let (x, y) = (place % width, place / width);
-    let columns = x.saturating_sub(1)..(x + 2).min(width);
-    (y.saturating_sub(1)..(y + 2).min(height))
+    let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+    (y.saturating_sub(reach)..(y + reach + 1).min(height))
         .flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
@@ -19,7 +24,7 @@ pub fn parts(size: (usize, usize), inside: impl Fn(usize) -> bool) -> Vec<Vec<us
         let mut part = vec![start];
         let mut next = 0;
         while next < part.len() {
-            for place in around(part[next], size) {
+            for place in around(part[next], size, 1) {
                 if std::mem::take(&mut todo[place]) {
                     part.push(place);
                 }
@@ -66,5 +71,21 @@ pub fn drop_loose(alpha: &mut [f32], size: (usize, usize), kept: &[bool]) {
                 alpha[place] = 0.0;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_touch_at_corners_and_not_across_the_border() {
+        // Columns 0 and 3 of a picture four wide are neighbours only in memory.
+        let set = [0, 5, 10, 7, 3];
+        let found = parts((4, 3), |place| set.contains(&place));
+        assert_eq!(found, [vec![0, 5, 10, 7, 3]]);
+        let found = parts((4, 3), |place| [3, 4].contains(&place));
+        assert_eq!(found, [vec![3], vec![4]]);
+        assert!(parts((0, 0), |_| true).is_empty());
     }
 }

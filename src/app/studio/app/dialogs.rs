@@ -1,7 +1,7 @@
 //! System file dialogs, each with a text field for a typed path: some systems have no dialogs.
 
 use super::StudioApp;
-use super::drops::{PANORAMAS, folder_of};
+use super::drops::folder_of;
 use super::looks::ENDING;
 use crate::command::{
     Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
@@ -10,6 +10,7 @@ use crate::command::{
 use crate::comparison::{CompareSettings, Reference};
 use crate::state::{PathEntry, Wanted};
 use crate::wizard::Plan;
+use base::FileFormat;
 use base::files::plain;
 use rfd::FileDialog;
 use std::path::PathBuf;
@@ -29,7 +30,7 @@ struct Ask {
     title: &'static str,
     wanted: Wanted,
     /// Name and extensions of the file type.
-    filter: Option<(&'static str, &'static [&'static str])>,
+    filter: Option<(&'static str, Vec<&'static str>)>,
     folder: Option<PathBuf>,
     name: Option<String>,
 }
@@ -46,7 +47,7 @@ impl Ask {
         name: &str,
     ) -> Self {
         Self {
-            filter: Some(filter),
+            filter: Some((filter.0, filter.1.to_vec())),
             name: Some(name.to_owned()),
             ..Self::new(Wanted::NewFile, title)
         }
@@ -56,7 +57,7 @@ impl Ask {
     fn show(self) -> Option<Vec<PathBuf>> {
         let mut dialog = FileDialog::new().set_title(self.title);
         if let Some((name, extensions)) = self.filter {
-            dialog = dialog.add_filter(name, extensions);
+            dialog = dialog.add_filter(name, &extensions);
         }
         if let Some(folder) = &self.folder {
             dialog = dialog.set_directory(folder);
@@ -191,7 +192,7 @@ impl StudioApp {
         let folder = |title| Some(Ask::new(Wanted::Folder, title));
         match dialog {
             Dialog::Environments => Some(Ask {
-                filter: Some(("Panoramas", &PANORAMAS)),
+                filter: Some(("Panoramas", FileFormat::extensions(FileFormat::is_panorama))),
                 ..Ask::new(Wanted::Files, "Add environments")
             }),
             Dialog::ComparisonTruth => folder("Compare with truth"),
@@ -228,7 +229,7 @@ impl StudioApp {
                 Some(Ask::new_file("Save the look", kind, &file))
             }
             Dialog::LoadLook => Some(Ask {
-                filter: Some(("Look", &LOOKS)),
+                filter: Some(("Look", LOOKS.to_vec())),
                 ..Ask::new(Wanted::Files, "Load a look")
             }),
         }

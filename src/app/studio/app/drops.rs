@@ -7,12 +7,10 @@ use crate::layout::Pane;
 use crate::state::Wanted;
 use crate::status::Phase;
 use base::files::{plain, shown};
+use base::{FileFormat, has_extension};
 use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
 use worker::Need;
-
-/// Extensions of panoramas.
-pub(super) const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
 
 /// Files that identify the folder of a project or a shoot.
 const FILES: [&str; 2] = ["project.toml", "manifest.json"];
@@ -107,13 +105,11 @@ pub(super) fn folder_of(path: PathBuf) -> PathBuf {
 
 /// True if the path may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
 fn is_part(path: &Path) -> bool {
-    const OTHERS: [&str; 2] = ["lp", "dpx"];
-    let extension = path.extension().unwrap_or_default();
-    let is_other = OTHERS.iter().any(|known| extension.eq_ignore_ascii_case(known));
-    path.is_dir() || movies::is_movie(path) || is_panorama(path) || is_other
+    let is_read =
+        |format: FileFormat| format.is_movie() || format.is_panorama() || format.is_sequence();
+    path.is_dir() || has_extension(path, "lp") || FileFormat::of(path).is_some_and(is_read)
 }
 
 fn is_panorama(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default();
-    PANORAMAS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    FileFormat::of(path).is_some_and(FileFormat::is_panorama)
 }

@@ -34,6 +34,7 @@ mod rows;
 mod scopes;
 mod sphere;
 mod status;
+mod still_plot;
 mod tabs;
 mod timeline;
 mod training;

@@ -1,23 +1,18 @@
 //! Camera raw files: refused, since their only finished picture is a small preview.
 
+use base::FileFormat;
 use base::error::{Error, Result};
 use std::io::{BufRead, Seek};
 use std::path::Path;
 use tiff::decoder::Decoder;
 use tiff::tags::Tag;
 
-const ENDINGS: [&str; 20] = [
-    "3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "gpr", "iiq", "kdc", "mef", "mrw",
-    "nef", "nrw", "orf", "pef", "raf", "rw2", "srw",
-];
-
 /// Refuses a camera's raw file, by its content or the ending of its name.
 ///
 /// # Errors
 /// Then.
 pub(super) fn refuse(path: &Path, head: &[u8], file: &mut (impl BufRead + Seek)) -> Result<()> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let is_raw = ENDINGS.contains(&&*ending)
+    let is_raw = FileFormat::of(path) == Some(FileFormat::RawStill)
         || head.starts_with(b"FUJIFILMCCD-RAW")
         || head.get(4..12) == Some(b"ftypcrx ")
         || head.get(8..10) == Some(b"CR") && is_tiff(head)

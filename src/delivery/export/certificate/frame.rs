@@ -209,8 +209,11 @@ fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
     names.iter().map(of_file).collect()
 }
 
-/// Length and SHA-256 of a file of at most `most` bytes; only the length of a longer file.
-pub(super) fn hash_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
+/// Length of a file and its SHA-256 in hexadecimal digits; of a file above `most` bytes only the length.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn hash_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
     let mut file = base::files::open(path)?;
     let whole = file.metadata()?.len();
     if whole > most {

@@ -11,6 +11,7 @@ pub use shot::names_frames;
 pub use verify::Verification;
 
 use self::faults::{Findings, judge, rate_words};
+pub use self::frame::hash_file;
 use self::frame::{Content, Frame, hex};
 use self::shot::Shot;
 use base::error::{Error, Result};

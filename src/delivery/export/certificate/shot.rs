@@ -3,6 +3,7 @@
 use super::super::destination::Destination;
 use super::super::layers::beside;
 use base::error::{Error, Result};
+use base::has_extension;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -155,8 +156,7 @@ fn list(folder: &Path) -> Result<Vec<String>> {
 }
 
 fn is_exr(name: &&str) -> bool {
-    let ending = Path::new(name).extension();
-    !name.starts_with('.') && ending.is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+    !name.starts_with('.') && has_extension(Path::new(name), "exr")
 }
 
 /// Text before and after the number in a pattern such as `shot.%04d.exr` or `shot.####.exr`.

@@ -395,3 +395,14 @@ fn a_stop_ends_the_check_and_nothing_is_written() {
         Certificate::issue(&[folder.path().into()], &CertifySettings::default(), &progress);
     assert!(matches!(stopped, Err(Error::Cancelled { .. })));
 }
+
+#[test]
+fn the_hash_of_a_file_is_the_published_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("abc");
+    std::fs::write(&path, "abc").unwrap();
+    // Example of FIPS 180-4.
+    let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+    assert_eq!(hash_file(&path, 3).unwrap(), (3, wanted.to_owned()));
+    assert_eq!(hash_file(&path, 2).unwrap(), (3, String::new()));
+}

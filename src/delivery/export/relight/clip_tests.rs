@@ -1,5 +1,5 @@
 use super::*;
-use compositor::{CameraView, Field, Levels, PlateSquare, Steady};
+use compositor::{Field, PlateSquare, Steady};
 use exr::prelude::f16;
 use imaging::{Image, Mask};
 use light::{Environment, Lamp, LightWeights, built_in};
@@ -71,14 +71,8 @@ impl Shot {
 
     fn of<'a>(&'a self, field: &'a Field, extra: Extra<'a>) -> Ingredients<'a> {
         Ingredients {
-            field,
-            mask: &self.mask,
-            weights: &self.weights,
-            environment: &self.environment,
-            levels: Levels::default(),
-            view: CameraView::default(),
-            upstream: Upstream::default(),
             extra,
+            ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
         }
     }
 }

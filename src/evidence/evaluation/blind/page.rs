@@ -3,6 +3,7 @@
 use super::Clips;
 use super::answers::{HEADER, Question};
 use super::key::{Key, Shown};
+use base::Fnv;
 use base::error::{Error, Result};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use project::Project;
@@ -48,12 +49,10 @@ struct Trial {
 /// # Errors
 /// When the study cannot be encoded as JSON.
 pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
-    let mut order: Vec<(u64, usize)> = (clips.clips.iter().enumerate())
-        .map(|(i, clip)| (clip.pictures.iter().fold(START, |hash, p| mark(hash, p)), i))
-        .collect();
+    let mut order: Vec<(u64, usize)> =
+        (clips.clips.iter().enumerate()).map(|(i, clip)| (hash(&clip.pictures).0, i)).collect();
     order.sort_unstable();
-    let study = order.iter().fold(START, |hash, (own, _)| mark(hash, &own.to_le_bytes()));
-    let study = format!("{study:016x}");
+    let study = hash(order.iter().map(|(own, _)| own.to_le_bytes())).to_string();
     let code = |place: usize| format!("c{:02}", place + 1);
     let codes: BTreeMap<usize, String> =
         (order.iter().enumerate()).map(|(place, (_, clip))| (*clip, code(place))).collect();
@@ -121,10 +120,9 @@ fn data_uri(jpeg: &[u8]) -> String {
     format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg))
 }
 
-const START: u64 = 0xcbf2_9ce4_8422_2325;
-
-/// FNV-1a of 64 bits.
-fn mark(hash: u64, bytes: &[u8]) -> u64 {
-    let step = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-    bytes.iter().fold(hash, step)
+/// Hash of all parts.
+fn hash(parts: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Fnv {
+    let mut hash = Fnv::default();
+    parts.into_iter().for_each(|part| hash.bytes(part.as_ref()));
+    hash
 }

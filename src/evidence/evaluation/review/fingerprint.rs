@@ -23,7 +23,7 @@ impl Fingerprint {
             let text = files::read_text(&path, files::MOST_TEXT);
             text.map_err(|e| Error::io("open", path, e, remedy))
         };
-        let mark = |text: &str| mark(text.as_bytes());
+        let mark = |text: &str| base::Fnv::of(text.as_bytes()).to_string();
         let table = project.checkpoint_path().join("checkpoint.toml");
         Ok(Self {
             // The table counts seconds, so it changes with every checkpoint. Empty before any training.
@@ -61,14 +61,6 @@ impl Fingerprint {
     }
 }
 
-/// 64-bit FNV-1a, which is stable across program versions.
-fn mark(bytes: &[u8]) -> String {
-    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-    });
-    format!("{hash:016x}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,6 +91,6 @@ mod tests {
         project.save().unwrap();
         let resized = Fingerprint::of(&project).unwrap();
         assert_eq!(calibrated.difference(&resized), Some("the project"));
-        assert_eq!(mark(b""), "cbf29ce484222325");
+        assert_eq!(base::Fnv::of(b"").to_string(), "cbf29ce484222325");
     }
 }

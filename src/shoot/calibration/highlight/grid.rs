@@ -1,7 +1,6 @@
 //! The ball in a series of photographs, reduced to a grid of cells so that a full series fits into memory.
 
 use super::super::code_values::{CodeValues, ResponseTable};
-use super::super::connected;
 use super::super::footprint::Footprint;
 use super::super::mirror_ball::MirrorBall;
 use super::super::silhouette::{self, Circle, Photographs, Silhouette};
@@ -138,13 +137,14 @@ impl Grid {
 
     /// Cells around a cell, clipped to the grid.
     pub fn around(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
-        connected::around(cell, (self.width, self.height), 1).filter(move |&other| other != cell)
+        matte::around(cell, (self.width, self.height), 1).filter(move |&other| other != cell)
     }
 
     /// Connected parts of the ball's cells for which `inside` holds.
     pub fn parts(&self, inside: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
         let size = (self.width, self.height);
-        connected::parts(size, |cell| self.is_ball(cell) && inside(cell))
+        let parts = matte::parts(size, |cell| self.is_ball(cell) && inside(cell)).into_iter();
+        parts.map(|part| part.into_iter().map(|cell| cell as u32).collect()).collect()
     }
 
     /// Common part of all photographs of a series per cell: the room, as their median. With fewer than five the

@@ -6,7 +6,6 @@
 //! darker does not fit, and the lamp stays unchanged. The brightness of a uniform disc with a sharp edge cannot be
 //! estimated: it needs a shorter exposure ([`super::merge`]).
 
-use super::super::connected;
 use imaging::color::luminance;
 use imaging::{Image, Raster};
 
@@ -79,8 +78,7 @@ pub(super) fn estimate(
 /// Connected groups of the ball's pixels with a clipped channel.
 fn lamps(clipped: &Raster<[bool; 3]>, usable: &[f32]) -> Vec<Vec<usize>> {
     let is_hot = |i: usize| usable[i] > 0.0 && clipped.pixels[i].contains(&true);
-    let parts = connected::parts(clipped.size(), is_hot).into_iter();
-    parts.map(|part| part.into_iter().map(|i| i as usize).collect()).collect()
+    matte::parts(clipped.size(), is_hot)
 }
 
 /// Light of the `hot` pixels of a lamp in channel `c`; `None` if no lobe fits.
@@ -99,7 +97,7 @@ fn lobe(
     let radius = (lamp.len() as f64 / std::f64::consts::PI).sqrt();
     let reach = (radius.ceil() as usize + 2).min(64);
     let mut near: Vec<usize> = (lamp.iter())
-        .flat_map(|&i| connected::around(i, light.size(), reach))
+        .flat_map(|&i| matte::around(i, light.size(), reach))
         .filter(|&i| usable[i] > 0.0 && !clipped.pixels[i][c])
         .collect();
     near.sort_unstable();

@@ -1,12 +1,12 @@
 //! Time for a frame against error, both on logarithmic axes: a point for each rung, and a line through the Pareto
 //! front.
 
+use super::super::still_plot::{axis, still_plot};
 use super::words;
 use crate::theme;
-use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, pos2, vec2};
+use egui::{Color32, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 use egui_plot::{
-    AxisHints, GridInput, GridMark, HoverPosition, Line, MarkerShape, Plot, PlotPoint, PlotPoints,
-    Points,
+    AxisHints, GridInput, GridMark, HoverPosition, Line, MarkerShape, PlotPoint, PlotPoints, Points,
 };
 use tradeoff::{Knob, Measured};
 
@@ -64,20 +64,10 @@ impl Ladder<'_> {
             }
             _ => None,
         };
-        let shown = Plot::new("ladder")
-            .height(height)
-            .allow_drag(false)
-            .allow_zoom(false)
-            .allow_scroll(false)
-            .allow_boxed_zoom(false)
-            .allow_axis_zoom_drag(false)
-            .allow_double_click_reset(false)
-            .auto_bounds(Vec2b::TRUE)
-            .show_crosshair(false)
+        let shown = still_plot("ladder", height)
             .set_margin_fraction(vec2(0.06, 0.1))
             .x_grid_spacer(steps)
             .y_grid_spacer(steps)
-            .grid_color(Color32::from_gray(70))
             .custom_x_axes(vec![
                 axis(AxisHints::new_x())
                     .label("time for a frame")
@@ -183,10 +173,6 @@ pub fn legend_ui(ui: &mut Ui, rungs: &[Measured]) {
         ui.label(RichText::new("Best trade-off").size(12.0).color(theme::QUIET))
             .on_hover_text("No other setting is both faster and more accurate");
     });
-}
-
-fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
-    hints.tick_label_color(theme::QUIET).tick_label_font(FontId::proportional(11.0))
 }
 
 /// Marks at 1, 2 and 5 of each visible power of ten.

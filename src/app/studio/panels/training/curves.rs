@@ -1,8 +1,8 @@
 //! The curves of a run: losses on a logarithmic axis, the held-out pose below.
 
-use crate::theme;
+use super::super::still_plot::{axis, still_plot};
 use base::progress::LossPoint;
-use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, vec2};
+use egui::{Color32, Rect, RichText, Sense, Ui, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};
 
 /// Colours of the two losses, distinct for people with red-green colour blindness.
@@ -100,23 +100,7 @@ fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
             String::new()
         }
     });
-    Plot::new(name)
-        .height(height)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_axis_zoom_drag(false)
-        .allow_double_click_reset(false)
-        .auto_bounds(Vec2b::TRUE)
-        .show_crosshair(false)
-        .x_grid_spacer(|input| few(&input, 6.0))
-        .grid_color(Color32::from_gray(70))
-        .custom_x_axes(vec![steps])
-}
-
-fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
-    hints.tick_label_color(theme::QUIET).tick_label_font(FontId::proportional(11.0))
+    still_plot(name, height).x_grid_spacer(|input| few(&input, 6.0)).custom_x_axes(vec![steps])
 }
 
 /// Steps and values of a loss, without the steps at which it is missing.

@@ -1,17 +1,12 @@
 //! Handover of a shot: Nuke's and Blender's scripts rebuild the picture, and editors read the timeline.
 
-#[path = "handover/blender.rs"]
 mod blender;
-#[path = "handover/exr_file.rs"]
 mod exr_file;
-#[path = "handover/nuke.rs"]
 mod nuke;
-#[path = "handover/nuke_script.rs"]
 mod nuke_script;
+#[path = "../program/mod.rs"]
 mod program;
-#[path = "handover/refusals.rs"]
 mod refusals;
-#[path = "handover/timeline.rs"]
 mod timeline;
 
 use program::succeed;

@@ -1,15 +1,10 @@
 //! Hard cases of pictures, the network and its training, through the jobs' interface, in memory and on a GPU, a
 //! software one if there is no other. Hard cases of light and lamps are in `light` and `calibration`.
 
-#[path = "stability/network.rs"]
 mod network;
-#[path = "stability/pictures.rs"]
 mod pictures;
-#[path = "stability/smoothing.rs"]
 mod smoothing;
-#[path = "stability/sums.rs"]
 mod sums;
-#[path = "stability/training.rs"]
 mod training;
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};

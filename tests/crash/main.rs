@@ -4,17 +4,11 @@
 //! `AFTERLIGHT_SHARED_SECONDS=30` sets how long processes share a project.
 #![cfg(target_os = "linux")]
 
-#[path = "crash/full.rs"]
 mod full;
-#[path = "crash/hanging.rs"]
 mod hanging;
-#[path = "crash/import.rs"]
 mod import;
-#[path = "crash/killed.rs"]
 mod killed;
-#[path = "crash/odd.rs"]
 mod odd;
-#[path = "crash/shared.rs"]
 mod shared;
 
 use afterlight::project::{Lock, Project};

@@ -1,62 +1,33 @@
 //! The real window, driven headless: user actions and their visible results.
 
-#[path = "studio/aiming.rs"]
 mod aiming;
-#[path = "studio/calibrating.rs"]
 mod calibrating;
-#[path = "studio/checking.rs"]
 mod checking;
-#[path = "studio/clay.rs"]
 mod clay;
-#[path = "studio/comparing.rs"]
 mod comparing;
-#[path = "studio/dialogs.rs"]
 mod dialogs;
-#[path = "studio/effects.rs"]
 mod effects;
-#[path = "studio/environments.rs"]
 mod environments;
-#[path = "studio/export.rs"]
 mod export;
-#[path = "studio/footage.rs"]
 mod footage;
-#[path = "studio/keyframes.rs"]
 mod keyframes;
-#[path = "studio/leaving.rs"]
 mod leaving;
-#[path = "studio/lights.rs"]
 mod lights;
-#[path = "studio/live.rs"]
 mod live;
-#[path = "studio/look_comparisons.rs"]
 mod look_comparisons;
-#[path = "studio/looks.rs"]
 mod looks;
-#[path = "studio/machine.rs"]
 mod machine;
-#[path = "studio/numbers.rs"]
 mod numbers;
-#[path = "studio/on_gpu.rs"]
 mod on_gpu;
-#[path = "studio/project.rs"]
 mod project;
-#[path = "studio/refusals.rs"]
 mod refusals;
-#[path = "studio/review.rs"]
 mod review;
-#[path = "studio/room.rs"]
 mod room;
-#[path = "studio/scopes.rs"]
 mod scopes;
-#[path = "studio/tasks.rs"]
 mod tasks;
-#[path = "studio/timeline.rs"]
 mod timeline;
-#[path = "studio/training.rs"]
 mod training;
-#[path = "studio/turning.rs"]
 mod turning;
-#[path = "studio/viewing.rs"]
 mod viewing;
 
 use afterlight::Error;
@@ -111,6 +82,20 @@ fn clay_window(folder: &Path) -> Window {
     window
 }
 
+/// A new project and its window, with a first picture.
+fn new_window() -> (tempfile::TempDir, Window) {
+    let folder = temporary();
+    let window = clay_window(folder.path());
+    (folder, window)
+}
+
+/// The same, with the picture of its state.
+fn shown_window() -> (tempfile::TempDir, Window) {
+    let (folder, mut window) = new_window();
+    until_shown(&mut window);
+    (folder, window)
+}
+
 /// A shoot with balls large enough for calibration.
 const SHOOT: TestShoot = TestShoot { frames: 3, lamps: 12, size: 64, working_size: 64 };
 
@@ -127,12 +112,46 @@ fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
 
 /// Steps the window until something with that label is drawn.
 fn until_labelled(window: &mut Window, label: &str) {
+    until_drawn(window, label, |window| window.query_by_label(label).is_some());
+}
+
+/// Steps the window until something with that text in its label is drawn.
+fn until_said(window: &mut Window, text: &str) {
+    until_drawn(window, text, |window| window.query_by_label_contains(text).is_some());
+}
+
+fn until_drawn(window: &mut Window, label: &str, is_drawn: impl Fn(&Window) -> bool) {
     let started = Instant::now();
-    while window.query_by_label(label).is_none() {
+    while !is_drawn(window) {
         assert!(started.elapsed() < PATIENCE, "nothing is labelled {label}");
         std::thread::sleep(Duration::from_millis(5));
         window.step();
     }
+}
+
+/// Text that Ctrl+C puts on the clipboard.
+fn copied(window: &mut Window) -> Option<String> {
+    window.event(Event::Copy);
+    for _ in 0..4 {
+        window.step();
+        for command in &window.output().platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                return Some(text.clone());
+            }
+        }
+    }
+    None
+}
+
+fn undo(window: &mut Window) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(4);
+    until_shown(window);
+}
+
+/// Lights placed by hand.
+fn lights(window: &Window) -> &[afterlight::light::PlacedLight] {
+    &window.state().state().look.lighting.placed
 }
 
 #[derive(Debug)]
@@ -153,6 +172,12 @@ fn drop_onto(window: &mut Window, path: impl Into<std::path::PathBuf>) {
     let dropped = std::sync::Arc::new(Dropped(path.into()));
     window.input_mut().dropped_files.push(dropped);
     window.run_steps(2);
+}
+
+/// Clicks the element with this label.
+fn click_on(window: &mut Window, label: &str) {
+    window.get_by_label(label).click();
+    window.run_steps(3);
 }
 
 /// Scrolls to the element with this label.
@@ -210,15 +235,30 @@ fn type_into(window: &mut Window, (role, field): (Role, &str), text: &str) {
 /// Moves the pointer to `x` points right of the middle of the picture, or presses or releases its button there.
 fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
     let pos = MIDDLE + vec2(x, 0.0);
-    window.event(match pressed {
-        None => Event::PointerMoved(pos),
-        Some(pressed) => Event::PointerButton {
-            pos,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        },
-    });
+    window.event(pressed.map_or(Event::PointerMoved(pos), |pressed| press(pos, pressed)));
+}
+
+/// A press or a release of the primary button.
+fn press(pos: Pos2, pressed: bool) -> Event {
+    Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    }
+}
+
+/// A press too short for a drag.
+fn click_at(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
+    let press =
+        |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
+    window.event(Event::ModifiersChanged(modifiers));
+    window.event(Event::PointerMoved(pos));
+    window.event(press(true));
+    window.event(press(false));
+    window.event(Event::ModifiersChanged(Modifiers::NONE));
+    window.event(Event::PointerGone);
+    window.run_steps(4);
 }
 
 /// Drags with the primary button only.
@@ -247,12 +287,7 @@ fn double_click(window: &mut Window, at: Pos2) {
     for pressed in [true, false, true, false] {
         let now = window.ctx.input(|input| input.time);
         window.input_mut().time = Some(now + 0.02);
-        window.event(Event::PointerButton {
-            pos: at,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        });
+        window.event(press(at, pressed));
         window.step();
     }
     // The clock advances by itself.
@@ -265,9 +300,7 @@ const MIDDLE: Pos2 = Pos2::new(500.0, 320.0);
 
 #[test]
 fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = shown_window();
     let before = picture(&window);
     drag(&mut window, MIDDLE, MIDDLE + vec2(100.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
@@ -292,8 +325,7 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
 
 #[test]
 fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     drag(&mut window, MIDDLE, MIDDLE - vec2(50.0, 0.0), PointerButton::Primary, Modifiers::COMMAND);
     let after_ctrl = window.state().state().look.yaw_deg;
     assert!(after_ctrl < -10.0, "{after_ctrl}");
@@ -310,8 +342,7 @@ fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
 
 #[test]
 fn play_goes_through_the_frames_and_around() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     window.get_by_label("Play").click();
     let mut shown = std::collections::BTreeSet::new();
     let started = Instant::now();
@@ -336,9 +367,7 @@ fn play_goes_through_the_frames_and_around() {
 
 #[test]
 fn environments_are_chosen_by_click_and_by_key() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = shown_window();
     let before = picture(&window);
     window.get_by_label("sky").click();
     until_shown(&mut window);
@@ -357,9 +386,7 @@ fn environments_are_chosen_by_click_and_by_key() {
 
 #[test]
 fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = shown_window();
     let before = picture(&window);
     let mean = |picture: &[u8], channel: usize| -> f64 {
         let values = picture.iter().skip(channel).step_by(3);
@@ -408,8 +435,7 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
 
 #[test]
 fn exposure_background_and_the_reset_of_the_view() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     window.key_press(Key::E);
     window.key_press(Key::E);
     window.key_press_modifiers(Modifiers::SHIFT, Key::E);
@@ -429,8 +455,7 @@ fn exposure_background_and_the_reset_of_the_view() {
 
 #[test]
 fn tab_hides_the_panels_and_a_question_mark_lists_the_keys() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     window.key_press(Key::Tab);
     window.run();
     assert!(window.query_by_label("Play").is_none());
@@ -446,9 +471,7 @@ fn tab_hides_the_panels_and_a_question_mark_lists_the_keys() {
 
 #[test]
 fn a_window_that_nobody_touches_asks_for_no_frame() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = shown_window();
     window.run();
     let newest = window.state().relit().unwrap().clone();
     // A request for a later repaint would show up here.
@@ -494,8 +517,7 @@ const TRAINED: &str =
 
 #[test]
 fn the_picture_is_live_while_a_job_runs() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     let job = told_job(&mut window);
     window.get_by_label(STEP);
     window.get_by_label("37 %");
@@ -551,8 +573,7 @@ fn a_network_that_is_saved_is_seen_while_the_job_runs() {
 
 #[test]
 fn a_job_is_paused_and_stopped_by_button_and_by_key() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     let job = told_job(&mut window);
     let paused = |app: &StudioApp| app.status().job.as_ref().unwrap().is_paused();
     window.get_by_label("Pause").click();
@@ -576,9 +597,9 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
     window.get_by_label(&kept.to_string());
 }
 
-#[test]
-fn a_project_without_a_calibration_says_what_to_do_and_offers_it() {
-    let folder = crate::temporary();
+/// The window of a project without a calibration, and its folder.
+fn uncalibrated_window() -> (tempfile::TempDir, Window) {
+    let folder = temporary();
     let project = clay::project(folder.path(), Vec::new());
     let source = || {
         Err(Blocked {
@@ -586,7 +607,12 @@ fn a_project_without_a_calibration_says_what_to_do_and_offers_it() {
             need: Some(Need::Calibration),
         })
     };
-    let mut window = window(|ctx| StudioApp::over(ctx, project, source));
+    (folder, window(|ctx| StudioApp::over(ctx, project, source)))
+}
+
+#[test]
+fn a_project_without_a_calibration_says_what_to_do_and_offers_it() {
+    let (_folder, mut window) = uncalibrated_window();
     until(&mut window, "reason", |app| matches!(app.status().phase, Phase::Blocked(_)));
     window.run();
     window.get_by_label("Not calibrated yet");
@@ -660,9 +686,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
 
 #[test]
 fn the_window_looks_as_it_did() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
-    until_shown(&mut window);
+    let (_folder, mut window) = shown_window();
     drag(&mut window, MIDDLE, MIDDLE + vec2(75.0, 0.0), PointerButton::Primary, Modifiers::NONE);
     until_shown(&mut window);
     snapshot(&mut window, "studio");
@@ -670,8 +694,7 @@ fn the_window_looks_as_it_did() {
 
 #[test]
 fn a_window_in_which_a_job_runs_looks_as_it_did() {
-    let folder = crate::temporary();
-    let mut window = clay_window(folder.path());
+    let (_folder, mut window) = new_window();
     let job = told_job(&mut window);
     window.key_press(Key::P);
     until_shown(&mut window);
@@ -686,15 +709,7 @@ fn a_window_in_which_a_job_runs_looks_as_it_did() {
 
 #[test]
 fn a_window_without_a_picture_shows_the_job_in_its_place() {
-    let folder = crate::temporary();
-    let project = clay::project(folder.path(), Vec::new());
-    let source = || {
-        Err(Blocked {
-            sentence: "Not calibrated yet: afterlight calibrate PROJECT".to_owned(),
-            need: Some(Need::Calibration),
-        })
-    };
-    let mut window = window(|ctx| StudioApp::over(ctx, project, source));
+    let (_folder, mut window) = uncalibrated_window();
     let job = told_job(&mut window);
     assert!(window.query_by_label("Not calibrated yet").is_none());
     window.key_press(Key::P);
