@@ -93,6 +93,13 @@ pub struct PredictedFrame {
     pub ms: f64,
 }
 
+/// A prediction equals itself alone.
+impl PartialEq for PredictedFrame {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
 impl PredictedFrame {
     fn new(predicted: Prediction, generation: u64, ms: f64) -> Self {
         Self {
