@@ -18,7 +18,6 @@ pub mod background;
 mod cache;
 mod calibration_study;
 mod calibration_thread;
-mod check_thread;
 mod comparison;
 mod comparison_reader;
 pub mod demo;
@@ -45,7 +44,6 @@ mod srgb_picture;
 
 pub use calibration_study::{GammaView, ProbeView, SeenLamp};
 pub use calibration_thread::{CalibrationRequest, CalibrationThread};
-pub use check_thread::{CheckRequest, CheckThread};
 pub use comparison::{Comparison, ComparisonSource};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
