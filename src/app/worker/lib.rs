@@ -17,7 +17,6 @@ mod adaptive_resolution;
 pub mod background;
 mod cache;
 mod calibration_study;
-mod calibration_thread;
 mod comparison;
 mod comparison_reader;
 pub mod demo;
@@ -41,8 +40,7 @@ mod review_thread;
 mod source;
 mod srgb_picture;
 
-pub use calibration_study::{GammaView, ProbeView, SeenLamp};
-pub use calibration_thread::{CalibrationRequest, CalibrationThread};
+pub use calibration_study::{CalibrationStudy, GammaView, ProbeView, SeenLamp};
 pub use comparison::{Comparison, ComparisonSource};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
