@@ -1,6 +1,6 @@
 //! The work behind a window: one thread owns the network, one relights, one runs jobs. Others read panoramas,
-//! read the calibration, check the project, review the network, write the list of environments and look things up
-//! on the disk. All are of one kind, [`background::Background`]. The window never waits for them; numbers and
+//! write the list of environments and answer the window's questions ([`Query`]): about the calibration, the project's
+//! checks, the review, the disk. All are of one kind, [`background::Background`]. The window never waits for them; numbers and
 //! sentences come back as [`Event`]s, pictures through [`Latest`] slots.
 //!
 //! ```text
@@ -36,7 +36,7 @@ mod preview;
 mod preview_maker;
 mod query;
 mod relighter;
-mod review_thread;
+mod review;
 mod source;
 mod srgb_picture;
 
@@ -51,7 +51,7 @@ pub use outcome::{Outcome, WentBack};
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
 pub use preview::{LookPicture, LookView, PreviewPicture, PreviewRequest};
 pub use query::Query;
-pub use review_thread::{Cell, CellPictures, LampSheet, ReviewThread, SavedReview};
+pub use review::{Cell, CellPictures, CellReader, LampSheet, SavedReview};
 pub use source::{FindComparison, KeptExemplars, Predict, Prediction, Source, open_project};
 pub use srgb_picture::{SrgbPicture, mirrored, on_mirror_ball};
 
