@@ -1,25 +1,40 @@
-//! Calibration as the window knows it. A background thread analyses it.
+//! Calibration as the window knows it. It is analysed in the background.
 
 use super::layout::Pane;
 use super::state::State;
 use calibration::{Circle, Trial};
 use project::Project;
 use std::sync::Arc;
-use worker::background::drop_later;
-use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
+use worker::{CalibrationStudy, GammaView, ProbeView, Query};
 
-/// Answers of the thread, which starts on first use.
+/// The newest answers, and the queries for them.
 #[derive(Default)]
 pub struct CalibrationAnalysis {
     /// Analysis of the mirror balls, or the reason they cannot be read.
     pub probe: Option<Result<Arc<ProbeView>, String>>,
     /// Fit of the trial response, or the reason it is unknown.
     pub gamma: Option<Result<Arc<GammaView>, String>>,
-    thread: Option<CalibrationThread>,
-    /// The last request.
-    asked: Option<CalibrationRequest>,
+    probes: Query<ProbeRequest, Arc<ProbeView>>,
+    gammas: Query<GammaRequest, Arc<GammaView>>,
     /// Number of times that the calibration may have changed.
     calibrations: u64,
+}
+
+/// The mirror ball under a lamp or the interview's light; a `circle` of None is the project's own.
+#[derive(Clone, PartialEq)]
+struct ProbeRequest {
+    calibrations: u64,
+    photograph: Option<usize>,
+    circle: Option<Circle>,
+}
+
+/// A pose relit as an interview frame; a `trial` of None is the calibration's own response and exposure.
+#[derive(Clone, PartialEq)]
+struct GammaRequest {
+    calibrations: u64,
+    frame: usize,
+    pose: usize,
+    trial: Option<Trial>,
 }
 
 impl CalibrationAnalysis {
@@ -30,10 +45,10 @@ impl CalibrationAnalysis {
 
     /// Takes in the newest answers.
     pub fn receive(&mut self) {
-        if let Some(thread) = &self.thread {
-            self.probe = thread.probe().or(self.probe.take());
-            self.gamma = thread.gamma().or(self.gamma.take());
-        }
+        let probe = self.probes.answers().last().map(|(_, probe)| probe);
+        let gamma = self.gammas.answers().last().map(|(_, gamma)| gamma);
+        self.probe = probe.or(self.probe.take());
+        self.gamma = gamma.or(self.gamma.take());
     }
 
     /// Requests what the panes `shown` need, if that changed. If both panes are visible, the active one counts.
@@ -42,30 +57,34 @@ impl CalibrationAnalysis {
         project: &Project,
         state: &State,
         shown: &[Pane],
-        wake: impl Fn() + Clone + Send + Sync + 'static,
+        wake: impl Fn() + Send + 'static,
     ) {
         let calibrations = self.calibrations;
+        let study = |stop| CalibrationStudy::new(project.root.clone(), stop);
         let mut studied = shown.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
         let active = studied.clone().find(|&&pane| pane == state.active);
-        let wanted = match active.or(studied.next()) {
-            Some(Pane::Probe) => CalibrationRequest::Probe {
-                calibrations,
-                photograph: state.photograph,
-                circle: state.look.circle,
-            },
-            Some(Pane::Gamma) => CalibrationRequest::Gamma {
-                calibrations,
-                frame: state.frame,
-                pose: state.pose,
-                trial: state.look.trial,
-            },
-            _ => return,
-        };
-        if self.asked.as_ref() != Some(&wanted) {
-            self.thread
-                .get_or_insert_with(|| CalibrationThread::start(project.root.clone(), wake))
-                .ask(wanted.clone());
-            self.asked = Some(wanted);
+        match active.or(studied.next()) {
+            Some(Pane::Probe) => {
+                let (photograph, circle) = (state.photograph, state.look.circle);
+                self.probes.ask(ProbeRequest { calibrations, photograph, circle }, wake, |stop| {
+                    let mut study = study(stop);
+                    move |request: &ProbeRequest| {
+                        let study = study.renewed(request.calibrations);
+                        study.probe(request.photograph, request.circle).map(Arc::new)
+                    }
+                });
+            }
+            Some(Pane::Gamma) => {
+                let (frame, pose, trial) = (state.frame, state.pose, state.look.trial);
+                self.gammas.ask(GammaRequest { calibrations, frame, pose, trial }, wake, |stop| {
+                    let mut study = study(stop);
+                    move |request: &GammaRequest| {
+                        let study = study.renewed(request.calibrations);
+                        study.gamma(request.frame, request.pose, request.trial).map(Arc::new)
+                    }
+                });
+            }
+            _ => {}
         }
     }
 
@@ -107,14 +126,5 @@ fn known<'a, T>(answer: &'a Option<Result<Arc<T>, String>>, what: &str) -> Resul
         Some(Ok(answer)) => Ok(answer),
         Some(Err(sentence)) => Err(sentence.clone()),
         None => Err(format!("The {what} are still being read")),
-    }
-}
-
-impl Drop for CalibrationAnalysis {
-    /// Joins the thread in the background, since it may be busy with a fit.
-    fn drop(&mut self) {
-        if let Some(thread) = self.thread.take() {
-            drop_later(thread);
-        }
     }
 }

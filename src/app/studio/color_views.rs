@@ -8,15 +8,15 @@ use color_config::{ColorChoice, ConfigNames};
 use imaging::DisplayTable;
 use project::Project;
 use std::sync::Arc;
-use worker::Lookup;
+use worker::Query;
 
 /// Names in a configuration, and the requested view as a table.
 type Answer = (Arc<ConfigNames>, Option<Arc<DisplayTable>>);
 
-/// State of the configuration, and the thread that reads it.
+/// State of the configuration, and the query for it.
 #[derive(Default)]
 pub struct ColorViews {
-    lookup: Option<Lookup<ColorChoice, Answer>>,
+    query: Query<ColorChoice, Answer>,
     asked: Option<ColorChoice>,
     /// Names in it, or the reason it cannot be read. None until known, and without a configuration.
     names: Option<std::result::Result<Arc<ConfigNames>, String>>,
@@ -49,15 +49,16 @@ impl ColorViews {
             return;
         }
         if choice.named().is_some() {
-            let lookup = (self.lookup).get_or_insert_with(|| Lookup::start(wake, answer));
-            lookup.ask(choice);
+            // A view that was left and is chosen again is read again.
+            self.query.forget();
+            self.query.ask(choice, wake, |_| answer);
         }
     }
 
     /// Takes in what was read. Applies the view once its table is there. Resets export colours that the new
     /// configuration lacks, and returns the reason once.
     pub fn receive(&mut self, state: &mut State) -> Option<String> {
-        let newest = (self.lookup.iter().flat_map(Lookup::answers)).last();
+        let newest = self.query.answers().last();
         // Answers to older requests no longer matter.
         let (_, answer) = newest.filter(|(choice, _)| self.asked.as_ref() == Some(choice))?;
         match answer {
@@ -78,8 +79,7 @@ impl ColorViews {
                 self.names = Some(Ok(names));
                 sentence
             }
-            Err(e) => {
-                let sentence = e.to_string();
+            Err(sentence) => {
                 // A different view may have failed while the configuration itself was read.
                 if !matches!(self.names, Some(Ok(_))) {
                     self.names = Some(Err(sentence.clone()));

@@ -1,8 +1,7 @@
 //! Background check for existing files of the next export.
 
-use base::error::Result;
 use export::{Destination, untaken};
-use worker::Lookup;
+use worker::Query;
 
 /// Query: destination and range of the export.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,41 +24,25 @@ pub struct ExistingFiles {
     pub free: String,
 }
 
-/// The newest result, and the thread that finds it.
+/// The newest result, and the search for it.
+#[derive(Default)]
 pub struct DestinationCheck {
-    lookup: Lookup<DestinationQuery, ExistingFiles>,
-    asked: Option<DestinationQuery>,
+    search: Query<DestinationQuery, ExistingFiles>,
     found: Option<ExistingFiles>,
     failure: Option<String>,
 }
 
 impl DestinationCheck {
-    /// A check without a result yet. Calls `wake` with each answer.
-    pub fn new(wake: impl Fn() + Send + 'static) -> Self {
-        Self::by(wake, |query| Ok(ExistingFiles::of(query)))
-    }
-
-    /// The same with another search function.
-    fn by(
-        wake: impl Fn() + Send + 'static,
-        find: impl FnMut(&DestinationQuery) -> Result<ExistingFiles> + Send + 'static,
-    ) -> Self {
-        Self { lookup: Lookup::start(wake, find), asked: None, found: None, failure: None }
-    }
-
     /// Starts a check if the query changed.
-    pub fn ask(&mut self, query: DestinationQuery) {
-        if self.asked.as_ref() != Some(&query) {
-            self.lookup.ask(query.clone());
-            self.asked = Some(query);
-        }
+    pub fn ask(&mut self, query: DestinationQuery, wake: impl Fn() + Send + 'static) {
+        self.search.ask(query, wake, |_| |query: &DestinationQuery| Ok(ExistingFiles::of(query)));
     }
 
     /// Takes in the newest result.
     pub fn receive(&mut self) {
-        match self.lookup.answers().last() {
+        match self.search.answers().last() {
             Some((_, Ok(found))) => self.found = Some(found),
-            Some((_, Err(e))) => self.failure = Some(e.to_string()),
+            Some((_, Err(sentence))) => self.failure = Some(sentence),
             None => {}
         }
     }
@@ -100,12 +83,12 @@ mod tests {
             range: (0, 7),
             finished,
         };
-        let mut destination_check = DestinationCheck::new(|| {});
+        let mut destination_check = DestinationCheck::default();
         let started = Instant::now();
         let mut until = |query: DestinationQuery| {
             while destination_check.found().is_none_or(|found| found.query != query) {
                 assert!(started.elapsed() < Duration::from_secs(60));
-                destination_check.ask(query.clone());
+                destination_check.ask(query.clone(), || {});
                 destination_check.receive();
                 std::thread::sleep(Duration::from_millis(1));
             }
@@ -122,15 +105,15 @@ mod tests {
     #[test]
     fn a_panic_is_said_once_and_the_next_question_is_answered() {
         let (wake, woken) = std::sync::mpsc::channel();
-        let mut check = DestinationCheck::by(
-            move || wake.send(()).unwrap(),
-            |query| {
-                assert_ne!(query.to, "bad", "on purpose");
-                Ok(ExistingFiles::of(query))
-            },
-        );
+        let find = |query: &DestinationQuery| {
+            assert_ne!(query.to, "bad", "on purpose");
+            Ok(ExistingFiles::of(query))
+        };
+        let search = Query::start(move || wake.send(()).unwrap(), |_| find);
+        let mut check = DestinationCheck { search, ..DestinationCheck::default() };
         let mut ask = |to: &str| {
-            check.ask(DestinationQuery { to: to.to_owned(), range: (0, 0), finished: 0 });
+            let query = DestinationQuery { to: to.to_owned(), range: (0, 0), finished: 0 };
+            check.ask(query, || {});
             woken.recv().unwrap();
             check.receive();
             let found = check.found().map(|found| found.query.to.clone());

@@ -8,7 +8,7 @@ use imaging::{Encoded, Image, Mask};
 use project::{Matte, Picture, Project};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-use worker::{Lookup, SrgbPicture};
+use worker::{Query, SrgbPicture};
 
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const PICTURE_PX: usize = 2560;
@@ -79,18 +79,15 @@ pub struct FootagePicture {
 /// A picture and its file's size.
 type SizedPicture = (SrgbPicture, (usize, usize));
 
-/// The pictures, and the threads that read them.
+/// The pictures, and the queries for them.
 #[derive(Default)]
 pub struct FootageReader {
     picture: Option<std::result::Result<FootagePicture, String>>,
-    asked: Option<FootageRequest>,
-    pictures: Option<Lookup<FootageRequest, SizedPicture>>,
+    pictures: Query<FootageRequest, SizedPicture>,
     thumbnails: BTreeMap<Thumbnail, Option<TextureHandle>>,
     /// The thumbnails that each pane has room for.
     wanted: HashMap<Pane, Vec<Thumbnail>>,
-    /// The thumbnail being read.
-    reading: Option<Thumbnail>,
-    small: Option<Lookup<(Thumbnail, Picture), SrgbPicture>>,
+    small: Query<(Thumbnail, Picture), SrgbPicture>,
 }
 
 impl FootageReader {
@@ -111,7 +108,7 @@ impl FootageReader {
 
     /// Rereads the visible picture, since a job may have made its matte.
     pub fn invalidate(&mut self) {
-        self.asked = None;
+        self.pictures.forget();
     }
 
     /// Replaces the thumbnails requested by a pane.
@@ -124,16 +121,15 @@ impl FootageReader {
 
     /// Takes in what was read. Call once per frame of the window.
     pub fn receive(&mut self, ctx: &Context) {
-        if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
+        if let Some((request, read)) = self.pictures.answers().last() {
             self.picture = Some(match read {
                 Ok((codes, size)) => {
                     Ok(FootagePicture { size, texture: texture(ctx, "footage", &codes), request })
                 }
-                Err(e) => Err(e.to_string()),
+                Err(sentence) => Err(sentence),
             });
         }
-        for ((one, _), read) in self.small.iter().flat_map(Lookup::answers) {
-            self.reading = None;
+        for ((one, _), read) in self.small.answers() {
             if self.wanted.values().any(|all| all.contains(&one)) {
                 // An unreadable thumbnail stays dark; the large picture shows the reason.
                 let small = read.ok().map(|codes| texture(ctx, "thumbnail", &codes));
@@ -171,12 +167,7 @@ impl FootageReader {
                 view,
             }
         };
-        if self.asked.as_ref() != Some(&request) {
-            let lookup =
-                self.pictures.get_or_insert_with(|| Lookup::start(wake, FootageRequest::read));
-            lookup.ask(request.clone());
-            self.asked = Some(request);
-        }
+        self.pictures.ask(request, wake, |_| FootageRequest::read);
     }
 
     /// Reads one thumbnail requested by one of the panes `shown`, unless one is being read.
@@ -189,14 +180,13 @@ impl FootageReader {
         let wanted = shown.iter().filter_map(|pane| self.wanted.get(pane));
         let unread = (wanted.flatten().copied()).filter(|one| !self.thumbnails.contains_key(one));
         let mut next = unread.filter_map(|one| Some((one, one.picture(project)?)));
-        if let (None, Some((one, picture))) = (self.reading, next.next()) {
-            let lookup = self.small.get_or_insert_with(|| {
-                Lookup::start(wake, |(_, picture): &(Thumbnail, Picture)| {
-                    thumbnail(picture, THUMBNAIL_PX)
-                })
-            });
-            lookup.ask((one, picture));
-            self.reading = Some(one);
+        if !self.small.is_waiting()
+            && let Some(next) = next.next()
+        {
+            let read = |(_, picture): &(Thumbnail, Picture)| thumbnail(picture, THUMBNAIL_PX);
+            // It may be the last one again, dropped in the meantime.
+            self.small.forget();
+            self.small.ask(next, wake, |_| read);
         }
     }
 }

@@ -7,10 +7,10 @@ use light::Rig;
 use light::aim::{LampResponses, NoAim};
 use light::highlight::Highlights;
 use std::sync::{Arc, Mutex, PoisonError};
-use worker::{Lookup, PredictedFrame};
+use worker::{PredictedFrame, Query};
 
 /// A point of a picture, and the drag that brought the pointer there.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct AimQuestion {
     pub of: Arc<PredictedFrame>,
     pub rig: Arc<Rig>,
@@ -20,14 +20,8 @@ pub struct AimQuestion {
     pub drag: u64,
 }
 
-impl AimQuestion {
-    fn is(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.of, &other.of) && (self.pixel, self.drag) == (other.pixel, other.drag)
-    }
-}
-
 /// A frame whose highlights are requested.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 struct HighlightQuestion {
     of: Arc<PredictedFrame>,
     rig: Arc<Rig>,
@@ -48,58 +42,48 @@ fn responses(known: &Known, of: &Arc<PredictedFrame>, rig: &Rig) -> Result<Arc<L
     Ok(found)
 }
 
-/// The newest request of each kind, and the threads that answer them.
+impl AimQuestion {
+    fn answer<T>(
+        &self,
+        known: &Known,
+        find: impl Fn(&LampResponses, [usize; 2]) -> std::result::Result<T, NoAim>,
+    ) -> Result<std::result::Result<T, NoAim>> {
+        match self.pixel.and_then(|pixel| self.of.working_pixel(pixel)) {
+            Some(pixel) => Ok(find(&*responses(known, &self.of, &self.rig)?, pixel)),
+            None => Ok(Err(NoAim::Outside)),
+        }
+    }
+}
+
+/// The query of each kind, and the newest answers.
 #[derive(Default)]
 pub struct LightAim {
     known: Known,
-    lookup: Option<Lookup<AimQuestion, std::result::Result<Vec3, NoAim>>>,
-    asked: Option<AimQuestion>,
+    directions: Query<AimQuestion, std::result::Result<Vec3, NoAim>>,
     /// Reason that the newest request has no answer.
     refusal: Option<NoAim>,
-    proposer: Option<Lookup<AimQuestion, std::result::Result<usize, NoAim>>>,
-    /// The requested point, and the newest known lamp.
-    pointed: Option<AimQuestion>,
+    lamps: Query<AimQuestion, std::result::Result<usize, NoAim>>,
+    /// The newest known lamp.
     proposed: Option<usize>,
-    seeker: Option<Lookup<HighlightQuestion, Arc<Highlights>>>,
-    sought: Option<Arc<PredictedFrame>>,
-    highlights: Option<(Arc<PredictedFrame>, Arc<Highlights>)>,
+    seeker: Query<HighlightQuestion, Highlights>,
+    highlights: Option<(Arc<PredictedFrame>, Highlights)>,
 }
 
 impl LightAim {
     /// Requests the direction for a point, instead of the previous request.
     pub fn ask(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
-        if self.asked.as_ref().is_some_and(|asked| asked.is(&question)) {
-            return;
-        }
         let known = self.known.clone();
-        let lookup = self.lookup.get_or_insert_with(|| {
-            Lookup::start(wake, move |AimQuestion { of, rig, pixel, .. }| {
-                let Some(pixel) = pixel.and_then(|pixel| of.working_pixel(pixel)) else {
-                    return Ok(Err(NoAim::Outside));
-                };
-                Ok(responses(&known, of, rig)?.aim(pixel))
-            })
+        self.directions.ask(question, wake, |_| {
+            move |question: &AimQuestion| question.answer(&known, LampResponses::aim)
         });
-        lookup.ask(question.clone());
-        self.asked = Some(question);
     }
 
     /// Requests the lamp that falls on a point.
     pub fn point(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
-        if (self.pointed.as_ref()).is_some_and(|pointed| pointed.is(&question)) {
-            return;
-        }
         let known = self.known.clone();
-        let proposer = self.proposer.get_or_insert_with(|| {
-            Lookup::start(wake, move |AimQuestion { of, rig, pixel, .. }| {
-                let Some(pixel) = pixel.and_then(|pixel| of.working_pixel(pixel)) else {
-                    return Ok(Err(NoAim::Outside));
-                };
-                Ok(responses(&known, of, rig)?.lamp(pixel))
-            })
+        self.lamps.ask(question, wake, |_| {
+            move |question: &AimQuestion| question.answer(&known, LampResponses::lamp)
         });
-        proposer.ask(question.clone());
-        self.pointed = Some(question);
     }
 
     /// Index in the rig of the lamp that falls on the last requested point, or on a point shortly before it.
@@ -114,29 +98,25 @@ impl LightAim {
         rig: &Arc<Rig>,
         wake: impl Fn() + Send + 'static,
     ) {
-        if self.sought.as_ref().is_some_and(|sought| Arc::ptr_eq(sought, of)) {
-            return;
-        }
         let known = self.known.clone();
-        let seeker = self.seeker.get_or_insert_with(|| {
-            Lookup::start(wake, move |HighlightQuestion { of, rig }| {
-                Ok(Arc::new(Highlights::of(&*responses(&known, of, rig)?)))
-            })
+        let question = HighlightQuestion { of: of.clone(), rig: rig.clone() };
+        self.seeker.ask(question, wake, |_| {
+            move |HighlightQuestion { of, rig }: &HighlightQuestion| {
+                Ok(Highlights::of(&*responses(&known, of, rig)?))
+            }
         });
-        seeker.ask(HighlightQuestion { of: of.clone(), rig: rig.clone() });
-        self.sought = Some(of.clone());
     }
 
     /// Positions of the lights in a frame; None until found.
     pub fn highlights(&self, of: &Arc<PredictedFrame>) -> Option<&Highlights> {
         let (found, highlights) = self.highlights.as_ref()?;
-        Arc::ptr_eq(found, of).then_some(&**highlights)
+        Arc::ptr_eq(found, of).then_some(highlights)
     }
 
     /// Directions found since the last call, with their requests, and the error of the newest request, if it failed.
     pub fn receive(&mut self) -> (Vec<(AimQuestion, Vec3)>, Option<String>) {
         let (mut found, mut failure) = (Vec::new(), None);
-        for (question, answer) in self.lookup.iter().flat_map(Lookup::answers) {
+        for (question, answer) in self.directions.answers() {
             failure = None;
             match answer {
                 Ok(Ok(direction)) => {
@@ -144,19 +124,19 @@ impl LightAim {
                     found.push((question, direction));
                 }
                 Ok(Err(none)) => self.refusal = Some(none),
-                Err(e) => failure = Some(e.to_string()),
+                Err(sentence) => failure = Some(sentence),
             }
         }
-        for (_, answer) in self.proposer.iter().flat_map(Lookup::answers) {
+        for (_, answer) in self.lamps.answers() {
             match answer {
                 Ok(lamp) => self.proposed = lamp.ok(),
-                Err(e) => failure = Some(e.to_string()),
+                Err(sentence) => failure = Some(sentence),
             }
         }
-        for (question, answer) in self.seeker.iter().flat_map(Lookup::answers) {
+        for (question, answer) in self.seeker.answers() {
             match answer {
                 Ok(highlights) => self.highlights = Some((question.of, highlights)),
-                Err(e) => failure = Some(e.to_string()),
+                Err(sentence) => failure = Some(sentence),
             }
         }
         (found, failure)

@@ -7,7 +7,7 @@ use footage::{BrushSide, FrameMattes, MatteSettings, Stroke, Strokes, strokes};
 use imaging::Mask;
 use imaging::resample::resize_area;
 use project::Project;
-use worker::Lookup;
+use worker::Query;
 
 /// Longer side of the displayed matte in pixels.
 const SHOWN_PX: usize = 1280;
@@ -49,14 +49,9 @@ pub struct MattePainting {
     redo: Vec<Strokes>,
     /// The newest matte, or the reason for its absence.
     live: Option<(LiveRequest, std::result::Result<LiveMatte, String>)>,
-    /// The last requested matte; `seeking` is true until its answer arrives.
-    sought: Option<LiveRequest>,
-    seeking: bool,
-    finder: Option<Lookup<LiveRequest, Found>>,
-    reader: Option<Lookup<(), Strokes>>,
-    saver: Option<Lookup<Strokes, ()>>,
-    /// Strokes last sent to the disk.
-    saving: Option<Strokes>,
+    mattes: Query<LiveRequest, Found>,
+    reader: Query<(), Strokes>,
+    saver: Query<Strokes, ()>,
     /// True while the strokes are not on disk.
     unsaved: bool,
     /// True if all mattes are requested once the strokes are on disk.
@@ -76,12 +71,9 @@ impl Default for MattePainting {
             undo: Vec::new(),
             redo: Vec::new(),
             live: None,
-            sought: None,
-            seeking: false,
-            finder: None,
-            reader: None,
-            saver: None,
-            saving: None,
+            mattes: Query::default(),
+            reader: Query::default(),
+            saver: Query::default(),
             unsaved: false,
             make: false,
             failure: None,
@@ -106,7 +98,7 @@ impl MattePainting {
 
     /// True while a matte is being made.
     pub fn is_seeking(&self) -> bool {
-        self.seeking
+        self.mattes.is_waiting()
     }
 
     /// True if all strokes are on disk.
@@ -203,12 +195,10 @@ impl MattePainting {
 
     /// Takes in results of the threads. Call once per frame of the window.
     pub fn receive(&mut self, ctx: &Context) {
-        for ((), read) in self.reader.iter().flat_map(Lookup::answers) {
-            self.strokes = Some(read.map_err(|e| e.to_string()));
+        for ((), read) in self.reader.answers() {
+            self.strokes = Some(read);
         }
-        for (request, found) in self.finder.iter().flat_map(Lookup::answers) {
-            self.seeking &= self.sought.as_ref() != Some(&request);
-            let found = found.map_err(|e| e.to_string());
+        for (request, found) in self.mattes.answers() {
             let found = found.map(|((size, pixels), uncertain)| {
                 let overlay = ColorImage::new(size, pixels);
                 LiveMatte {
@@ -218,10 +208,10 @@ impl MattePainting {
             });
             self.live = Some((request, found));
         }
-        for (saved, done) in self.saver.iter().flat_map(Lookup::answers) {
-            if let Err(e) = done {
-                self.failure = Some(e.to_string());
-                self.unsaved_why = Some(e.to_string());
+        for (saved, done) in self.saver.answers() {
+            if let Err(sentence) = done {
+                self.failure = Some(sentence.clone());
+                self.unsaved_why = Some(sentence);
                 // Unsaved strokes cannot make mattes.
                 (self.unsaved, self.make) = (false, false);
             } else if matches!(&self.strokes, Some(Ok(strokes)) if *strokes == saved) {
@@ -240,34 +230,29 @@ impl MattePainting {
         if !self.on && !self.unsaved {
             return;
         }
-        if self.strokes.is_none() && self.reader.is_none() {
-            let of = project.clone();
-            let reader = Lookup::start(wake.clone(), move |()| Strokes::load(&of));
-            reader.ask(());
-            self.reader = Some(reader);
+        if self.strokes.is_none() {
+            self.reader.ask((), wake.clone(), |_| {
+                let of = project.clone();
+                move |()| Strokes::load(&of)
+            });
         }
         let Some(Ok(strokes)) = &self.strokes else {
             return;
         };
-        if self.unsaved && self.saving.as_ref() != Some(strokes) {
-            let saver = self.saver.get_or_insert_with(|| {
+        if self.unsaved {
+            self.saver.ask(strokes.clone(), wake.clone(), |_| {
                 let of = project.clone();
-                Lookup::start(wake.clone(), move |strokes: &Strokes| strokes.save(&of))
+                move |strokes: &Strokes| strokes.save(&of)
             });
-            saver.ask(strokes.clone());
-            self.saving = Some(strokes.clone());
         }
         let request = LiveRequest { frame, strokes: strokes.clone() };
         let paintable =
             frame < project.settings.shoot.frames.len() && strokes::is_own_matte(project, frame);
-        if self.on && paintable && self.sought.as_ref() != Some(&request) {
-            let finder = self.finder.get_or_insert_with(|| {
-                let of = project.clone();
-                let mut mattes = None;
-                Lookup::start(wake, move |request: &LiveRequest| found(&of, &mut mattes, request))
+        if self.on && paintable {
+            self.mattes.ask(request, wake, |_| {
+                let (of, mut mattes) = (project.clone(), None);
+                move |request: &LiveRequest| found(&of, &mut mattes, request)
             });
-            finder.ask(request.clone());
-            (self.sought, self.seeking) = (Some(request), true);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Review of the network as the window knows it. A background thread draws the sheet and saves the marks.
+//! Review of the network as the window knows it. The sheet is drawn and the marks are saved in the background.
 
 use confidence::ConfidenceReport;
 use evaluation::review::{MarkedOlat, Marks, Review};
@@ -6,13 +6,11 @@ use gpu::DeviceChoice;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::background::drop_later;
 use worker::{
-    Cell, CellPictures, LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview,
+    Cell, CellPictures, CellReader, LampSheet, PredictedFrame, PreviewPicture, Query, SavedReview,
 };
 
-/// Answers of the thread, which starts on first use.
-#[derive(Default)]
+/// The newest answers, and the queries for them.
 pub struct NetworkReview {
     /// The current frame under every lamp, or the reason it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
@@ -24,15 +22,35 @@ pub struct NetworkReview {
     pub marks: Marks,
     /// Reason that the marks could not be written.
     pub failure: Option<String>,
-    thread: Option<ReviewThread>,
-    /// The prediction of the last requested sheet.
-    drawn: Option<Arc<PredictedFrame>>,
-    compared: Option<Cell>,
-    /// True if the saved review was requested since its last possible change.
-    asked: bool,
+    sheets: Query<Arc<PredictedFrame>, Arc<LampSheet>>,
+    /// By the number of measurements.
+    reader: Query<u64, Arc<SavedReview>>,
+    cells: Query<(u64, Cell), Arc<CellPictures>>,
+    writer: Query<Marks, ()>,
+    /// Number of times that the network or the saved review may have changed.
+    measurements: u64,
     /// True if marks were set in this window.
     edited: bool,
     history: MarkHistory,
+}
+
+impl Default for NetworkReview {
+    fn default() -> Self {
+        Self {
+            sheet: None,
+            saved: None,
+            cell: None,
+            marks: Marks::default(),
+            failure: None,
+            sheets: Query::default(),
+            reader: Query::default(),
+            cells: Query::default(),
+            writer: Query::kept(),
+            measurements: 0,
+            edited: false,
+            history: MarkHistory::default(),
+        }
+    }
 }
 
 /// Most undo steps.
@@ -89,19 +107,20 @@ impl MarkHistory {
 impl NetworkReview {
     /// Marks the saved review as possibly changed by a job.
     pub fn invalidate(&mut self) {
-        self.asked = false;
-        (self.compared, self.cell) = (None, None);
+        self.measurements += 1;
+        self.cell = None;
     }
 
     /// Takes in the newest answers.
     pub fn receive(&mut self) {
-        let Some(thread) = &self.thread else { return };
-        self.sheet = thread.sheet().or(self.sheet.take());
-        self.cell = thread.cell().or(self.cell.take());
-        if let Some(written) = thread.written() {
+        let sheet = self.sheets.answers().last().map(|(_, sheet)| sheet);
+        let cell = self.cells.answers().last().map(|(_, cell)| cell);
+        self.sheet = sheet.or(self.sheet.take());
+        self.cell = cell.or(self.cell.take());
+        if let Some((_, written)) = self.writer.answers().last() {
             self.failure = written.err();
         }
-        if let Some(saved) = thread.saved() {
+        if let Some((_, saved)) = self.reader.answers().last() {
             // Marks from this window are newer than the file.
             if let (Ok(saved), false) = (&saved, self.edited) {
                 self.marks = saved.marks.clone();
@@ -110,20 +129,25 @@ impl NetworkReview {
         }
     }
 
-    /// Requests what the review shows, if that changed. Call while it is visible. `relit` is None while a clip plays.
+    /// Requests what the review shows, if that changed, and saves the marks. `relit` is None while a clip plays.
     /// `cell`: indices of case and lamp, and the device for the network.
     pub fn ask(
         &mut self,
         project: &Project,
         relit: Option<&Arc<PreviewPicture>>,
         cell: Option<(usize, usize, DeviceChoice)>,
-        wake: impl Fn() + Clone + Send + Sync + 'static,
+        wake: impl Fn() + Clone + Send + 'static,
     ) {
-        let start = || ReviewThread::start(project.root.clone(), wake);
-        let thread = self.thread.get_or_insert_with(start);
-        if !self.asked {
-            thread.read();
-            self.asked = true;
+        let measurements = self.measurements;
+        self.reader.ask(measurements, wake.clone(), |_| {
+            let root = project.root.clone();
+            move |_: &u64| SavedReview::read(&root).map(Arc::new)
+        });
+        if self.edited && self.writer.asked() != Some(&self.marks) {
+            self.writer.ask(self.marks.clone(), wake.clone(), |_| {
+                let root = project.root.clone();
+                move |marks: &Marks| marks.save(&Project::open(&root)?)
+            });
         }
         let review = match &self.saved {
             Some(Ok(saved)) => saved.review.as_ref(),
@@ -139,17 +163,21 @@ impl NetworkReview {
                 device,
             })
         });
-        if cell.is_some() && cell != self.compared {
+        let newly_asked = cell.is_some_and(|cell| {
+            self.cells.ask((measurements, cell), wake.clone(), |_| {
+                let mut reader = CellReader::new(project.root.clone());
+                move |(measurements, cell): &(u64, Cell)| {
+                    reader.read(*measurements, cell).map(Arc::new)
+                }
+            })
+        });
+        if newly_asked {
             self.cell = None;
-            cell.iter().for_each(|cell| thread.compare(cell.clone()));
         }
-        self.compared = cell;
         if let Some(relit) = relit {
-            let same = |drawn: &Arc<PredictedFrame>| Arc::ptr_eq(drawn, &relit.predicted);
-            if !self.drawn.as_ref().is_some_and(same) {
-                thread.draw(relit.predicted.clone());
-                self.drawn = Some(relit.predicted.clone());
-            }
+            self.sheets.ask(relit.predicted.clone(), wake, |stop| {
+                move |of: &Arc<PredictedFrame>| LampSheet::draw(of, &stop).map(Arc::new)
+            });
         }
     }
 
@@ -158,18 +186,16 @@ impl NetworkReview {
     /// # Errors
     /// If the saved marks are not read yet, or cannot be read: they would be lost.
     pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
-        let (Some(thread), Some(saved)) = (&self.thread, &self.saved) else {
-            return Err("The review is still being read".to_owned());
-        };
-        if let Err(sentence) = saved {
-            return Err(sentence.clone());
+        match &self.saved {
+            None => return Err("The review is still being read".to_owned()),
+            Some(Err(sentence)) => return Err(sentence.clone()),
+            Some(Ok(_)) => {}
         }
         let before = self.marks.clone();
         self.marks.set(marked.clone());
         if self.marks != before {
             self.history.push(&before, &marked);
             self.edited = true;
-            thread.write(self.marks.clone());
         }
         Ok(())
     }
@@ -181,10 +207,7 @@ impl NetworkReview {
 
     /// Undoes or redoes the last verdict or note. Returns its case and lamp, if there is one.
     pub fn travel(&mut self, back: bool) -> Option<[String; 2]> {
-        let thread = self.thread.as_ref()?;
-        let cell = self.history.travel(back, &mut self.marks)?;
-        thread.write(self.marks.clone());
-        Some(cell)
+        self.history.travel(back, &mut self.marks)
     }
 
     /// The last measurement.
@@ -202,15 +225,6 @@ impl NetworkReview {
     /// The truth of the last measurement.
     pub fn truth(&self) -> Option<PathBuf> {
         self.saved.as_ref()?.as_ref().ok()?.truth.clone()
-    }
-}
-
-impl Drop for NetworkReview {
-    /// Joins the thread in the background, since it may be drawing a sheet.
-    fn drop(&mut self) {
-        if let Some(thread) = self.thread.take() {
-            drop_later(thread);
-        }
     }
 }
 

@@ -2,23 +2,18 @@
 
 use super::layout::Pane;
 use std::sync::Arc;
-use worker::{Lookup, PredictedFrame};
+use worker::{PredictedFrame, Query};
 
-/// A pixel of a frame: column and row.
-#[derive(Clone)]
-struct Ask {
-    of: Arc<PredictedFrame>,
-    pixel: [usize; 2],
-}
+/// A frame, and column and row of its pixel.
+type Place = (Arc<PredictedFrame>, [usize; 2]);
 
 /// Light of a pixel under each lamp at full power; None if unknown.
 type Texel = Option<Vec<[f32; 3]>>;
 
-/// The newest answer, and the thread that reads it.
+/// The newest answer, and the query for it.
 #[derive(Default)]
 pub struct PixelInspector {
-    lookup: Option<Lookup<Ask, Texel>>,
-    asked: Option<Ask>,
+    query: Query<Place, Texel>,
     found: Texel,
     failure: Option<String>,
 }
@@ -27,10 +22,10 @@ impl PixelInspector {
     /// Takes in the newest answer.
     pub fn receive(&mut self) {
         // Older requests may stay unanswered; the newest is answered last.
-        if let Some((_, found)) = self.lookup.iter().flat_map(Lookup::answers).last() {
+        if let Some((_, found)) = self.query.answers().last() {
             (self.found, self.failure) = match found {
                 Ok(found) => (found, None),
-                Err(e) => (None, Some(e.to_string())),
+                Err(sentence) => (None, Some(sentence)),
             };
         }
     }
@@ -48,18 +43,12 @@ impl PixelInspector {
         shown: &[Pane],
         wake: impl Fn() + Send + 'static,
     ) {
-        let known = |asked: &Ask| Arc::ptr_eq(&asked.of, of) && asked.pixel == pixel;
-        if !shown.contains(&Pane::Scopes) || self.asked.as_ref().is_some_and(known) {
-            return;
-        }
-        let ask = Ask { of: of.clone(), pixel };
-        let find = |ask: &Ask| {
-            let pixel = ask.of.working_pixel(ask.pixel);
-            Ok(pixel.and_then(|[x, y]| ask.of.field.texel(x, y)))
+        let find = |(of, pixel): &Place| {
+            Ok(of.working_pixel(*pixel).and_then(|[x, y]| of.field.texel(x, y)))
         };
-        let lookup = self.lookup.get_or_insert_with(|| Lookup::start(wake, find));
-        lookup.ask(ask.clone());
-        self.asked = Some(ask);
+        if shown.contains(&Pane::Scopes) {
+            self.query.ask((of.clone(), pixel), wake, |_| find);
+        }
     }
 
     /// Light of the pixel under each lamp at full power; of the previous pixel until known.

@@ -1,25 +1,56 @@
-//! State of the project check. A background thread runs it.
+//! State of the project check, which runs in the background: reads the project once, and checks it under the current
+//! light.
 
 use super::environment_library::{EnvironmentEntry, PanoramaState};
 use super::state::State;
-use check::{CheckReport, Level, LitEnvironment};
+use base::error::Result;
+use base::progress::{Control, Progress};
+use check::{CheckReport, Evidence, Level, LitEnvironment};
 use project::Project;
-use std::sync::Arc;
-use worker::background::drop_later;
-use worker::{CheckRequest, CheckThread};
+use std::path::PathBuf;
+use worker::Query;
 
-/// Answers of the thread, which starts on first use.
+/// The newest report, and the query for it.
 #[derive(Default)]
 pub struct ProjectCheck {
     /// The newest report, or the reason for its absence. It stays until there is a newer one.
-    pub report: Option<Result<Arc<CheckReport>, String>>,
-    thread: Option<CheckThread>,
-    /// The last request.
-    asked: Option<CheckRequest>,
-    /// True if the report is older than the last request.
-    waiting: bool,
+    pub report: Option<std::result::Result<CheckReport, String>>,
+    query: Query<CheckRequest, CheckReport>,
     /// Number of times that the project may have changed.
     changes: u64,
+}
+
+/// A request for a check.
+#[derive(Clone, PartialEq)]
+struct CheckRequest {
+    /// Number of possible changes of the project. The project is read again when it grows.
+    changes: u64,
+    /// The current light; None if there is none.
+    environment: Option<LitEnvironment>,
+}
+
+/// Reads and checks the project.
+struct Checking {
+    root: PathBuf,
+    stop: Control,
+    /// The last evidence, and the number of changes before it.
+    evidence: Option<(u64, Evidence)>,
+}
+
+impl Checking {
+    fn report(&mut self, request: &CheckRequest) -> Result<CheckReport> {
+        let known = self.evidence.take();
+        let known = known.filter(|(changes, _)| *changes == request.changes);
+        let (_, evidence) = match known {
+            Some(known) => self.evidence.insert(known),
+            None => {
+                let progress = Progress::new(&|_| {}, self.stop.clone());
+                let evidence = Evidence::read(&Project::open(&self.root)?, &progress)?;
+                self.evidence.insert((request.changes, evidence))
+            }
+        };
+        Ok(evidence.report(request.environment.as_slice()))
+    }
 }
 
 impl ProjectCheck {
@@ -30,16 +61,15 @@ impl ProjectCheck {
 
     /// Takes in the newest report.
     pub fn receive(&mut self) {
-        if let Some(report) = self.thread.as_ref().and_then(CheckThread::report) {
+        if let Some((_, report)) = self.query.answers().last() {
             self.report = Some(report);
-            self.waiting = false;
         }
     }
 
     /// True if a report is on its way or still has to be requested.
     pub fn is_waiting(&self) -> bool {
-        let newest = self.asked.as_ref().map(|asked| asked.changes);
-        self.waiting || newest != Some(self.changes)
+        let newest = self.query.asked().map(|asked| asked.changes);
+        self.query.is_waiting() || newest != Some(self.changes)
     }
 
     /// The level of the whole project; None before any measurement.
@@ -55,7 +85,7 @@ impl ProjectCheck {
         project: &Project,
         state: &State,
         environments: &[EnvironmentEntry],
-        wake: impl Fn() + Send + Sync + 'static,
+        wake: impl Fn() + Send + 'static,
     ) {
         let entry = environments.get(state.look.environment);
         let environment = match entry.map(|entry| (&entry.panorama, &entry.listed.name)) {
@@ -75,21 +105,9 @@ impl ProjectCheck {
             Some((PanoramaState::Failed(_), _)) | None => None,
         };
         let wanted = CheckRequest { changes: self.changes, environment };
-        if self.asked.as_ref() != Some(&wanted) {
-            self.thread
-                .get_or_insert_with(|| CheckThread::start(project.root.clone(), wake))
-                .ask(wanted.clone());
-            self.asked = Some(wanted);
-            self.waiting = true;
-        }
-    }
-}
-
-impl Drop for ProjectCheck {
-    /// Joins the thread in the background, since it may be reading pictures.
-    fn drop(&mut self) {
-        if let Some(thread) = self.thread.take() {
-            drop_later(thread);
-        }
+        self.query.ask(wanted, wake, |stop| {
+            let mut checking = Checking { root: project.root.clone(), stop, evidence: None };
+            move |request: &CheckRequest| checking.report(request)
+        });
     }
 }

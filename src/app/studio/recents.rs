@@ -6,7 +6,7 @@ use egui::{Context, TextureHandle};
 use project::Project;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use worker::{Lookup, SrgbPicture};
+use worker::{Query, SrgbPicture};
 
 /// Longer side of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const THUMBNAIL_PX: usize = 640;
@@ -49,17 +49,14 @@ impl Recent {
     }
 }
 
-/// The list, and the threads that read it.
+/// The list, and the queries for it.
 #[derive(Default)]
 pub struct Recents {
     list: Vec<Recent>,
-    asked: Option<Vec<PathBuf>>,
-    lookup: Option<Lookup<Vec<PathBuf>, Vec<Recent>>>,
+    projects: Query<Vec<PathBuf>, Vec<Recent>>,
     /// First frames; None for frames that cannot be read.
     thumbnails: BTreeMap<PathBuf, Option<TextureHandle>>,
-    /// The project whose first frame is being read.
-    reading: Option<PathBuf>,
-    frames: Option<Lookup<PathBuf, SrgbPicture>>,
+    frames: Query<PathBuf, SrgbPicture>,
 }
 
 impl Recents {
@@ -83,7 +80,7 @@ impl Recents {
 
     /// Makes the next [`Self::look`] reread the list.
     pub fn invalidate(&mut self) {
-        self.asked = None;
+        self.projects.forget();
     }
 
     /// Reads the projects in `folders` if these changed, and takes in the results. `opened` returns the last opening of
@@ -94,19 +91,13 @@ impl Recents {
         opened: impl Fn(&Path) -> Option<u64>,
         wake: impl Fn() + Send + 'static,
     ) {
-        if self.asked.as_deref() != Some(folders) {
-            let lookup = self.lookup.get_or_insert_with(|| {
-                Lookup::start(wake, |folders: &Vec<PathBuf>| {
-                    Ok(folders.iter().cloned().map(Recent::look).collect())
-                })
-            });
-            lookup.ask(folders.to_vec());
-            self.asked = Some(folders.to_vec());
+        let read = |folders: &Vec<PathBuf>| Ok(folders.iter().cloned().map(Recent::look).collect());
+        if self.projects.ask(folders.to_vec(), wake, |_| read) {
             self.list.retain(|recent| folders.contains(&recent.folder));
         }
-        if let Some((folders, list)) = self.lookup.iter().flat_map(Lookup::answers).last() {
-            self.list = list.unwrap_or_else(|e| {
-                let untold = |folder| Recent::unreadable(folder, e.to_string());
+        if let Some((folders, list)) = self.projects.answers().last() {
+            self.list = list.unwrap_or_else(|sentence| {
+                let untold = |folder| Recent::unreadable(folder, sentence.clone());
                 folders.into_iter().map(untold).collect()
             });
         }
@@ -117,8 +108,7 @@ impl Recents {
 
     /// Reads the first frames one by one, and takes in the results. Call while they are visible.
     pub fn draw(&mut self, ctx: &Context, wake: impl Fn() + Send + 'static) {
-        for (folder, read) in self.frames.iter().flat_map(Lookup::answers) {
-            self.reading = None;
+        for (folder, read) in self.frames.answers() {
             let small = read.ok().map(|codes| texture(ctx, "first frame", &codes));
             self.thumbnails.insert(folder, small);
         }
@@ -126,11 +116,10 @@ impl Recents {
             recent.trouble.is_none() && !self.thumbnails.contains_key(&recent.folder)
         };
         let next = self.list.iter().find(missing);
-        if let (Some(next), None) = (next, &self.reading) {
-            let lookup = (self.frames)
-                .get_or_insert_with(|| Lookup::start(wake, |folder: &PathBuf| first_frame(folder)));
-            lookup.ask(next.folder.clone());
-            self.reading = Some(next.folder.clone());
+        if let Some(next) = next
+            && !self.frames.is_waiting()
+        {
+            self.frames.ask(next.folder.clone(), wake, |_| |folder: &PathBuf| first_frame(folder));
         }
     }
 }

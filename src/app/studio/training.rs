@@ -6,7 +6,7 @@ use gpu::DeviceChoice;
 use project::Project;
 use std::sync::Arc;
 use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
-use worker::{Event, Lookup, TRAINING};
+use worker::{Event, Query, TRAINING};
 
 /// Training settings of a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,11 +52,7 @@ pub struct Training {
     timed: Option<Pace>,
     /// Curves reported by the running or last job.
     live: History,
-    reader: Option<Lookup<Project, Records>>,
-    /// True while the reader is reading.
-    reading: bool,
-    /// True if the records in memory are up to date or being read.
-    current: bool,
+    reader: Query<Project, Records>,
     /// True if the checkpoint list is requested while the pane is hidden.
     listed: bool,
 }
@@ -84,10 +80,11 @@ impl Training {
                 }
                 self.point = Some(point.clone());
             }
-            Event::Report(Report::Saved) => self.current = false,
+            Event::Report(Report::Saved) => self.reader.forget(),
             Event::Finished { .. } => {
-                (self.running, self.current) = (false, false);
+                self.running = false;
                 self.point = None;
+                self.reader.forget();
             }
             _ => {}
         }
@@ -107,7 +104,7 @@ impl Training {
 
     /// True if everything on disk has been read.
     pub fn is_current(&self) -> bool {
-        self.current && !self.reading
+        self.is_asked() && !self.reader.is_waiting()
     }
 
     /// Requests the records on disk, even while the panel is hidden.
@@ -117,18 +114,17 @@ impl Training {
 
     /// True if everything on disk has been read or is being read.
     pub fn is_asked(&self) -> bool {
-        self.current
+        self.reader.asked().is_some()
     }
 
     /// Takes in the records.
     pub fn receive(&mut self) {
-        let Some((_, read)) = self.reader.iter().flat_map(Lookup::answers).last() else {
+        let Some((_, read)) = self.reader.answers().last() else {
             return;
         };
-        self.reading = false;
         // A failed read keeps the earlier records.
-        let records = read.unwrap_or_else(|e| Records {
-            failure: Some(e.to_string()),
+        let records = read.unwrap_or_else(|sentence| Records {
+            failure: Some(sentence),
             ..self.records.as_deref().cloned().unwrap_or_default()
         });
         self.history = records.history.clone();
@@ -144,14 +140,10 @@ impl Training {
     /// Reads the records if they may have changed and one of the panes `shown` displays them.
     pub fn ask(&mut self, project: &Project, shown: &[Pane], wake: impl Fn() + Send + 'static) {
         let wanted = std::mem::take(&mut self.listed) || shown.contains(&Pane::Training);
-        if self.current || self.reading || !wanted {
-            return;
+        if wanted && !self.is_asked() && !self.reader.is_waiting() {
+            let read = |project: &Project| Ok(Records::read(project));
+            self.reader.ask(project.clone(), wake, |_| read);
         }
-        (self.current, self.reading) = (true, true);
-        let reader = self.reader.get_or_insert_with(|| {
-            Lookup::start(wake, |project: &Project| Ok(Records::read(project)))
-        });
-        reader.ask(project.clone());
     }
 
     /// The settings in use: `chosen` by hand, or matching the checkpoint.
@@ -219,15 +211,13 @@ mod tests {
     fn a_panic_while_the_log_is_read_is_said_in_its_place_and_the_next_reading_works() {
         let (wake, woken) = channel();
         let mut readings = 0;
-        let reader = Lookup::start(
-            move || wake.send(()).unwrap(),
-            move |_: &Project| {
-                readings += 1;
-                assert_ne!(readings, 1, "on purpose");
-                Ok(Records::default())
-            },
-        );
-        let mut training = Training { reader: Some(reader), ..Training::default() };
+        let read = move |_: &Project| {
+            readings += 1;
+            assert_ne!(readings, 1, "on purpose");
+            Ok(Records::default())
+        };
+        let reader = Query::start(move || wake.send(()).unwrap(), |_| read);
+        let mut training = Training { reader, ..Training::default() };
         let project = Project::without_shoot("film".as_ref());
         let mut read = || {
             training.ask(&project, &[Pane::Training], || {});

@@ -1,6 +1,5 @@
 //! Plan of a new project: the person's choices, and the contents of the shoot's folder.
 
-use base::error::Error;
 use base::files::plain;
 use footage::ImportSettings;
 use footage::candidate::{Candidate, Slot, expand};
@@ -8,7 +7,7 @@ use footage::gathered;
 use footage::scan::{Line, Scan, scan};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use worker::{Job, Lookup};
+use worker::{Job, Query};
 
 /// Plan of a new project.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,14 +102,14 @@ pub fn typed(text: &str) -> Option<PathBuf> {
 }
 
 /// A shoot's folder that could not be scanned.
-fn unreadable(folder: PathBuf, error: &Error) -> Scan {
+fn unreadable(folder: PathBuf, sentence: String) -> Scan {
     Scan {
         folder,
         name: String::new(),
         lines: vec![Line {
             part: "Shoot",
             found: String::new(),
-            lack: Some(error.to_string()),
+            lack: Some(sentence),
             needed: true,
         }],
         frames: 0,
@@ -120,21 +119,17 @@ fn unreadable(folder: PathBuf, error: &Error) -> Scan {
     }
 }
 
-/// The plan, and the thread that scans folders.
+/// The plan, and the queries for folders and files.
 #[derive(Default)]
 pub struct Wizard {
     /// The plan; None if no project is being planned.
     plan: Option<Plan>,
     /// Contents of the last scanned folder.
     scan: Option<Scan>,
-    /// The last requested folder.
-    asked: Option<PathBuf>,
-    lookup: Option<Lookup<PathBuf, Scan>>,
+    scans: Query<PathBuf, Scan>,
     /// Kinds of the added files.
     candidates: HashMap<PathBuf, Candidate>,
-    /// The file being examined.
-    looking: Option<PathBuf>,
-    looks: Option<Lookup<PathBuf, Vec<Candidate>>>,
+    looks: Query<PathBuf, Vec<Candidate>>,
 }
 
 /// An added file, and the knowledge about it.
@@ -198,7 +193,7 @@ impl Wizard {
     pub fn set(&mut self, plan: Option<Plan>) {
         self.plan = plan;
         if self.plan.is_none() {
-            self.asked = None;
+            self.scans.forget();
             self.candidates.clear();
         }
     }
@@ -207,26 +202,19 @@ impl Wizard {
     pub fn look(&mut self, wake: impl Fn() + Clone + Send + 'static) {
         self.look_at_brought(wake.clone());
         let shoot = self.plan.as_ref().and_then(|plan| typed(&plan.shoot));
-        if let Some(shoot) = shoot
-            && self.asked.as_ref() != Some(&shoot)
-        {
-            let lookup = self
-                .lookup
-                .get_or_insert_with(|| Lookup::start(wake, |folder: &PathBuf| Ok(scan(folder))));
-            lookup.ask(shoot.clone());
-            self.asked = Some(shoot);
+        if let Some(shoot) = shoot {
+            self.scans.ask(shoot, wake, |_| |folder: &PathBuf| Ok(scan(folder)));
         }
-        if let Some((folder, found)) = self.lookup.iter().flat_map(Lookup::answers).last() {
-            self.scan = Some(found.unwrap_or_else(|e| unreadable(folder, &e)));
+        if let Some((folder, found)) = self.scans.answers().last() {
+            self.scan = Some(found.unwrap_or_else(|sentence| unreadable(folder, sentence)));
         }
     }
 
     /// Examines added files one by one.
     fn look_at_brought(&mut self, wake: impl Fn() + Send + 'static) {
-        let answers: Vec<_> = self.looks.iter().flat_map(Lookup::answers).collect();
-        for (path, found) in answers {
-            self.looking = None;
-            let mut found = found.unwrap_or_else(|e| vec![Candidate::failed(&path, e.to_string())]);
+        for (path, found) in self.looks.answers() {
+            let failed = |sentence| vec![Candidate::failed(&path, sentence)];
+            let mut found = found.unwrap_or_else(failed);
             // A folder may contain several parts, or be one itself.
             found.dedup_by(|a, b| a.path == b.path);
             let Some(plan) = &mut self.plan else { continue };
@@ -246,13 +234,15 @@ impl Wizard {
         }
         let Some(plan) = &self.plan else { return };
         let mut unseen = plan.parts.iter().filter(|part| !self.candidates.contains_key(&part.path));
-        if let (None, Some(part)) = (&self.looking, unseen.next()) {
+        if !self.looks.is_waiting()
+            && let Some(part) = unseen.next()
+        {
             let look = |path: &PathBuf| {
                 Ok(expand(path).iter().map(|path| Candidate::look(path)).collect())
             };
-            let looks = self.looks.get_or_insert_with(|| Lookup::start(wake, look));
-            looks.ask(part.path.clone());
-            self.looking = Some(part.path.clone());
+            // It may be the last one again, of another plan.
+            self.looks.forget();
+            self.looks.ask(part.path.clone(), wake, |_| look);
         }
     }
 

@@ -94,7 +94,7 @@ pub struct GammaView {
 type FoundCircle = std::result::Result<Silhouette, String>;
 
 /// Cached parts of a calibration.
-pub(super) struct CalibrationStudy {
+pub struct CalibrationStudy {
     root: PathBuf,
     stop: Control,
     calibrations: Option<u64>,
@@ -125,6 +125,7 @@ struct Exemplars {
 }
 
 impl CalibrationStudy {
+    /// Nothing read yet of the project in folder `root`.
     pub fn new(root: PathBuf, stop: Control) -> Self {
         Self {
             root,
@@ -138,8 +139,9 @@ impl CalibrationStudy {
         }
     }
 
-    /// Drops what depends on the calibration, if that may have changed.
-    pub fn renew(&mut self, calibrations: u64) {
+    /// Drops what depends on the calibration, if that may have changed: if the number of possible changes differs from
+    /// the last one.
+    pub fn renewed(&mut self, calibrations: u64) -> &mut Self {
         if self.calibrations.replace(calibrations) != Some(calibrations) {
             *self = Self {
                 calibrations: Some(calibrations),
@@ -149,6 +151,7 @@ impl CalibrationStudy {
                 ..Self::new(self.root.clone(), self.stop.clone())
             };
         }
+        self
     }
 
     /// View of a photograph of the mirror ball within a circle; None for the project's own circle.
@@ -391,6 +394,9 @@ mod tests {
             ball: Ball::unknown(),
             ..project.settings.shoot
         };
+        let mut study = CalibrationStudy::new(project.root.clone(), Control::default());
+        let missing = study.probe(None, None).unwrap_err().to_string();
+        assert!(missing.contains("project.toml"), "{missing}");
         project.save().unwrap();
         // A lamp in front of a wall as bright as the ball's reflections: the rim is invisible.
         for path in project.probe_pictures() {
@@ -400,7 +406,6 @@ mod tests {
             });
             file::write_png(path.file(), &Encoded(picture)).unwrap();
         }
-        let mut study = CalibrationStudy::new(project.root.clone(), Control::default());
         let view = study.probe(None, None).unwrap();
         assert!(view.found.is_err());
         assert_eq!(view.circle.center_px, [48.0, 40.0]);

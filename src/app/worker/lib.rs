@@ -1,6 +1,6 @@
 //! The work behind a window: one thread owns the network, one relights, one runs jobs. Others read panoramas,
-//! read the calibration, check the project, review the network, write the list of environments and look things up
-//! on the disk. All are of one kind, [`background::Background`]. The window never waits for them; numbers and
+//! write the list of environments and answer the window's questions ([`Query`]): about the calibration, the project's
+//! checks, the review, the disk. All are of one kind, [`background::Background`]. The window never waits for them; numbers and
 //! sentences come back as [`Event`]s, pictures through [`Latest`] slots.
 //!
 //! ```text
@@ -17,8 +17,6 @@ mod adaptive_resolution;
 pub mod background;
 mod cache;
 mod calibration_study;
-mod calibration_thread;
-mod check_thread;
 mod comparison;
 mod comparison_reader;
 pub mod demo;
@@ -27,10 +25,8 @@ mod event;
 mod export_queue;
 mod job;
 mod job_thread;
-mod ladder_thread;
 mod latest;
 mod look_pictures;
-mod lookup;
 mod mailbox;
 mod messages;
 mod network;
@@ -38,26 +34,24 @@ mod outcome;
 mod panorama_loader;
 mod preview;
 mod preview_maker;
+mod query;
 mod relighter;
-mod review_thread;
+mod review;
 mod source;
 mod srgb_picture;
 
-pub use calibration_study::{GammaView, ProbeView, SeenLamp};
-pub use calibration_thread::{CalibrationRequest, CalibrationThread};
-pub use check_thread::{CheckRequest, CheckThread};
+pub use calibration_study::{CalibrationStudy, GammaView, ProbeView, SeenLamp};
 pub use comparison::{Comparison, ComparisonSource};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
 pub use export_queue::{Export, ExportStatus, WrittenExport};
 pub use job::{Job, TRAINING, find_person};
-pub use ladder_thread::{LadderPictures, LadderThread};
 pub use latest::Latest;
-pub use lookup::Lookup;
 pub use outcome::{Outcome, WentBack};
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
 pub use preview::{LookPicture, LookView, PreviewPicture, PreviewRequest};
-pub use review_thread::{Cell, CellPictures, LampSheet, ReviewThread, SavedReview};
+pub use query::Query;
+pub use review::{Cell, CellPictures, CellReader, LampSheet, SavedReview};
 pub use source::{FindComparison, KeptExemplars, Predict, Prediction, Source, open_project};
 pub use srgb_picture::{SrgbPicture, mirrored, on_mirror_ball};
 
@@ -89,6 +83,13 @@ pub struct PredictedFrame {
     pub generation: u64,
     /// Time of the prediction in milliseconds, including reading the frame.
     pub ms: f64,
+}
+
+/// A prediction equals itself alone.
+impl PartialEq for PredictedFrame {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
 }
 
 impl PredictedFrame {

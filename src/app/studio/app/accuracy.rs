@@ -19,7 +19,12 @@ impl StudioApp {
                 self.refuse_unless(done);
             }
             AccuracyCommand::Apply(rung) => self.use_rung(rung),
-            AccuracyCommand::Draw(files) => self.readers.accuracy.draw(&files),
+            AccuracyCommand::Draw(files) => {
+                let wake = self.wake();
+                if let Some(project) = &self.session.project {
+                    self.readers.accuracy.draw(project, &files, wake);
+                }
+            }
         }
     }
 

@@ -15,6 +15,7 @@ use std::path::Path;
 use worker::{Export, ExportStatus, Job, WrittenExport};
 
 /// The exports, and the check for existing files of the next one.
+#[derive(Default)]
 pub struct Exports {
     /// Waiting, running and finished exports.
     pub queue: Vec<Export>,
@@ -32,10 +33,6 @@ struct Ahead {
 }
 
 impl Exports {
-    pub fn new(wake: impl Fn() + Send + 'static) -> Self {
-        Self { queue: Vec::new(), destination: DestinationCheck::new(wake), ahead: Vec::new() }
-    }
-
     /// Takes in the current queue.
     pub fn receive(&mut self, queue: Vec<Export>) {
         self.queue = queue;
@@ -78,13 +75,13 @@ impl Exports {
     }
 
     /// Checks for existing files of the next export of the project in `root`.
-    pub fn ask(&mut self, state: &State, root: &Path) {
-        let finished = self.finished();
-        self.destination.ask(DestinationQuery {
+    pub fn ask(&mut self, state: &State, root: &Path, wake: impl Fn() + Send + 'static) {
+        let query = DestinationQuery {
             to: state.export_options.to(root),
             range: state.range(),
-            finished,
-        });
+            finished: self.finished(),
+        };
+        self.destination.ask(query, wake);
     }
 }
 

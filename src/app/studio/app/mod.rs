@@ -178,7 +178,7 @@ impl StudioApp {
             library: EnvironmentLibrary::new(ctx),
             preview: Preview::default(),
             readers: Readers::default(),
-            exports: Exports::new(wake.clone()),
+            exports: Exports::default(),
             picker: ProjectPicker::new(wake.clone()),
             dialogs: Dialogs::new(wake.clone()),
             errands: Errands::default(),
@@ -411,7 +411,7 @@ impl StudioApp {
         }
         if let Some(project) = &self.session.project {
             if self.shown.contains(&Pane::Export) {
-                self.exports.ask(&self.state, &project.root);
+                self.exports.ask(&self.state, &project.root, self.wake());
             }
             let relit = self.preview.relit.as_ref();
             let measuring = self.status.job.is_some();

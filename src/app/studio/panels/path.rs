@@ -11,7 +11,7 @@ use egui::{
     Frame, Id, Key, Modal, Role, ScrollArea, TextEdit, Ui, WidgetInfo, text_edit::TextEditState,
 };
 use std::path::Path;
-use worker::Lookup;
+use worker::Query;
 
 /// Most names offered.
 const MOST: usize = 200;
@@ -29,8 +29,7 @@ pub struct PathPanel {
     text: String,
     /// Entry for which the text was started; each dialog starts its own.
     of: Option<PathEntry>,
-    lookup: Option<Lookup<Begun, Vec<String>>>,
-    asked: Option<Begun>,
+    query: Query<Begun, Vec<String>>,
     found: Vec<String>,
 }
 
@@ -138,20 +137,13 @@ impl PathPanel {
     /// Looks up the names in the typed folder.
     fn ask(&mut self, ctx: &egui::Context, files: bool) {
         let begun = Begun { text: self.text.clone(), files };
-        let lookup = self.lookup.get_or_insert_with(|| {
-            let ctx = ctx.clone();
-            Lookup::start(move || ctx.request_repaint(), names)
-        });
-        for (question, found) in lookup.answers() {
-            if question == begun {
-                // An unreadable folder offers no names.
-                self.found = found.unwrap_or_default();
-            }
-        }
-        if self.asked.as_ref() != Some(&begun) {
+        let ctx = ctx.clone();
+        if self.query.ask(begun.clone(), move || ctx.request_repaint(), |_| names) {
             self.found.clear();
-            lookup.ask(begun.clone());
-            self.asked = Some(begun);
+        }
+        for (_, found) in self.query.answers().filter(|(key, _)| *key == begun) {
+            // An unreadable folder offers no names.
+            self.found = found.unwrap_or_default();
         }
     }
 }
