@@ -2,7 +2,7 @@
 
 use afterlight::calibration::{CalibrateSettings, calibrate};
 use afterlight::check::{Evidence, Level, Subject};
-use afterlight::compositor::Plate;
+use afterlight::compositor::{Field, Plate};
 use afterlight::evaluation::at_plate;
 use afterlight::footage::{Frame, ImportSettings, import};
 use afterlight::imaging::{DualGamma, Image, Response, file};
@@ -73,7 +73,8 @@ fn light_above_white_goes_from_the_file_to_the_relit_plate() {
     let brightest = plate.pixels.iter().flatten().copied().fold(0.0, f32::max);
     assert!(brightest > 2.0, "the plate has {brightest} at most");
     let plate_pass = Plate::of(filmed, &frame).unwrap();
-    let sum = transfer.carry(&frame).field.relight(&weights);
+    let field = Field::from(transfer.carry(&frame).field);
+    let sum = field.relight(&weights).unwrap();
     let relit = at_plate(sum, (Some(&plate_pass), &frame.mask), &weights);
     let mut worst = 0f32;
     for ((relit, plate), &alpha) in relit.pixels.iter().zip(&plate.pixels).zip(&mask.pixels) {
