@@ -115,7 +115,7 @@ struct ImportArgs {
     shoot: PathBuf,
     #[command(flatten)]
     settings: ImportSettings,
-    /// Use only this many lamps, chosen evenly over the sphere.
+    /// Use only this many lamps, chosen evenly over the sphere, of those in the shoot's .lp list if it has one.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     lamps: Option<usize>,
     /// The project's name [default: the shoot's].

@@ -81,11 +81,28 @@ pub fn open_own(path: &Path, options: &OpenOptions) -> io::Result<File> {
 /// to fifty times as much memory.
 pub const MOST_TEXT: u64 = 16 << 20;
 
-/// Reads a text file of at most `most` bytes.
+/// Reads a text of at most `most` bytes as people bring it: UTF-8, with or without a byte-order mark, or UTF-16 of
+/// either order, with a mark or with every other byte of its first four 0. The mark is left out, and each line
+/// ends in `\n`.
+///
+/// # Errors
+/// As [`open`], when the file is longer, and at the first byte that is none of these, with its place.
+pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
+    decoded(read(path, most)?)
+}
+
+/// Reads a text of at most `most` bytes that the program wrote, unchanged to the last byte.
 ///
 /// # Errors
 /// As [`open`], and when the file is longer or not UTF-8.
-pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
+pub fn read_own_text(path: &Path, most: u64) -> io::Result<String> {
+    String::from_utf8(read(path, most)?).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        not_text(at, &String::from_utf8_lossy(&e.as_bytes()[..at]))
+    })
+}
+
+fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let file = open(path)?;
     let length = file.metadata()?.len();
     if length > most {
@@ -94,10 +111,65 @@ pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
             format!("it has {length} bytes; the limit is {most}"),
         ));
     }
-    let mut text = String::new();
+    let mut bytes = Vec::with_capacity(length as usize);
     // It may grow meanwhile.
-    file.take(most).read_to_string(&mut text)?;
-    Ok(text)
+    file.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Text of a file's bytes: see [`read_text`].
+fn decoded(bytes: Vec<u8>) -> io::Result<String> {
+    type Unit = fn([u8; 2]) -> u16;
+    let wide: Option<(usize, Unit)> = match bytes[..] {
+        [0xff, 0xfe, ..] => Some((2, u16::from_le_bytes)),
+        [0xfe, 0xff, ..] => Some((2, u16::from_be_bytes)),
+        [1..=255, 0, 1..=255, 0, ..] => Some((0, u16::from_le_bytes)),
+        [0, 1..=255, 0, 1..=255, ..] => Some((0, u16::from_be_bytes)),
+        _ => None,
+    };
+    let text = match wide {
+        Some((start, unit)) => {
+            let (pairs, rest) = bytes[start..].as_chunks::<2>();
+            let mut text = String::with_capacity(pairs.len());
+            let mut at = start;
+            for letter in char::decode_utf16(pairs.iter().map(|&pair| unit(pair))) {
+                match letter {
+                    Ok('\0') | Err(_) => return Err(not_text(at, &text)),
+                    Ok(letter) => {
+                        text.push(letter);
+                        at += 2 * letter.len_utf16();
+                    }
+                }
+            }
+            if !rest.is_empty() {
+                return Err(not_text(at, &text));
+            }
+            text
+        }
+        None => {
+            let valid = match std::str::from_utf8(&bytes) {
+                Ok(text) => text,
+                Err(e) => std::str::from_utf8(&bytes[..e.valid_up_to()]).unwrap_or_default(),
+            };
+            let end = valid.find('\0').unwrap_or(valid.len());
+            if end < bytes.len() {
+                return Err(not_text(end, &valid[..end]));
+            }
+            valid.strip_prefix('\u{feff}').unwrap_or(valid).to_owned()
+        }
+    };
+    Ok(match text.contains('\r') {
+        true => text.replace("\r\n", "\n").replace('\r', "\n"),
+        false => text,
+    })
+}
+
+/// Error at byte `at` of a file, after the text `before`.
+fn not_text(at: usize, before: &str) -> io::Error {
+    let lines = before.replace("\r\n", "\n");
+    let line = lines.matches(['\n', '\r']).count() + 1;
+    let said = format!("not UTF-8 or UTF-16 at byte {at}, line {line}; save it as UTF-8");
+    io::Error::new(ErrorKind::InvalidData, said)
 }
 
 fn not_a_file(kind: FileType) -> io::Error {
@@ -399,6 +471,63 @@ mod tests {
         assert!(read_text(&path, MOST_TEXT).is_err());
         test_support::shown!(Strangers, "A text file of 64 GB", danger: "all memory is taken",
             done: "at most 16 MB of a project's text are read");
+    }
+
+    #[test]
+    fn texts_are_read_as_people_bring_them() {
+        let text = "na\u{ef}ve \u{1f4a1}\n1,5\nend";
+        let wide = |unit: fn(u16) -> [u8; 2], text: &str| -> Vec<u8> {
+            text.encode_utf16().flat_map(unit).collect()
+        };
+        let (little, big): (fn(u16) -> [u8; 2], fn(u16) -> [u8; 2]) =
+            (u16::to_le_bytes, u16::to_be_bytes);
+        let marked = format!("\u{feff}{text}");
+        for (name, bytes) in [
+            ("UTF-8", text.as_bytes().to_vec()),
+            ("UTF-8 with a mark", marked.clone().into_bytes()),
+            ("CRLF", text.replace('\n', "\r\n").into_bytes()),
+            ("CR", text.replace('\n', "\r").into_bytes()),
+            ("UTF-16 LE with a mark", wide(little, &marked)),
+            ("UTF-16 BE with a mark", wide(big, &marked)),
+            ("UTF-16 LE", wide(little, text)),
+            ("UTF-16 BE", wide(big, text)),
+            ("UTF-16 LE with a mark and CRLF", wide(little, &marked.replace('\n', "\r\n"))),
+        ] {
+            assert_eq!(decoded(bytes).unwrap(), text, "{name}");
+        }
+        for empty in ["", "\u{feff}"] {
+            assert_eq!(decoded(empty.into()).unwrap(), "");
+        }
+        assert_eq!(decoded(vec![0xff, 0xfe]).unwrap(), "");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("dome.lp");
+        for (bytes, place) in [
+            (&b"caf\xe9 0 0 1"[..], "byte 3, line 1"),
+            (b"\xef\xbb\xbfa\r\nb\xff", "byte 7, line 2"),
+            (b"a\0\0\0", "byte 1, line 1"),
+            (b"\xff\xfea\0\n\0\0\xd8b\0", "byte 6, line 2"),
+            (b"\xff\xfea\0b", "byte 4, line 1"),
+            // UTF-32.
+            (b"\xff\xfe\0\0a\0\0\0", "byte 2, line 1"),
+            (b"\x89PNG\r\n", "byte 0, line 1"),
+        ] {
+            std::fs::write(&path, bytes).unwrap();
+            let cause = read_text(&path, MOST_TEXT).unwrap_err();
+            let said = Error::io("open", &path, cause, "Choose another").to_string();
+            for words in ["dome.lp", "not UTF-8 or UTF-16", place] {
+                assert!(said.contains(words), "{said}: {words}");
+            }
+        }
+        std::fs::write(&path, "a\r\nb").unwrap();
+        assert_eq!(read_own_text(&path, MOST_TEXT).unwrap(), "a\r\nb");
+        std::fs::write(&path, b"ab\xe9").unwrap();
+        assert!(read_own_text(&path, MOST_TEXT).unwrap_err().to_string().contains("byte 2"));
+        test_support::shown!(
+            Strangers,
+            "A list or manifest written on another system: UTF-16, a byte-order mark, CR or CRLF",
+            danger: "the file is refused as damaged, or its last column is misread",
+            done: "all of these are read as one text; anything else is refused with its byte and line",
+        );
     }
 
     #[test]

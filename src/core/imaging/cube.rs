@@ -60,7 +60,7 @@ impl Cube {
         let mut values = Vec::new();
         for (number, line) in text.lines().enumerate() {
             let wrong = |problem: String| format!("line {}: {problem}", number + 1);
-            let line = line.trim_start_matches('\u{feff}').trim();
+            let line = line.trim();
             if line.is_empty() || line.starts_with('#') {
                 continue;
             }

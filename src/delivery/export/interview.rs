@@ -1,9 +1,9 @@
 //! Properties of the interview that an export keeps: frame rate, time code, reel and sound.
 
 use super::time_code::TimeCode;
-use base::error::Result;
+use base::error::{Error, Result};
 use project::{Picture, Project};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The interview that is exported.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct Source {
     /// The movie's frame that is frame 0 of the interview.
     pub first_frame: usize,
     /// Time code of the movie's first frame, from the file.
-    pub time_code: Option<String>,
+    pub time_code: Option<TimeCode>,
     pub reel: Option<String>,
 }
 
@@ -29,18 +29,19 @@ impl Interview {
     /// Interview of a project: a movie, a sequence of pictures, or stills.
     ///
     /// # Errors
-    /// When the movie cannot be read.
+    /// When the movie cannot be read, or its time code is none at its frame rate.
     pub fn of(project: &Project) -> Result<Self> {
         let mut interview = Self::stills(project.settings.shoot.frame_rate);
         if let Picture::Movie { file, frame } = project.frame_picture(0)
             && let movies::Source::Movie(movie) = &*movies::open(&file)?
         {
             let info = movie.info();
+            let read = |text: &String| time_code_of(&file, text, interview.frame_rate);
             interview.source = Some(Source {
-                file,
+                time_code: info.time_code.as_ref().map(read).transpose()?,
                 first_frame: frame as usize,
-                time_code: info.time_code.clone(),
                 reel: info.reel.clone(),
+                file,
             });
         }
         Ok(interview)
@@ -60,14 +61,34 @@ impl Interview {
     /// The movie's time code of frame `frame`, if it has one.
     pub fn filmed_time_code(&self, frame: usize) -> Option<TimeCode> {
         let source = self.source.as_ref()?;
-        let start = TimeCode::parse(source.time_code.as_ref()?, self.frame_rate)?;
-        Some(start.plus(source.first_frame + frame))
+        Some(source.time_code?.plus(source.first_frame + frame))
     }
 
     /// Reel name, if the movie has one.
     pub fn reel(&self) -> Option<&str> {
         self.source.as_ref()?.reel.as_deref()
     }
+}
+
+/// Time code `text` of the first frame of a movie.
+///
+/// # Errors
+/// When it is none at this frame rate.
+fn time_code_of(file: &Path, text: &str, frame_rate: f64) -> Result<TimeCode> {
+    TimeCode::parse(text, frame_rate).ok_or_else(|| {
+        let rate = (1000.0 * frame_rate).round() / 1000.0;
+        Error::invalid(
+            format!(
+                "{}: the time code {text:?} does not exist at {rate} frames a second",
+                file.display()
+            ),
+            (
+                "Write the right one into the movie: hours:minutes:seconds:frames, with a semicolon before the frames for \
+                 drop-frame, which goes with 29.97, 30, 59.94 and 60 alone",
+                "ffmpeg -i OLD.mov -map 0 -c copy -timecode 01:00:00:00 NEW.mov",
+            ),
+        )
+    })
 }
 
 #[cfg(test)]
@@ -102,5 +123,24 @@ mod tests {
         assert_eq!((source.first_frame, interview.reel()), (10, Some("B003")));
         assert_eq!(interview.time_code(0).to_string(), "09:59:59;10");
         assert_eq!(interview.time_code(20).to_string(), "10:00:00;00");
+    }
+
+    #[test]
+    fn a_time_code_that_does_not_exist_is_refused_with_its_text() {
+        let file = Path::new("A001.mov");
+        assert_eq!(time_code_of(file, "01:00:00;00", 30.0).unwrap().to_string(), "01:00:00;00");
+        for (text, rate, says) in [
+            ("01:00:00:24", 24.0, "at 24 frames"),
+            ("01:00:00;00", 24000.0 / 1001.0, "at 23.976 frames"),
+            ("01:00:00;00", 25.0, "at 25 frames"),
+            ("01:01:00;00", 30000.0 / 1001.0, "at 29.97 frames"),
+            ("yesterday", 50.0, "at 50 frames"),
+            ("", 60.0, "at 60 frames"),
+        ] {
+            let said = time_code_of(file, text, rate).unwrap_err().to_string();
+            for words in ["A001.mov", &format!("{text:?}"), says, "semicolon"] {
+                assert!(said.contains(words), "{said}: {words}");
+            }
+        }
     }
 }

@@ -7,6 +7,7 @@ use super::relight::{RelightSettings, find_environment, frame_range};
 use super::writer::output;
 use base::error::Result;
 use base::progress::Progress;
+use footage::picture_size;
 use light::Environment;
 use light::conventions::Front;
 use project::{Picture, Project};
@@ -32,7 +33,7 @@ impl<'a> Look<'a> {
     /// Reads the environment.
     ///
     /// # Errors
-    /// When the environment, the look-up table or the colour configuration cannot be read, or the destination is invalid.
+    /// When the environment, the look-up table, the colour configuration or the first frame cannot be read, or the destination is invalid.
     pub fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
@@ -50,13 +51,14 @@ impl<'a> Look<'a> {
                 (Arc::new(found), front)
             }
         };
+        let size = picture_size(project, files.at)?;
         Ok(Self {
             project,
             settings,
             frames: frame_range(project, settings.frames)?,
             environment,
             front: settings.front.unwrap_or(known_front),
-            output: output(files, &destination, &encoding, &settings.largest_effects()),
+            output: output(files, size, &destination, &encoding, &settings.largest_effects()),
             colors: encoding.identity().to_owned(),
         })
     }

@@ -30,7 +30,7 @@ fn interview(folder: &Path, sound_s: f64) -> Interview {
         source: Some(Source {
             file,
             first_frame: 0,
-            time_code: Some("01:00:59;20".to_owned()),
+            time_code: crate::TimeCode::parse("01:00:59;20", RATE),
             reel: Some("A007".to_owned()),
         }),
     }

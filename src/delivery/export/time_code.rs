@@ -4,7 +4,7 @@ use exr::meta::attribute;
 use std::fmt;
 
 /// Hours, minutes, seconds and frames. Television rates count as the next integer: 23.976 as 24, 29.97 as 30.
-/// With drop-frame counting (29.97 and 59.94) the first numbers of each minute but every tenth are skipped, so that
+/// With drop-frame counting (of 30 and 60) the first numbers of each minute but every tenth are skipped, so that
 /// the count follows the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeCode {
@@ -28,7 +28,8 @@ impl TimeCode {
     }
 
     /// Reads `HH:MM:SS:FF` of a clip with `frame_rate` frames per second; a semicolon or a dot before the frames means
-    /// drop-frame. None if the text is not a time code of that rate.
+    /// drop-frame, which some cameras tag at exactly 30 too. None if the text is not a time code of that rate, or a number
+    /// that drop-frame counting skips.
     pub fn parse(text: &str, frame_rate: f64) -> Option<Self> {
         let text = text.trim();
         let rate = whole(frame_rate);
@@ -40,18 +41,20 @@ impl TimeCode {
         }
         let number = |i: usize| parts[i].parse::<u16>().ok();
         let drop = text.contains([';', '.']);
-        let television = (frame_rate - f64::from(rate)).abs() > 1e-3;
         let (hours, minutes, seconds, frame) = (number(0)?, number(1)?, number(2)?, number(3)?);
         let fits = hours < 24 && minutes < 60 && seconds < 60 && frame < rate;
-        let can_drop = rate.is_multiple_of(30) && television;
-        (fits && (!drop || can_drop)).then_some(Self {
+        let can_drop = !drop || rate.is_multiple_of(30);
+        let found = Self {
             hours: hours as u8,
             minutes: minutes as u8,
             seconds: seconds as u8,
             frame,
             rate,
             drop,
-        })
+        };
+        let skipped = seconds == 0 && !minutes.is_multiple_of(10);
+        let exists = !skipped || u64::from(frame) >= found.dropped();
+        (fits && can_drop && exists).then_some(found)
     }
 
     /// Possible times of a header's time code in a clip with `frame_rate` frames per second: several above 60, where
@@ -204,6 +207,51 @@ mod tests {
         test_support::shown!(Strangers, "An interview with drop-frame time code",
             danger: "the export's time code drifts from the camera's, 3.6 seconds an hour",
             done: "numbers are dropped as SMPTE 12M does", bound: "every frame", measured: "no frame off in a day");
+    }
+
+    #[test]
+    fn each_rate_has_its_numbers() {
+        for (rate, start, frames, later) in [
+            (24000.0 / 1001.0, "01:00:59:23", 1, "01:01:00:00"),
+            (23.976, "23:59:59:23", 1, "00:00:00:00"),
+            (24.0, "00:00:59:23", 25, "00:01:01:00"),
+            (25.0, "10:00:59:24", 1, "10:01:00:00"),
+            (30000.0 / 1001.0, "01:00:59;29", 1, "01:01:00;02"),
+            (30000.0 / 1001.0, "01:00:59:29", 1, "01:01:00:00"),
+            (29.97, "01:09:59.29", 1, "01:10:00;00"),
+            (30.0, "01:00:59;29", 1, "01:01:00;02"),
+            (30.0, "01:00:59:29", 1, "01:01:00:00"),
+            (50.0, "00:00:00:49", 2, "00:00:01:01"),
+            (60000.0 / 1001.0, "01:00:59;59", 1, "01:01:00;04"),
+            (59.94, "01:00:59:59", 1, "01:01:00:00"),
+            (60.0, "01:00:59:59", 61, "01:01:01:00"),
+            (60.0, "01:00:59;59", 1, "01:01:00;04"),
+        ] {
+            let read = TimeCode::parse(start, rate).unwrap_or_else(|| panic!("{start} at {rate}"));
+            assert_eq!(read.to_string(), start.replace('.', ";"), "{rate}");
+            assert_eq!(read.plus(frames).to_string(), later, "{start} at {rate}");
+            let counted = TimeCode { hours: 0, minutes: 0, seconds: 0, frame: 0, ..read };
+            assert_eq!(counted.plus(read.count() as usize), read, "{start} at {rate}");
+        }
+        for (rate, text) in [
+            (24.0, "00:00:00:24"),
+            (24.0, "00:00:00;00"),
+            (25.0, "00:00:00:25"),
+            (25.0, "00:00:00;00"),
+            (50.0, "00:00:00;00"),
+            (29.97, "01:01:00;01"),
+            (30.0, "01:01:00;00"),
+            (59.94, "01:01:00;03"),
+            (29.97, "01:00:00;30"),
+        ] {
+            assert_eq!(TimeCode::parse(text, rate), None, "{text} at {rate}");
+        }
+        test_support::shown!(
+            Strangers,
+            "A movie of exactly 30 frames a second with a drop-frame time code",
+            danger: "the export starts at 00:00:00:00, and no longer matches the camera's",
+            done: "its numbers are kept, and counted by dropping as the camera does",
+        );
     }
 
     #[test]

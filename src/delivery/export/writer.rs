@@ -264,10 +264,12 @@ impl Writer {
     }
 }
 
-/// Scene output to render. For more than 8 bits the writer encodes display light itself, without the
-/// dither of 8 bits, unless an effect needs codes.
+/// Scene output to render from pictures of `size` columns and rows. For more than 8 bits, and for another size, the
+/// writer encodes display light itself, without the dither of 8 bits, unless an effect needs codes: light is
+/// averaged before the view cuts off highlights.
 pub(super) fn output(
     files: &Files,
+    size: (usize, usize),
     destination: &Destination,
     encoding: &Encoding,
     effects: &Effects,
@@ -277,7 +279,8 @@ pub(super) fn output(
         Destination::Clip(path) => Codec::of(files.codec, path).is_ok_and(Codec::is_deep),
     };
     // The dither of 8 bits is for codes that stay unchanged.
-    let deep = deep || !encoding.is_plain();
+    let resized = files.size.is_some_and(|longest| fitted(size, longest) != size);
+    let deep = deep || resized || !encoding.is_plain();
     let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
     match destination.output() {
         Output::Display if deep && plain => Output::Linear,

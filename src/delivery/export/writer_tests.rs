@@ -120,7 +120,9 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
     let mut writer =
         Writer::open(&files, (0, 0), (16, 16), &film(), None, &Progress::silent()).unwrap();
     let grainy = Effects { grain: 1.0, ..Effects::default() };
-    let of = |effects: &Effects| output(&files, &writer.destination, &writer.encoding, effects);
+    let of = |effects: &Effects| {
+        output(&files, (16, 16), &writer.destination, &writer.encoding, effects)
+    };
     assert_eq!(of(&Effects::default()), Output::Linear);
     assert_eq!(of(&grainy), Output::Display);
     let linear = Picture { display: None, ..picture(16, 16, [0.3, 0.2, 0.1], true) };
@@ -128,6 +130,44 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
     let codes = view(linear.linear.as_ref().unwrap(), linear.view).0.pixels[0];
     let read = read_encoded(&path).unwrap().0.pixels[0];
     assert!((0..3).all(|c| (codes[c] - read[c]).abs() < 1.0 / 65535.0));
+}
+
+#[test]
+fn every_still_at_another_size_averages_light() {
+    let folder = tempfile::tempdir().unwrap();
+    // Highlights above white beside black: their mean light is not that of their codes.
+    let stripes =
+        Raster::from_fn(32, 32, |x, _| if x % 2 == 0 { [1.2, 0.9, 0.2] } else { [0.0; 3] });
+    let shown = Picture { linear: Some(stripes), display: None, ..picture(32, 32, [0.0; 3], true) };
+    let mean = Raster::filled(1, 1, [0.6, 0.45, 0.1]);
+    let codes = view(&mean, shown.view).0.pixels[0];
+    for (name, bits, near) in [
+        ("a.png", Bits::Eight, 0.51 / 255.0),
+        ("b.png", Bits::Sixteen, 1e-4),
+        ("c.tif", Bits::Eight, 1e-4),
+        ("d.exr", Bits::Eight, 1e-3),
+    ] {
+        let path = folder.path().join(name);
+        let files = Files { size: Some(16), bits, ..Files::to(path.display().to_string()) };
+        let mut writer =
+            Writer::open(&files, (0, 0), (32, 32), &film(), None, &Progress::silent()).unwrap();
+        let of = |size: (usize, usize)| {
+            let effects = Effects::default();
+            output(&files, size, &writer.destination, &writer.encoding, &effects)
+        };
+        assert_eq!(of((32, 32)), Output::Linear, "{name}");
+        let own = if name == "a.png" { Output::Display } else { Output::Linear };
+        assert_eq!(of((16, 16)), own, "{name} at its own size");
+        writer.write(0, &shown, None, None, &Progress::silent()).unwrap();
+        let (read, wanted) = match name {
+            "d.exr" => (imaging::file::read_linear(&path).unwrap(), mean.pixels[0]),
+            _ => (read_encoded(&path).unwrap().0, codes),
+        };
+        assert_eq!(read.size(), (16, 16));
+        for pixel in &read.pixels {
+            assert!((0..3).all(|c| (pixel[c] - wanted[c]).abs() < near), "{name}: {pixel:?}");
+        }
+    }
 }
 
 #[test]

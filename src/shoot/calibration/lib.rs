@@ -297,36 +297,30 @@ fn rig_findings(
     Ok(found)
 }
 
-/// Chooses `count` of the project's lamps, evenly distributed, for the network to learn; the caller saves the
-/// project. The calibration still uses the others. Lamps that the balls do not show are skipped.
+/// Chooses `count` of the lamps that the project's network learns, evenly distributed, to be learnt alone; the caller
+/// saves the project. The calibration still uses the others. Lamps that the balls do not show are skipped.
 ///
 /// # Errors
 /// When the project has fewer lamps, or the balls cannot be read.
 pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> Result<Subset> {
     find_circles(project, false, progress)?;
-    let shoot = &mut project.settings.shoot;
+    let shoot = &project.settings.shoot;
+    let learnt = shoot.lamps.len();
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
         let table = ResponseTable::of(&PROVISIONAL);
         let (rig, ..) = second_ball::rig(project, &probes, &table, progress)?;
-        let usable = (rig.lamps.iter()).enumerate().filter(|(_, lamp)| lamp.is_usable());
+        let lamps = rig.lamps.iter().enumerate().take(learnt);
+        let usable = lamps.filter(|(_, lamp)| lamp.is_usable());
         usable.map(|(i, lamp)| (i, lamp.direction)).unzip()
     } else {
-        shoot.lamp_layout.iter().copied().enumerate().unzip()
+        shoot.lamp_layout.iter().copied().enumerate().take(learnt).unzip()
     };
     let mut subset = subset::choose(&directions, count)?;
     for index in &mut subset.indices {
         *index = places[*index];
     }
-    let shoot = &mut project.settings.shoot;
-    let mut order = subset.indices.clone();
-    order.extend((0..shoot.all_lamps().len()).filter(|i| !subset.indices.contains(i)));
-    let mut names: Vec<String> = order.iter().map(|&i| shoot.lamp(i).clone()).collect();
-    shoot.other_lamps = names.split_off(count);
-    shoot.lamps = names;
-    if !shoot.lamp_layout.is_empty() {
-        shoot.lamp_layout = order.iter().map(|&i| shoot.lamp_layout[i]).collect();
-    }
+    project.settings.shoot.learn(&subset.indices);
     Ok(subset)
 }
 

@@ -63,7 +63,7 @@ pub fn plan_import(
             "Choose another folder, or remove project.toml to import again",
         ));
     }
-    let Parts { folder: shoot, said_in, manifest, listing, takes, directions } =
+    let Parts { folder: shoot, said_in, manifest, listing, takes, directions, named } =
         Parts::find(shoot, progress)?;
     let shoot = &*shoot;
     manifest.check_counts(shoot, &listing)?;
@@ -154,6 +154,12 @@ pub fn plan_import(
     shoot.check().map_err(|e| e.within(&said_in))?;
     let sizes = check_pictures(&project, progress)?;
     frame_subject(&mut project, sizes, progress);
+    if !named.is_empty() {
+        let shoot = &mut project.settings.shoot;
+        let is_named = |&lamp: &usize| named.contains(shoot.lamp(lamp));
+        let learnt: Vec<usize> = (0..shoot.lamps.len()).filter(is_named).collect();
+        shoot.learn(&learnt);
+    }
     Ok(project)
 }
 
@@ -364,6 +370,61 @@ fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lamps_are_matched_with_a_list_by_name_and_a_list_of_some_names_those_to_learn() {
+        let folder = tempfile::tempdir().unwrap();
+        let shoot = folder.path().join("shoot");
+        let stage = virtual_stage::StageSettings {
+            frames: 1,
+            size: 16,
+            lamps: 4,
+            ..virtual_stage::StageSettings::default()
+        };
+        let silent = Progress::silent();
+        virtual_stage::write_shoot(&shoot, &stage, &silent).unwrap();
+        // The manifest's own directions count more than a list's.
+        let manifest = shoot.join("manifest.json");
+        let text = std::fs::read_to_string(&manifest).unwrap();
+        let mut facts: serde_json::Value = serde_json::from_str(&text).unwrap();
+        facts.as_object_mut().unwrap().remove("bank_directions");
+        let wide = format!("\u{feff}{facts}");
+        let wide: Vec<u8> = wide.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        std::fs::write(&manifest, wide).unwrap();
+        let list = shoot.join("dome.lp");
+        let settings = ImportSettings { size: 16, seed: 1 };
+        for (text, lamps, others, layout) in [
+            (
+                "name;x;y;z\rolat_03.jpg;0;0,6;0,8\rolat_01;1;0;0\rolat_00;0;1;0\rolat_02;0;0;1\r",
+                &["olat_00", "olat_01", "olat_02", "olat_03"][..],
+                &[][..],
+                &[Vec3::Y, Vec3::X, Vec3::Z, Vec3::new(0.0, 0.6, 0.8)][..],
+            ),
+            (
+                "2\nolat_03.jpg 1 0 0\nolat_01.jpg 0 1 0\n",
+                &["olat_01", "olat_03"],
+                &["olat_00", "olat_02"],
+                &[],
+            ),
+            // Names of other pictures.
+            (
+                "2\nkey.jpg 1 0 0\nolat_01.jpg 0 1 0\n",
+                &["olat_00", "olat_01", "olat_02", "olat_03"],
+                &[],
+                &[],
+            ),
+        ] {
+            std::fs::write(&list, text).unwrap();
+            let root = folder.path().join("project");
+            let shoot = plan_import(&root, &shoot, &settings, &silent).unwrap().settings.shoot;
+            assert_eq!(shoot.lamps, lamps, "{text:?}");
+            assert_eq!(shoot.other_lamps, others, "{text:?}");
+            assert_eq!(shoot.lamp_layout.len(), layout.len(), "{text:?}");
+            for (found, wanted) in shoot.lamp_layout.iter().zip(layout) {
+                assert!(found.distance(*wanted) < 1e-6, "{text:?}: {found}");
+            }
+        }
+    }
 
     #[test]
     fn a_layout_follows_the_numbers_of_the_lamps() {

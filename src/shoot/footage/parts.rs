@@ -21,8 +21,10 @@ pub struct Parts {
     pub manifest: Manifest,
     pub listing: Listing,
     pub takes: Takes,
-    /// Directions of the lamps from an `.lp` list; empty without one.
+    /// Directions of the lamps from an `.lp` list of all; empty without one.
     pub directions: Vec<Vec3>,
+    /// Lamps that an `.lp` list of some names; empty without one.
+    pub named: Vec<String>,
 }
 
 impl Parts {
@@ -84,18 +86,18 @@ impl Parts {
         let list = lamp_list_of(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
         let mut expected = known.or(list.as_ref().map(Vec::len)).or(manifest.olat_conditions);
+        let names: Vec<String> = list.iter().flatten().map(|(name, _)| name.clone()).collect();
         let name_lamps = |listing: &mut Listing, count: usize| {
             if listing.lamps.is_empty() {
-                let names = list.as_ref().filter(|list| list.len() == count);
-                listing.lamps = match names {
-                    Some(list) => list.iter().map(|(name, _)| name.clone()).collect(),
-                    None => map::lamp_names(count),
+                listing.lamps = match names.len() == count {
+                    true => names.clone(),
+                    false => map::lamp_names(count),
                 };
             }
         };
         if let Some(movie) = listing.ball_movie.clone() {
             let rounds = Rounds::of(movie);
-            let found = rounds.find(shoot, expected, progress)?;
+            let found = rounds.find(shoot, expected, &names, progress)?;
             expected = Some(found.0.lamps.len());
             name_lamps(&mut listing, found.0.lamps.len());
             takes.balls = Some(rounds.take(found, &listing.lamps));
@@ -105,7 +107,7 @@ impl Parts {
         }
         for (pose, movie) in listing.pose_movies.clone() {
             let rounds = Rounds::of(movie);
-            let found = rounds.find(shoot, expected, progress)?;
+            let found = rounds.find(shoot, expected, &names, progress)?;
             expected = Some(found.0.lamps.len());
             name_lamps(&mut listing, found.0.lamps.len());
             takes.poses.insert(pose, rounds.take(found, &listing.lamps));
@@ -113,10 +115,23 @@ impl Parts {
         let by_name: HashMap<String, Vec3> = list.into_iter().flatten().collect();
         let directions: Option<_> =
             listing.lamps.iter().map(|lamp| by_name.get(lamp).copied()).collect();
-        if directions.is_none() && !by_name.is_empty() {
-            progress.say(
-                "The names in the .lp list differ from the lamps' names; the list is not used",
-            );
+        let unknown = names.iter().find(|name| !listing.lamps.contains(name));
+        let mut named = Vec::new();
+        match (&directions, unknown) {
+            (None, Some(unknown)) => progress.say(format!(
+                "The names in the .lp list differ from the lamps' names; the list is not used. It has {unknown}, the \
+                 pictures have {}",
+                listing.lamps.first().map_or("none", String::as_str)
+            )),
+            (None, None) if !names.is_empty() => {
+                progress.say(format!(
+                    "The .lp list names {} of {} lamps: the network learns these, the calibration uses all",
+                    names.len(),
+                    listing.lamps.len()
+                ));
+                named = names;
+            }
+            _ => {}
         }
         Ok(Self {
             folder: shoot.to_path_buf(),
@@ -125,6 +140,7 @@ impl Parts {
             listing,
             takes,
             directions: directions.unwrap_or_default(),
+            named,
         })
     }
 
@@ -136,7 +152,7 @@ impl Parts {
         let (mut lamps, directions) = map.lamps(&folder)?;
         let balls = map.balls();
         let expected = (!lamps.is_empty()).then_some(lamps.len());
-        let found = balls.find(&folder, expected, progress)?;
+        let found = balls.find(&folder, expected, &lamps, progress)?;
         if lamps.is_empty() {
             lamps = map::lamp_names(found.0.lamps.len());
         }
@@ -147,7 +163,7 @@ impl Parts {
         };
         let mut poses = Vec::new();
         for (pose, rounds) in map.poses() {
-            let found = rounds.find(&folder, Some(lamps.len()), progress)?;
+            let found = rounds.find(&folder, Some(lamps.len()), &lamps, progress)?;
             takes.poses.insert(pose.clone(), rounds.take(found, &lamps));
             poses.push(pose.clone());
         }
@@ -181,6 +197,7 @@ impl Parts {
             },
             takes,
             directions,
+            named: Vec::new(),
         })
     }
 }

@@ -6,7 +6,8 @@ use base::progress::Progress;
 use imaging::color::{linear_from_srgb, luminance};
 use movies::Source;
 use project::Take;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ impl Rounds {
     }
 
     /// Finds the lamps' frames; reads all frames unless they are known. `expected` is the number of lamps, if
-    /// known.
+    /// known, and `names` are their names. Pictures of exactly these names are the lamps', in whatever order they are.
     ///
     /// # Errors
     /// When the movie cannot be read, the frames do not exist, or the number of lamps differs.
@@ -38,6 +39,7 @@ impl Rounds {
         &self,
         shoot: &Path,
         expected: Option<usize>,
+        names: &[String],
         progress: &Progress,
     ) -> Result<(Round, Arc<Source>)> {
         let path = shoot.join(&self.movie);
@@ -79,7 +81,15 @@ impl Rounds {
             progress.step("looking for lamps", frame - start + 1, last - start + 1, name);
             light.push(mean_light(&source, frame)?);
         }
-        let mut round = round::find(&light, start, expected).map_err(refuse)?;
+        let found = round::find(&light, start, expected);
+        let mut round = match named_frames(&source, start..=last, names) {
+            Some(lamps) => {
+                let mut tracking = found.map_or(vec![], |round| round.tracking);
+                tracking.retain(|frame| !lamps.contains(frame));
+                Round { lamps, tracking }
+            }
+            None => found.map_err(refuse)?,
+        };
         if !self.tracking.is_empty() {
             round.tracking.clone_from(&self.tracking);
         }
@@ -97,6 +107,21 @@ impl Rounds {
     }
 }
 
+/// Frame of each name in a sequence whose pictures have these names; `None` if it lacks one, for a movie, and without
+/// names.
+fn named_frames(
+    source: &Source,
+    frames: RangeInclusive<u64>,
+    names: &[String],
+) -> Option<Vec<u64>> {
+    let Source::Sequence(sequence) = source else { return None };
+    let named = |frame| Some((sequence.file(frame)?.file_stem()?.to_str()?.to_owned(), frame));
+    let frames: HashMap<String, u64> = frames.filter_map(named).collect();
+    let found: Vec<u64> =
+        names.iter().map(|name| frames.get(name).copied()).collect::<Option<_>>()?;
+    (!found.is_empty()).then_some(found)
+}
+
 /// Largest number of frames searched in one movie. A cycle takes seconds.
 const MOST_SEARCHED: u64 = 100_000;
 
@@ -112,4 +137,44 @@ pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
         count += 1;
     }
     Ok((sum / f64::from(count.max(1))) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imaging::{Encoded, Raster};
+
+    #[test]
+    fn pictures_are_matched_with_a_list_by_name_and_not_by_place() {
+        let folder = tempfile::tempdir().unwrap();
+        // Fully lit before and after, in the order of the names; one lamp leaves the subject dark.
+        for (name, level) in
+            [("a_all", 0.9), ("back", 0.3), ("key", 0.0), ("rim", 0.4), ("z_all", 0.9)]
+        {
+            let path = folder.path().join("pose").join(format!("{name}.png"));
+            imaging::file::write_png(&path, &Encoded(Raster::filled(4, 4, [level; 3]))).unwrap();
+        }
+        let find = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+            let found = Rounds::of("pose").find(
+                folder.path(),
+                Some(names.len()),
+                &names,
+                &Progress::silent(),
+            );
+            found.map(|(round, _)| (round.lamps, round.tracking)).map_err(|e| e.to_string())
+        };
+        for (names, lamps) in [
+            (["rim", "key", "back"], [3, 2, 1]),
+            (["back", "key", "rim"], [1, 2, 3]),
+            (["key", "rim", "back"], [2, 3, 1]),
+            // One of them is no picture: the order counts.
+            (["rim", "key", "top"], [1, 2, 3]),
+        ] {
+            let (found, tracking) = find(&names).unwrap();
+            assert_eq!(found, lamps, "{names:?}");
+            assert_eq!(tracking, [0, 4], "{names:?}");
+        }
+        assert!(find(&["a", "b", "c", "d"]).unwrap_err().contains("4 lamps"));
+    }
 }

@@ -26,7 +26,7 @@ pub fn save_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
 /// When it cannot be read, or its checksum does not match; with `remedy`.
 pub fn read_sealed(path: &Path, remedy: impl Into<Remedy>) -> Result<String> {
     let remedy = remedy.into();
-    let text = match files::read_text(path, files::MOST_TEXT) {
+    let text = match files::read_own_text(path, files::MOST_TEXT) {
         Ok(text) => text,
         Err(e) => return Err(Error::io("open", path, e, remedy)),
     };

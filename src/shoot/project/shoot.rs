@@ -193,6 +193,21 @@ impl Shoot {
         (self.dome_radius_m).filter(|_| self.ball_positions_m().is_none())
     }
 
+    /// Lets the network learn these lamps alone, counted over all lamps, in this order; the others follow in theirs.
+    ///
+    /// # Panics
+    /// When a lamp does not exist.
+    pub fn learn(&mut self, lamps: &[usize]) {
+        let others = (0..self.all_lamps().len()).filter(|lamp| !lamps.contains(lamp));
+        let order: Vec<usize> = lamps.iter().copied().chain(others).collect();
+        let mut names: Vec<String> = order.iter().map(|&lamp| self.lamp(lamp).clone()).collect();
+        self.other_lamps = names.split_off(lamps.len());
+        self.lamps = names;
+        if !self.lamp_layout.is_empty() {
+            self.lamp_layout = order.iter().map(|&lamp| self.lamp_layout[lamp]).collect();
+        }
+    }
+
     /// The names of all lamps: those that the network learns, then the others.
     pub fn all_lamps(&self) -> impl ExactSizeIterator<Item = &String> + Clone {
         let count = self.lamps.len() + self.other_lamps.len();

@@ -90,7 +90,6 @@ impl Answers {
     /// key in the project. Then nothing is added.
     pub fn add(&mut self, project: &Project, path: &Path, keys: &mut Keys) -> Result<usize> {
         let text = files::read_text(path, MOST).map_err(|e| Error::io("open", path, e, REMEDY))?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let mut lines = text.lines().map(str::trim_end).enumerate();
         let first = lines.next().map_or("", |(_, line)| line);
         if first != HEADER {

@@ -213,6 +213,38 @@ fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
 }
 
 #[test]
+fn lamps_are_kept_among_those_that_the_project_learns() {
+    let folder = tempfile::tempdir().unwrap();
+    let response = DualGamma { gamma1: 2.5, gamma2: 1.9 };
+    let mut project = small_shoot(folder.path(), &response);
+    let silent = Progress::silent();
+    let all: Vec<String> = project.settings.shoot.all_lamps().cloned().collect();
+    let layout: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
+    // As a list of lamps names them.
+    let named: Vec<usize> = (0..all.len()).filter(|lamp| lamp % 3 == 1).collect();
+    for known in [Vec::new(), layout.clone()] {
+        for count in [2, named.len()] {
+            project.settings.shoot.lamps = all.clone();
+            project.settings.shoot.other_lamps = vec![];
+            project.settings.shoot.lamp_layout.clone_from(&known);
+            project.settings.shoot.learn(&named);
+            let kept = keep_lamps(&mut project, count, &silent).unwrap();
+            let shoot = &project.settings.shoot;
+            assert_eq!((shoot.lamps.len(), kept.indices.len()), (count, count));
+            let place = |name: &String| all.iter().position(|other| other == name).unwrap();
+            for (i, name) in shoot.all_lamps().enumerate() {
+                assert!(i >= count || named.contains(&place(name)), "{name}");
+                if !known.is_empty() {
+                    assert_eq!(shoot.lamp_layout[i], layout[place(name)], "{name}");
+                }
+            }
+        }
+        let said = keep_lamps(&mut project, named.len() + 1, &silent).unwrap_err().to_string();
+        assert!(said.contains(&format!("from {}", named.len())), "{said}");
+    }
+}
+
+#[test]
 fn a_calibration_that_fails_leaves_the_project_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let response = DualGamma::new(2.2, 2.2).unwrap();
