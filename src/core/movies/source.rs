@@ -2,6 +2,7 @@
 
 use super::process::Tools;
 use super::sequence::is_sequence;
+use super::series::missing_words;
 use super::{Movie, Pixels, Sequence};
 use base::error::Result;
 use std::path::{Path, PathBuf};
@@ -128,12 +129,17 @@ impl Source {
             Self::Sequence(sequence) => {
                 let is_exr =
                     |file: PathBuf| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-                let gap =
-                    sequence.gap().map(|gap| format!("Picture {gap} of the sequence is missing"));
+                let gaps = sequence.gaps();
+                let gap = (!gaps.is_empty()).then(|| missing_words(&gaps, "the sequence"));
+                let negative = (sequence.negative() > 0).then(|| {
+                    "Pictures with numbers below 0 are not part of the pattern: to use them, name the folder, whose pictures \
+                     are counted from 0"
+                        .to_owned()
+                });
                 let exr =
                     (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
                 let exr = exr.then(|| "EXR pictures hold linear light: they are encoded as sRGB, and values above 1 are clipped".to_owned());
-                gap.into_iter().chain(exr).collect()
+                gap.into_iter().chain(negative).chain(exr).collect()
             }
         }
     }
