@@ -33,7 +33,7 @@ fn to_light(folder: &Path, response: &Response, factor: f32) {
 #[test]
 fn light_above_white_goes_from_the_file_to_the_relit_plate() {
     let folder = tempfile::tempdir().unwrap();
-    let stage = TestShoot { frames: 3, lamps: 12, size: 96, working_size: 48 };
+    let stage = TestShoot { frames: 3, lamps: 12, size: 64, working_size: 32 };
     let shoot = stage.write(folder.path());
     let truth = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
     let truth: Value = serde_json::from_str(&truth).unwrap();

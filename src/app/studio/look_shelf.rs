@@ -293,7 +293,7 @@ fn names(folder: &Path) -> Vec<LookName> {
             LookName::new(&name).ok().filter(|kept| kept.text() == name)
         })
         .collect();
-    names.sort_by_cached_key(|name| (name.text().to_lowercase(), name.clone()));
+    names.sort_by(|a, b| base::files::natural_order(a.text(), b.text()));
     names
 }
 

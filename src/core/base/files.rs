@@ -3,6 +3,10 @@
 //! The contents of a project's folder are input from a stranger: a name there may be a link to a file elsewhere,
 //! a device that never ends or a pipe that never answers.
 
+mod names;
+
+pub use names::{is_clutter, natural_order, sorted_names};
+
 use super::error::{Error, Result};
 use std::ffi::OsStr;
 use std::fs::{File, FileType, OpenOptions, TryLockError};

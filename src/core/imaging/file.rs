@@ -10,7 +10,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 use std::io::{Cursor, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Maximum number of pixels, checked before memory is allocated: 1.6 GB of light, or 16384 × 8192.
 pub const MAX_PIXELS: usize = 1 << 27;
@@ -18,6 +18,8 @@ pub const MAX_PIXELS: usize = 1 << 27;
 pub(crate) const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
 /// Maximum size in bytes of a block of lines or a tile: a panorama of 16384 × 8192 half floats in one tile.
 const MAX_BLOCK_BYTES: usize = 1 << 30;
+/// Endings of picture files that are read, in lower case.
+pub const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
 const REMEDY: &str = "Check that the file is there and is a complete picture";
 
 /// Rejects an OpenEXR file whose blocks (lines or tiles that are decoded at once) exceed `MAX_BLOCK_BYTES`:
@@ -69,6 +71,24 @@ pub struct Codes {
     pub has_alpha: bool,
     /// The codes, from 0 to 65535.
     pub codes: Vec<u16>,
+}
+
+/// The picture of this path without an ending: the file with one of [`ENDINGS`] in lower or upper case; `.png` if there
+/// is none.
+pub fn with_ending(path: &Path) -> PathBuf {
+    let with = |ending: &str| {
+        let mut name = path.as_os_str().to_os_string();
+        name.push(".");
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let png = with("png");
+    // Most pictures are PNGs, and folders without pictures need no search.
+    if png.is_file() || !path.parent().is_some_and(Path::is_dir) {
+        return png;
+    }
+    let spelled = ENDINGS.iter().flat_map(|ending| [with(ending), with(&ending.to_uppercase())]);
+    spelled.into_iter().find(|file| file.is_file()).unwrap_or(png)
 }
 
 /// Reads a picture as encoded values in `[0, 1]`, without alpha: [`read_codes`].

@@ -11,6 +11,7 @@ mod movie;
 mod process;
 mod reader;
 mod sequence;
+mod series;
 mod source;
 #[cfg(test)]
 mod tests;
@@ -18,7 +19,8 @@ mod tests;
 pub use info::Info;
 pub use movie::Movie;
 pub use process::{Tools, kill_group};
-pub use sequence::Sequence;
+pub use sequence::{Sequence, pictures};
+pub use series::Series;
 pub use source::{Source, is_movie, open};
 
 use imaging::{Encoded, Mask, Raster};

@@ -5,8 +5,11 @@ use super::process::Tools;
 use super::{Movie, Pixels};
 use base::FileFormat;
 use base::error::{Error, Result};
+use base::files::{self, sorted_names};
 use imaging::file::{self, Codes};
 use imaging::{Image, picture};
+use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -23,13 +26,20 @@ pub struct Sequence {
 #[derive(Debug)]
 enum Names {
     /// Names with a number between two texts, with a minimum number of digits; all numbers, sorted.
-    Numbered { pattern: Pattern, numbers: Vec<u64> },
-    /// All pictures of a folder, sorted; frames are counted from 0.
+    Numbered {
+        pattern: Pattern,
+        numbers: Vec<u64>,
+        /// Names in other letters than the pattern's, such as `SHOT.0002.EXR`.
+        others: HashMap<u64, Box<str>>,
+        /// Number of files with a number below 0: they are not part of the sequence.
+        negative: usize,
+    },
+    /// All pictures of a folder, in natural order; frames are counted from 0.
     All(Vec<Box<str>>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Pattern {
+pub(super) struct Pattern {
     before: String,
     digits: usize,
     after: String,
@@ -37,7 +47,7 @@ struct Pattern {
 
 impl Pattern {
     /// The pattern of a name like `shot.%04d.exr` or `shot.####.exr`.
-    fn of(name: &str) -> Option<Self> {
+    pub fn of(name: &str) -> Option<Self> {
         if let Some((before, rest)) = name.split_once('%') {
             let (digits, after) = rest.split_once('d')?;
             let is_count = digits.bytes().all(|b| b.is_ascii_digit()) && digits.len() <= 3;
@@ -57,22 +67,39 @@ impl Pattern {
         })
     }
 
-    fn name(&self, number: u64) -> String {
+    /// The name of a number.
+    pub fn name(&self, number: u64) -> String {
         let digits = self.digits;
         format!("{}{number:0digits$}{}", self.before, self.after)
     }
 
-    /// The number in a name that matches the pattern.
-    fn number(&self, name: &str) -> Option<u64> {
-        let digits = name.strip_prefix(&*self.before)?.strip_suffix(&*self.after)?;
-        let number = digits.parse().ok()?;
-        (self.name(number) == name).then_some(number)
+    /// The text in the number's place of a name that matches the pattern in letters of any case.
+    fn between<'a>(&self, name: &'a str) -> Option<&'a str> {
+        let (before, after) = (self.before.len(), self.after.len());
+        let end = name.len().checked_sub(after).filter(|&end| end > before)?;
+        let (start, rest) = (name.get(..before)?, name.get(end..)?);
+        let is_same =
+            start.eq_ignore_ascii_case(&self.before) && rest.eq_ignore_ascii_case(&self.after);
+        name.get(before..end).filter(|_| is_same)
+    }
+
+    /// The number in a name that matches the pattern in letters of any case.
+    pub fn number(&self, name: &str) -> Option<u64> {
+        let number = self.between(name)?.parse().ok()?;
+        self.name(number).eq_ignore_ascii_case(name).then_some(number)
+    }
+
+    /// True if a name matches the pattern with a number below 0.
+    fn is_negative(&self, name: &str) -> bool {
+        let is_sign = self.before.is_empty() || self.before.ends_with(['.', '_']);
+        let digits = self.between(name).and_then(|text| text.strip_prefix('-'));
+        is_sign && digits.is_some_and(|digits| digits.parse::<u64>().is_ok_and(|number| number > 0))
     }
 }
 
 /// True if a name has a picture's extension.
 fn is_picture(name: &str) -> bool {
-    !name.starts_with('.') && FileFormat::of(Path::new(name)).is_some_and(FileFormat::is_sequence)
+    !files::is_clutter(name) && FileFormat::of(Path::new(name)).is_some_and(FileFormat::is_sequence)
 }
 
 /// True if an address is a sequence: a pattern, a folder, or one of its files.
@@ -88,11 +115,9 @@ impl Sequence {
         if Pattern::of(name).is_some() && !path.is_file() {
             return None;
         }
-        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-        let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
-        let digits = stem.len() - before.len();
-        let number = stem[before.len()..].parse().ok()?;
-        let pattern = format!("{before}%0{digits}d{}", &name[stem.len()..]);
+        let (before, digits, after) = split(name)?;
+        let (number, digits) = (digits.parse().ok()?, digits.len());
+        let pattern = format!("{before}%0{digits}d{after}");
         (digits <= 18).then(|| (path.with_file_name(pattern), number))
     }
 
@@ -111,6 +136,12 @@ impl Sequence {
         };
         let first = sequence.first();
         let Some(first) = first else {
+            if sequence.negative() > 0 {
+                return Err(Error::missing(
+                    format!("all numbers of {} are below 0", path.display()),
+                    "Name the folder of the pictures: their frames are then counted from 0",
+                ));
+            }
             if let Some((file, program)) = raw_in(path) {
                 return Err(raw(&file, program));
             }
@@ -153,21 +184,28 @@ impl Sequence {
         }
     }
 
-    /// The first missing number between the first frame and the last.
-    pub fn gap(&self) -> Option<u64> {
+    /// Missing numbers between the first frame and the last.
+    pub fn gaps(&self) -> Vec<RangeInclusive<u64>> {
         match &self.names {
-            Names::Numbered { numbers, .. } => {
-                let gap = numbers.windows(2).find(|pair| pair[1] != pair[0] + 1);
-                gap.map(|pair| pair[0] + 1)
-            }
-            Names::All(_) => None,
+            Names::Numbered { numbers, .. } => gaps(numbers),
+            Names::All(_) => vec![],
+        }
+    }
+
+    /// Number of files that match the pattern with a number below 0.
+    pub fn negative(&self) -> usize {
+        match self.names {
+            Names::Numbered { negative, .. } => negative,
+            Names::All(_) => 0,
         }
     }
 
     /// The file of a frame; `None` if a folder has no such picture.
     pub fn file(&self, frame: u64) -> Option<PathBuf> {
         let name = match &self.names {
-            Names::Numbered { pattern, .. } => pattern.name(frame),
+            Names::Numbered { pattern, others, .. } => {
+                others.get(&frame).map_or_else(|| pattern.name(frame), ToString::to_string)
+            }
             Names::All(names) => names.get(usize::try_from(frame).ok()?)?.to_string(),
         };
         Some(self.folder.join(name))
@@ -216,31 +254,39 @@ impl Sequence {
 
 /// A camera's raw file in a folder, and the program that reads it.
 fn raw_in(folder: &Path) -> Option<(PathBuf, &'static str)> {
-    let entries = std::fs::read_dir(folder).ok()?.flatten();
-    let mut raw = entries.filter_map(|entry| Some((entry.path(), raw_program(&entry.path())?)));
-    raw.next()
+    let mut paths = sorted_names(folder).ok()?.into_iter().map(|name| folder.join(name));
+    paths.find_map(|path| raw_program(&path).map(|program| (path, program)))
+}
+
+/// The last number before a name's ending, between the texts around it; `None` without a number.
+pub(super) fn split(name: &str) -> Option<(&str, &str, &str)> {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
+    let before = stem[..end].trim_end_matches(|c: char| c.is_ascii_digit());
+    Some((before, &name[before.len()..end], &name[end..]))
+}
+
+/// Missing numbers in a sorted list.
+pub(super) fn gaps(numbers: &[u64]) -> Vec<RangeInclusive<u64>> {
+    let gaps = numbers.windows(2).filter(|pair| pair[1] > pair[0] + 1);
+    gaps.map(|pair| pair[0] + 1..=pair[1] - 1).collect()
+}
+
+/// The pictures in a folder, in natural order.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn pictures(folder: &Path) -> Result<Vec<Box<str>>> {
+    let remedy = "Check that the folder of the sequence is there and can be read";
+    let names = sorted_names(folder).map_err(|e| Error::io("open", folder, e, remedy))?;
+    let names = names.iter().map(|name| name.to_string_lossy());
+    Ok(names.filter(|name| is_picture(name)).map(|name| (*name).into()).collect())
 }
 
 /// The folder of a sequence and its files.
 fn list(path: &Path) -> Result<(PathBuf, Names)> {
-    let all = |folder: &Path, wanted: &mut dyn FnMut(&str)| -> Result<()> {
-        let remedy = "Check that the folder of the sequence is there and can be read";
-        let entries =
-            std::fs::read_dir(folder).map_err(|e| Error::io("open", folder, e, remedy))?;
-        for entry in entries.flatten() {
-            wanted(&entry.file_name().to_string_lossy());
-        }
-        Ok(())
-    };
     if path.is_dir() {
-        let mut names: Vec<Box<str>> = vec![];
-        all(path, &mut |name| {
-            if is_picture(name) {
-                names.push(name.into());
-            }
-        })?;
-        names.sort_by(|a, b| natural(a).cmp(&natural(b)).then_with(|| a.cmp(b)));
-        return Ok((path.to_path_buf(), Names::All(names)));
+        return Ok((path.to_path_buf(), Names::All(pictures(path)?)));
     }
     let folder = path.parent().map_or(PathBuf::new(), Path::to_path_buf);
     let folder = if folder.as_os_str().is_empty() { ".".into() } else { folder };
@@ -251,15 +297,24 @@ fn list(path: &Path) -> Result<(PathBuf, Names)> {
     let Some(pattern) = Pattern::of(&name) else {
         return Ok((folder, Names::All(vec![])));
     };
-    let mut numbers = vec![];
-    all(&folder, &mut |name| numbers.extend(pattern.number(name)))?;
+    let (mut numbers, mut others, mut negative) = (vec![], HashMap::new(), 0);
+    for name in pictures(&folder)? {
+        if let Some(number) = pattern.number(&name) {
+            numbers.push(number);
+            if pattern.name(number) != *name {
+                others.insert(number, name);
+            }
+        } else {
+            negative += usize::from(pattern.is_negative(&name));
+        }
+    }
     numbers.sort_unstable();
-    Ok((folder, Names::Numbered { pattern, numbers }))
-}
-
-/// Sort key of a name whose last number counts as a number: `a9` comes before `a10`.
-fn natural(name: &str) -> (&str, u64) {
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-    let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
-    (before, stem[before.len()..].parse().unwrap_or(0))
+    // Names that differ only in letters: the pattern's own counts.
+    for pair in numbers.windows(2).filter(|pair| pair[0] == pair[1]) {
+        if folder.join(pattern.name(pair[0])).is_file() {
+            others.remove(&pair[0]);
+        }
+    }
+    numbers.dedup();
+    Ok((folder, Names::Numbered { pattern, numbers, others, negative }))
 }

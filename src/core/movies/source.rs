@@ -2,6 +2,7 @@
 
 use super::process::Tools;
 use super::sequence::is_sequence;
+use super::series::missing_words;
 use super::{Movie, Pixels, Sequence};
 use base::FileFormat;
 use base::error::Result;
@@ -122,12 +123,17 @@ impl Source {
             Self::Movie(movie) => movie.info().notes.clone(),
             Self::Sequence(sequence) => {
                 let is_exr = |file: PathBuf| FileFormat::of(&file) == Some(FileFormat::OpenExr);
-                let gap =
-                    sequence.gap().map(|gap| format!("Picture {gap} of the sequence is missing"));
+                let gaps = sequence.gaps();
+                let gap = (!gaps.is_empty()).then(|| missing_words(&gaps, "the sequence"));
+                let negative = (sequence.negative() > 0).then(|| {
+                    "Pictures with numbers below 0 are not part of the pattern: to use them, name the folder, whose pictures \
+                     are counted from 0"
+                        .to_owned()
+                });
                 let exr =
                     (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
                 let exr = exr.then(|| "EXR pictures are scene-linear: their light is kept, values above 1 included".to_owned());
-                gap.into_iter().chain(exr).collect()
+                gap.into_iter().chain(negative).chain(exr).collect()
             }
         }
     }

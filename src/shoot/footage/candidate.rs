@@ -9,7 +9,7 @@ use base::has_extension;
 use imaging::color::{linear_from_srgb, srgb_from_linear};
 use imaging::resample::resize_area;
 use imaging::{Encoded, Raster};
-use movies::{Sequence, Source};
+use movies::{Sequence, Series, Source};
 use std::path::{Path, PathBuf};
 
 /// Part of a shoot that a file or folder may contain.
@@ -148,13 +148,18 @@ impl Candidate {
         let (named, why) = by_name(&self.path).unzip();
         self.guess = named;
         self.reason = why.map_or(String::new(), |why| format!("the name contains “{why}”"));
-        let source = movies::open(&self.path)?;
+        let series = self.path.is_dir().then(|| Series::find(&self.path)).transpose()?;
+        let path = series.as_ref().map_or_else(|| self.path.clone(), Series::path);
+        let source = movies::open(&path)?;
         (self.first, self.frames) = (source.first(), source.count()?);
         let (width, height) = source.size();
         self.size = Some((width, height));
         self.found = format!("{} of {width} × {height}", counted(self.frames as usize, "frame"));
         if let Some(rate) = source.frame_rate().filter(|_| self.frames > 1) {
             self.found += &format!(", {} a second", (1000.0 * rate).round() / 1000.0);
+        }
+        if let Some(note) = series.and_then(|series| series.left_out_note()) {
+            self.found += &format!("; {note}");
         }
         let mut places = vec![0, self.frames / 2, self.frames - 1];
         places.dedup();
@@ -229,14 +234,11 @@ impl Candidate {
 /// the path itself.
 pub fn expand(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() {
-        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
-        let is_part = |path: &PathBuf| {
-            let hidden =
-                path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-            !hidden && (path.is_dir() || movies::is_movie(path) || has_extension(path, "lp"))
-        };
-        let mut parts: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_part).collect();
-        parts.sort();
+        let names = base::files::sorted_names(path).unwrap_or_default();
+        let is_part =
+            |path: &PathBuf| path.is_dir() || movies::is_movie(path) || has_extension(path, "lp");
+        let parts: Vec<PathBuf> =
+            names.iter().map(|name| path.join(name)).filter(is_part).collect();
         return match parts.is_empty() {
             true => vec![path.to_path_buf()],
             false => parts,

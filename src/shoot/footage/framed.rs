@@ -1,5 +1,6 @@
 //! Reader for pictures of the subject, cropped to the project's framing.
 
+use super::shoot::contents;
 use base::error::{Error, Result};
 use imaging::color::luminance;
 use imaging::picture::{self, Coding};
@@ -67,11 +68,14 @@ pub fn read_matte(matte: &Matte) -> Result<Mask> {
     }
 }
 
-fn no_matte(file: &Path) -> Error {
+pub(super) fn no_matte(file: &Path) -> Error {
+    let folder = file.parent().filter(|folder| folder.is_dir());
+    let there =
+        folder.map_or_else(String::new, |folder| format!(": its folder {}", contents(folder)));
     Error::missing(
-        format!("no matte {}", file.display()),
+        format!("no matte {}{there}", file.display()),
         (
-            "Make the mattes, or add your own as grey PNGs of the picture's size",
+            "Make the mattes, or add your own as grey pictures of the same size",
             "afterlight matte PROJECT",
         ),
     )

@@ -1,9 +1,9 @@
 //! Import: checks a shoot folder and makes a project that references it.
 
-use super::framed::dimensions;
+use super::framed::{dimensions, no_matte};
 use super::framing::fitted;
 use super::parts::Parts;
-use super::shoot::{Listing, NO_SHOOT, name_of};
+use super::shoot::{Listing, NO_SHOOT, contents, name_of};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
@@ -66,17 +66,18 @@ pub fn plan_import(
     let Parts { folder: shoot, said_in, manifest, listing, takes, directions, named } =
         Parts::find(shoot, progress)?;
     let shoot = &*shoot;
-    manifest.check_counts(shoot, &listing)?;
-    let Listing { poses, lamps, frames, frame_rate, .. } = listing;
+    listing.notes.iter().for_each(|note| progress.say(note));
     for (is_empty, folder, what) in [
-        (poses.is_empty(), "exemplars", "pose folder"),
-        (lamps.is_empty(), "exemplars", "OLAT as PNG"),
-        (frames.is_empty(), "interview", "frame as PNG"),
+        (listing.poses.is_empty(), "exemplars", "pose folder"),
+        (listing.lamps.is_empty(), "exemplars", "OLAT in its pose folders"),
+        (listing.frames.is_empty(), "interview", "frame"),
     ] {
         if is_empty {
             return Err(missing(&shoot.join(folder), what));
         }
     }
+    manifest.check_counts(shoot, &listing)?;
+    let Listing { poses, lamps, frames, frame_rate, .. } = listing;
     let ball = manifest.ball();
     let said = manifest.frame_rate();
     let frame_rate = frame_rate.or(said).unwrap_or(24.0);
@@ -219,6 +220,9 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
             );
             return Ok(());
         }
+        if let Some(missing) = mattes.iter().find(|matte| is_none(matte)) {
+            return Err(no_matte(missing.file()));
+        }
         let of_picture: Vec<_> = mattes.iter().map(|matte| matte.picture().clone()).collect();
         let first = of_picture[0].clone();
         let size = group("checking mattes", of_picture)?;
@@ -252,16 +256,14 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         frames.iter().map(|&f| project.frame_matte(f)).collect(),
         (&project.frame_picture(0), frame_size),
     )?;
-    if let (Frames::Clip(clip), Matte::Grey(Picture::Movie { file, .. })) =
-        (&shoot.frames, project.frame_matte(0))
-    {
+    if let Matte::Grey(Picture::Movie { file, .. }) = project.frame_matte(0) {
         let count = movies::open(&file)?.count()?;
-        if count != clip.count {
+        if count != shoot.frames.len() as u64 {
             return Err(Error::invalid(
                 format!(
                     "{} holds {count} mattes for {} interview frames",
                     file.display(),
-                    clip.count
+                    shoot.frames.len()
                 ),
                 (
                     "Provide one matte per frame, or remove the folder to let Afterlight do so",
@@ -341,7 +343,8 @@ fn differs(
 }
 
 fn missing(folder: &Path, what: &str) -> Error {
-    Error::missing(format!("{} holds no {what}", folder.display()), NO_SHOOT)
+    let problem = format!("{} holds no {what}: it {}", folder.display(), contents(folder));
+    Error::missing(problem, NO_SHOOT)
 }
 
 /// Lamp directions from the manifest, in the order of the OLATs' numbers (names without leading zeros sort

@@ -17,6 +17,8 @@ pub mod motion;
 mod movement;
 #[cfg(test)]
 mod movie_tests;
+#[cfg(test)]
+mod names_tests;
 mod parts;
 mod round;
 pub mod scan;

@@ -1,9 +1,10 @@
 //! A shoot as a TOML map: files and frames of interview, poses and mirror balls. See `docs/movies.md`.
 
 use super::lamp_list;
-use super::takes::Rounds;
+use super::takes::{Rounds, series_of};
 use base::error::{Error, Result};
 use base::files;
+use base::progress::Progress;
 use glam::Vec3;
 use project::{Clip, DamagedFrames, Still};
 use serde::Deserialize;
@@ -132,9 +133,13 @@ impl Map {
     ///
     /// # Errors
     /// When the movie cannot be read or the frames do not exist.
-    pub fn interview(&self, folder: &Path) -> Result<(Clip, Option<f64>)> {
+    pub fn interview(&self, folder: &Path, progress: &Progress) -> Result<(Clip, Option<f64>)> {
         let Interview { file, frames, .. } = &self.interview;
-        let path = folder.join(file);
+        let file = match frames {
+            None => series_of(folder, file, progress)?,
+            Some(_) => file.clone(),
+        };
+        let path = folder.join(&file);
         let source = movies::open(&path)?;
         let (first, count) = (source.first(), source.count()?);
         let end = first + count.saturating_sub(1);
@@ -148,12 +153,8 @@ impl Map {
                 "Correct `frames` of [interview]: the first frame and the last",
             ));
         }
-        let clip = Clip {
-            movie: file.clone(),
-            first: start,
-            count: last - start + 1,
-            alpha: source.has_alpha(),
-        };
+        let clip =
+            Clip { movie: file, first: start, count: last - start + 1, alpha: source.has_alpha() };
         Ok((clip, source.frame_rate()))
     }
 

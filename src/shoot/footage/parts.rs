@@ -2,7 +2,7 @@
 
 use super::lamp_list;
 use super::map::{self, Map};
-use super::shoot::{Camera, Listing, Manifest, Probes, entries, name_of};
+use super::shoot::{Camera, Listing, Manifest, Probes, entries, name_of, several};
 use super::takes::Rounds;
 use base::error::{Error, Result};
 use base::has_extension;
@@ -82,7 +82,7 @@ impl Parts {
         mut listing: Listing,
         progress: &Progress,
     ) -> Result<Self> {
-        let mut takes = Takes::default();
+        let mut takes = std::mem::take(&mut listing.takes);
         let list = lamp_list_of(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
         let mut expected = known.or(list.as_ref().map(Vec::len)).or(manifest.olat_conditions);
@@ -150,7 +150,7 @@ impl Parts {
         let folder = parent.unwrap_or(Path::new("."));
         let folder = map.folder.as_ref().map_or(folder.to_path_buf(), |other| folder.join(other));
         let (mut lamps, directions) = map.lamps(&folder)?;
-        let balls = map.balls();
+        let balls = map.balls().of_series(&folder, progress)?;
         let expected = (!lamps.is_empty()).then_some(lamps.len());
         let found = balls.find(&folder, expected, &lamps, progress)?;
         if lamps.is_empty() {
@@ -163,11 +163,12 @@ impl Parts {
         };
         let mut poses = Vec::new();
         for (pose, rounds) in map.poses() {
+            let rounds = rounds.of_series(&folder, progress)?;
             let found = rounds.find(&folder, Some(lamps.len()), &lamps, progress)?;
             takes.poses.insert(pose.clone(), rounds.take(found, &lamps));
             poses.push(pose.clone());
         }
-        let (clip, frame_rate) = map.interview(&folder)?;
+        let (clip, frame_rate) = map.interview(&folder, progress)?;
         let probes = Probes {
             ball_center_px: map.ball.center_px,
             ball_radius_px: map.ball.radius_px,
@@ -205,5 +206,9 @@ impl Parts {
 /// Lamps of the `.lp` list in a shoot's folder; `None` without one.
 fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
     let lists = entries(shoot, |path| has_extension(path, "lp").then(|| name_of(path)))?;
-    lists.first().map(|name| lamp_list::read(&shoot.join(name))).transpose()
+    match &lists[..] {
+        [] => Ok(None),
+        [name] => lamp_list::read(&shoot.join(name)).map(Some),
+        _ => Err(several(shoot, "list of lamps", &lists, "Keep one of them in the shoot's folder")),
+    }
 }

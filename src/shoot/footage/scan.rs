@@ -1,8 +1,8 @@
 //! Scan of a shoot's folder before import: contents, missing parts and their effect.
 
-use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
+use super::shoot::{Listing, MANIFEST, Manifest, Part, name_of, picture_names};
 use base::Result;
-use imaging::file::dimensions;
+use imaging::file::{dimensions, with_ending};
 use project::Frames;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,8 @@ pub fn scan(folder: &Path) -> Scan {
     let listing = Listing::present(folder);
     let picture = match &listing.frames {
         Frames::Named(names) => {
-            names.first().map(|name| dimensions(&folder.join(format!("interview/{name}.png"))))
+            let first = names.first().map(|name| folder.join("interview").join(name));
+            first.map(|name| dimensions(&with_ending(&name)))
         }
         Frames::Clip(clip) => {
             Some(movies::open(&folder.join(&clip.movie)).map(|source| source.size()))
@@ -115,15 +116,17 @@ fn interview(listing: &Listing, picture: Option<&Result<(usize, usize)>>, rate: 
         Some(Err(e)) => (frames, Some(e.to_string())),
         None => (
             "no frames".to_owned(),
-            Some("Add the frames to relight as PNG files to interview/".to_owned()),
+            Some("Add the frames to relight as pictures to interview/".to_owned()),
         ),
     };
-    needed("Interview", found, lack)
+    needed("Interview", found, fault(listing, Part::Interview).or(lack))
 }
 
 fn exemplars(folder: &Path, listing: &Listing) -> Line {
     let Listing { poses, lamps, .. } = listing;
-    let is_movie = |pose: &&String| listing.pose_movies.contains_key(*pose);
+    let is_movie = |pose: &&String| {
+        listing.pose_movies.contains_key(*pose) || listing.takes.poses.contains_key(*pose)
+    };
     let lack = if poses.is_empty()
         || (lamps.is_empty() && !poses.iter().all(|pose| is_movie(&pose)))
     {
@@ -148,16 +151,14 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
         count => counted(count, "lamp"),
     };
     let found = format!("{} × {lamps}", counted(poses.len(), "pose"));
-    needed("Exemplars", found, lack)
+    needed("Exemplars", found, fault(listing, Part::Exemplars).or(lack))
 }
 
 fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
     let there = pictures(folder, "probes");
     let interview = listing.interview_ball.is_none().then_some("interview");
-    let lamps = match &listing.ball_movie {
-        Some(_) => &[],
-        None => &listing.lamps[..],
-    };
+    let is_take = listing.ball_movie.is_some() || listing.takes.balls.is_some();
+    let lamps = if is_take { &[] } else { &listing.lamps[..] };
     let wanted = interview.into_iter().chain(lamps.iter().map(String::as_str));
     let missing: Vec<String> = wanted
         .filter(|&name| !there.contains(name))
@@ -171,10 +172,12 @@ fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
             }
             None => counted(there.len(), "photograph"),
         },
-        absent(
-            &missing,
-            "The lamps' directions and the interview's light are measured from the balls",
-        ),
+        fault(listing, Part::Balls).or_else(|| {
+            absent(
+                &missing,
+                "The lamps' directions and the interview's light are measured from the balls",
+            )
+        }),
     )
 }
 
@@ -184,6 +187,8 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
     if poses.is_empty() && frames.is_empty() {
         missing.extend(["exemplar_masks/POSE.png", "interview_masks/FRAME.png"].map(str::to_owned));
     }
+    let movie = listing.takes.interview_mattes.as_ref();
+    found += movie.map_or(0, |_| frames.len());
     let frames = match frames {
         Frames::Named(names) => &names[..],
         Frames::Clip(_) => &[],
@@ -205,14 +210,22 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
     needed(
         "Mattes",
         found,
-        absent(&missing, "The mattes mark the subject, the only part that is learnt and relit"),
+        fault(listing, Part::Mattes).or_else(|| {
+            absent(&missing, "The mattes mark the subject, the only part that is learnt and relit")
+        }),
     )
 }
 
 /// Names of the pictures in a folder of the shoot; empty if it cannot be read.
 fn pictures(folder: &Path, inside: &str) -> HashSet<String> {
-    let names = png_names(&folder.join(inside)).unwrap_or_default();
+    let names = picture_names(&folder.join(inside)).unwrap_or_default();
     names.into_iter().collect()
+}
+
+/// Several candidates for a part.
+fn fault(listing: &Listing, part: Part) -> Option<String> {
+    let fault = listing.faults.iter().find(|(of, _)| *of == part);
+    fault.map(|(_, error)| error.to_string())
 }
 
 /// Environments can be added at any time.

@@ -1,11 +1,16 @@
 //! A shoot's folder: its manifest and its files.
 
 use base::error::{Error, Result};
-use base::{files, has_extension};
+use base::files::{self, natural_order, sorted_names};
+use base::has_extension;
 use glam::Vec3;
-use project::{Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot};
+use imaging::file;
+use movies::Series;
+use project::{
+    Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot, Take, Takes,
+};
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// File name of a shoot's manifest.
@@ -178,7 +183,7 @@ impl Manifest {
     }
 }
 
-/// Contents of a shoot: names, sorted, without extensions.
+/// Contents of a shoot: names in natural order, without extensions.
 #[derive(Default)]
 pub struct Listing {
     pub poses: Vec<String>,
@@ -193,13 +198,38 @@ pub struct Listing {
     pub ball_movie: Option<PathBuf>,
     /// Movie of the mirror ball under the interview's light, if it is a movie.
     pub interview_ball: Option<PathBuf>,
+    /// Movie of the interview's mattes, and pictures of poses and balls that have other names than the lamps and follow
+    /// their order.
+    pub takes: Takes,
+    /// Sentences on pictures that are left out, missing, or matched by order.
+    pub notes: Vec<String>,
+    /// Parts with several candidates, in a listing of what is [present](Self::present).
+    pub faults: Vec<(Part, Error)>,
+}
+
+/// Parts of a shoot that may have several candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Exemplars,
+    Balls,
+    Interview,
+    Mattes,
+}
+
+/// A folder of pictures under single lamps.
+struct LampFolder {
+    /// Pose; `None` for the mirror balls.
+    pose: Option<String>,
+    /// Relative to the shoot's folder.
+    inside: PathBuf,
+    names: Vec<String>,
 }
 
 impl Listing {
     /// Lists the shoot in folder `shoot`.
     ///
     /// # Errors
-    /// When one of its folders or movies cannot be read.
+    /// When one of its folders or movies cannot be read, or a part has several candidates.
     pub fn read(shoot: &Path) -> Result<Self> {
         Self::list(shoot, None, true)
     }
@@ -217,98 +247,280 @@ impl Listing {
         Self::list(shoot, None, false).unwrap_or_default()
     }
 
-    /// With `all`, an unreadable folder is an error; otherwise it counts as empty.
+    /// With `all`, a missing or ambiguous part is an error; otherwise it counts as empty.
     fn list(shoot: &Path, interview: Option<PathBuf>, all: bool) -> Result<Self> {
-        let judged = |names: Result<Vec<String>>| match names {
-            Err(_) if !all => Ok(vec![]),
-            names => names,
-        };
+        let mut listing = Self::default();
+        let mut folders = Vec::new();
+        let found = [
+            (Part::Exemplars, listing.find_poses(shoot, &mut folders)),
+            (Part::Balls, listing.find_balls(shoot, &mut folders)),
+            (Part::Exemplars, listing.match_lamps(shoot, folders)),
+            (Part::Interview, listing.find_interview(shoot, interview)),
+            (Part::Mattes, listing.find_mattes(shoot)),
+        ];
+        for (part, found) in found {
+            match found {
+                Err(e) if all => return Err(e),
+                Err(e @ Error::Invalid { .. }) => listing.faults.push((part, e)),
+                // A message on the part follows.
+                Err(_) | Ok(()) => {}
+            }
+        }
+        Ok(listing)
+    }
+
+    fn find_poses(&mut self, shoot: &Path, folders: &mut Vec<LampFolder>) -> Result<()> {
         let exemplars = shoot.join("exemplars");
         let folder = |path: &Path| path.is_dir().then(|| name_of(path));
-        let mut poses = judged(entries(&exemplars, folder))?;
-        let mut lamps = BTreeSet::new();
-        for pose in &poses {
-            lamps.extend(judged(png_names(&exemplars.join(pose)))?);
+        self.poses = entries(&exemplars, folder)?;
+        for pose in &self.poses {
+            let inside = Path::new("exemplars").join(pose);
+            let names = picture_names(&shoot.join(&inside))?;
+            folders.push(LampFolder { pose: Some(pose.clone()), inside, names });
         }
         let movie = |path: &Path| movies::is_movie(path).then(|| name_of(path));
-        let mut pose_movies = BTreeMap::new();
-        for movie in judged(entries(&exemplars, movie))? {
-            let movie = Path::new("exemplars").join(movie);
-            let pose = name_of(&movie.with_extension(""));
-            if poses.contains(&pose) || pose_movies.contains_key(&pose) {
-                let problem = format!("{} has more than one pose {pose}", exemplars.display());
+        for movie in entries(&exemplars, movie)? {
+            let pose = name_of(&Path::new(&movie).with_extension(""));
+            let other = match self.pose_movies.get(&pose) {
+                Some(other) => Some(name_of(other)),
+                None => self.poses.contains(&pose).then(|| format!("{pose}/")),
+            };
+            if let Some(other) = other {
+                let problem = format!(
+                    "{} has more than one pose {pose}: {other} and {movie}",
+                    exemplars.display()
+                );
                 return Err(Error::invalid(problem, "Give each pose one folder or one movie"));
             }
-            pose_movies.insert(pose, movie);
+            self.pose_movies.insert(pose, Path::new("exemplars").join(movie));
         }
-        poses.extend(pose_movies.keys().cloned());
-        poses.sort();
-        let ball_movie = movie_named(shoot, "probes");
+        self.poses.extend(self.pose_movies.keys().cloned());
+        self.poses.sort_by(|a, b| natural_order(a, b));
+        Ok(())
+    }
+
+    fn find_balls(&mut self, shoot: &Path, folders: &mut Vec<LampFolder>) -> Result<()> {
+        const KEEP: &str = "Keep one of them in the shoot's folder";
+        self.ball_movie = movie_named(shoot, "probes", KEEP)?;
+        self.interview_ball = movie_named(shoot, "probes_interview", KEEP)?;
         // With a movie of the balls, the folder holds at most the interview's ball.
-        let probes = match &ball_movie {
-            Some(_) => vec![],
-            None => judged(png_names(&shoot.join("probes")))?,
+        if self.ball_movie.is_none() {
+            let mut names = picture_names(&shoot.join("probes"))?;
+            names.retain(|name| name != "interview");
+            folders.push(LampFolder { pose: None, inside: "probes".into(), names });
+        }
+        Ok(())
+    }
+
+    /// Finds the lamps by their names. A folder that has as many pictures as the first pose, and no name in common with
+    /// it, follows the order of its names.
+    fn match_lamps(&mut self, shoot: &Path, mut folders: Vec<LampFolder>) -> Result<()> {
+        for at in 0..folders.len() {
+            // A picture beside the series of one folder is no lamp.
+            let Ok(series) = Series::find(&shoot.join(&folders[at].inside)) else {
+                continue;
+            };
+            let is_stray = |name: &String| {
+                let is_left = series.left_out.iter().any(|file| stem(file) == name);
+                let others = folders.iter().enumerate().filter(|(other, _)| *other != at);
+                is_left && !others.into_iter().any(|(_, other)| other.names.contains(name))
+            };
+            let strays: Vec<String> =
+                folders[at].names.iter().filter(|name| is_stray(name)).cloned().collect();
+            if !strays.is_empty() {
+                folders[at].names.retain(|name| !strays.contains(name));
+                let inside = folders[at].inside.display();
+                self.notes.push(format!(
+                    "{} in {inside} is left out: no other folder has a lamp of that name",
+                    strays.join(", ")
+                ));
+            }
+        }
+        let mut lamps = Vec::new();
+        let first = folders.iter().find(|folder| folder.pose.is_some());
+        let first = first.map(|folder| folder.names.clone()).unwrap_or_default();
+        for LampFolder { pose, inside, names } in folders {
+            let is_other = !first.is_empty()
+                && names.len() == first.len()
+                && !names.iter().any(|name| first.contains(name));
+            if !is_other {
+                lamps.extend(names);
+                continue;
+            }
+            self.notes.push(format!(
+                "{} has other names than the lamps: its pictures follow their order, from {} for {} to {} for {}",
+                inside.display(),
+                names[0],
+                first[0],
+                names[names.len() - 1],
+                first[first.len() - 1]
+            ));
+            let take = in_order(shoot, &inside, &names, &first)?;
+            match pose {
+                Some(pose) => drop(self.takes.poses.insert(pose, take)),
+                None => self.takes.balls = Some(take),
+            }
+        }
+        lamps.sort_by(|a, b| natural_order(a, b));
+        lamps.dedup();
+        self.lamps = lamps;
+        Ok(())
+    }
+
+    fn find_interview(&mut self, shoot: &Path, movie: Option<PathBuf>) -> Result<()> {
+        let folder = shoot.join("interview");
+        let movie = match movie {
+            Some(movie) => Some(movie),
+            None => {
+                let chosen = "Keep one of them, or import the movie that is the interview";
+                let movie = movie_named(shoot, "interview", chosen)?;
+                let is_both = movies::pictures(&folder).is_ok_and(|all| !all.is_empty());
+                if let Some(movie) = movie.as_ref().filter(|_| is_both) {
+                    let candidates = [movie.display().to_string(), "interview/".to_owned()];
+                    return Err(several(shoot, "interview", &candidates, chosen));
+                }
+                movie
+            }
         };
-        lamps.extend(probes.into_iter().filter(|name| name != "interview"));
-        let interview = interview.or_else(|| clip_named(shoot, "interview"));
-        let (frames, frame_rate) = match interview.map(|movie| clip(shoot, movie)) {
-            Some(Ok((clip, rate))) => (Frames::Clip(clip), rate),
-            Some(Err(e)) if all => return Err(e),
-            _ => (judged(png_names(&shoot.join("interview")))?.into(), None),
-        };
-        Ok(Self {
-            poses,
-            lamps: lamps.into_iter().collect(),
-            frames,
-            frame_rate,
-            pose_movies,
-            ball_movie,
-            interview_ball: movie_named(shoot, "probes_interview"),
-        })
+        if let Some(movie) = movie {
+            return self.film(shoot, movie);
+        }
+        let series = Series::find(&folder)?;
+        self.notes.extend(series.left_out_note());
+        let is_png = |name: &str| has_extension(Path::new(name), "png");
+        if series.names.iter().all(|name| is_png(name)) {
+            self.notes.extend(series.missing_note());
+            let names: Vec<String> = series.with_missing();
+            self.frames = names.iter().map(|name| stem(name).to_owned()).collect::<Vec<_>>().into();
+            return Ok(());
+        }
+        match &series.pattern {
+            Some(pattern) => self.film(shoot, Path::new("interview").join(pattern)),
+            None => {
+                self.notes.extend(series.missing_note());
+                self.film(shoot, "interview".into())
+            }
+        }
+    }
+
+    /// All frames of a movie or sequence in a shoot's folder, with its frames per second if known.
+    fn film(&mut self, shoot: &Path, movie: PathBuf) -> Result<()> {
+        let source = movies::open(&shoot.join(&movie))?;
+        let (first, count, alpha) = (source.first(), source.count()?, source.has_alpha());
+        self.frames = Frames::Clip(Clip { movie, first, count, alpha });
+        self.frame_rate = source.frame_rate();
+        Ok(())
+    }
+
+    fn find_mattes(&mut self, shoot: &Path) -> Result<()> {
+        const KEEP: &str = "Keep one of them in the shoot's folder";
+        const MATTES: &str = "interview_masks";
+        let movie = movie_named(shoot, MATTES, KEEP)?;
+        if let Some(movie) = movie.as_ref().filter(|_| shoot.join(MATTES).is_dir()) {
+            let candidates = [movie.display().to_string(), format!("{MATTES}/")];
+            return Err(several(shoot, MATTES, &candidates, KEEP));
+        }
+        self.takes.interview_mattes = movie;
+        Ok(())
     }
 }
 
-/// The movie `name.mov` (or another extension) in a shoot's folder, or the folder `name` of pictures other than
-/// PNG; `None` without either.
-fn clip_named(shoot: &Path, name: &str) -> Option<PathBuf> {
-    movie_named(shoot, name).or_else(|| {
-        let folder = shoot.join(name);
-        let is_other = png_names(&folder).is_ok_and(|names| names.is_empty());
-        let has_pictures = || movies::open(&folder).is_ok();
-        (folder.is_dir() && is_other && has_pictures()).then(|| name.into())
-    })
+/// Pictures of a folder under these lamps, in the same order as their names.
+fn in_order(shoot: &Path, inside: &Path, names: &[String], lamps: &[String]) -> Result<Take> {
+    let folder = shoot.join(inside);
+    let files = movies::pictures(&folder)?;
+    let place = |name: &String| files.iter().position(|file| stem(file) == name);
+    let places = names.iter().map(|name| place(name).unwrap_or_default() as u64);
+    // A pattern still holds after pictures are added.
+    let series = Series::find(&folder).ok().filter(|series| {
+        series.missing.is_empty() && series.names.iter().map(|name| stem(name)).eq(names)
+    });
+    let pattern = series.and_then(|series| series.pattern);
+    let (movie, frames) = match pattern {
+        Some(pattern) => {
+            let movie = inside.join(pattern);
+            let first = movies::open(&shoot.join(&movie))?.first();
+            (movie, (first..).take(names.len()).collect::<Vec<_>>())
+        }
+        None => (inside.to_path_buf(), places.collect()),
+    };
+    let lamps = lamps.iter().cloned().zip(frames).collect();
+    Ok(Take { movie, alpha: false, tracking: vec![], lamps })
 }
 
-/// All frames of a movie or sequence in a shoot's folder, with its frames per second if known.
-fn clip(shoot: &Path, movie: PathBuf) -> Result<(Clip, Option<f64>)> {
-    let source = movies::open(&shoot.join(&movie))?;
-    let clip =
-        Clip { movie, first: source.first(), count: source.count()?, alpha: source.has_alpha() };
-    Ok((clip, source.frame_rate()))
-}
-
-/// The movie `name.mov`, or with another extension, in a shoot's folder.
-fn movie_named(shoot: &Path, name: &str) -> Option<PathBuf> {
+/// The movie `name.mov`, or with another extension, in a shoot's folder; None without one.
+///
+/// # Errors
+/// When there are several.
+fn movie_named(shoot: &Path, name: &str, remedy: &str) -> Result<Option<PathBuf>> {
     let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
     let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
-    Some(entries(shoot, movie).ok()?.first()?.into())
+    let found = entries(shoot, movie).unwrap_or_default();
+    match &found[..] {
+        [] => Ok(None),
+        [one] => Ok(Some(one.into())),
+        _ => Err(several(shoot, name, &found, remedy)),
+    }
 }
 
-/// Names that `pick` returns for a folder's entries, sorted.
+/// Error of several candidates for a part.
+pub fn several(shoot: &Path, part: &str, candidates: &[String], remedy: &str) -> Error {
+    let problem =
+        format!("{} has more than one {part}: {}", shoot.display(), candidates.join(" and "));
+    match part {
+        "interview" => {
+            let one = shoot.join(&candidates[0]);
+            let how = format!("afterlight import PROJECT --shoot {}", one.display());
+            Error::invalid(problem, remedy).with_how(how)
+        }
+        _ => Error::invalid(problem, remedy),
+    }
+}
+
+/// Names that `pick` returns for a folder's entries, in natural order.
 pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
-    let listing = std::fs::read_dir(folder).map_err(|e| Error::io("open", folder, e, NO_SHOOT))?;
-    let mut names: Vec<String> =
-        listing.flatten().filter_map(|entry| pick(&entry.path())).collect();
-    names.sort();
-    Ok(names)
+    let names = sorted_names(folder).map_err(|e| Error::io("open", folder, e, NO_SHOOT))?;
+    Ok(names.iter().filter_map(|name| pick(&folder.join(name))).collect())
 }
 
-pub fn png_names(folder: &Path) -> Result<Vec<String>> {
-    entries(folder, |path| {
-        (has_extension(path, "png") && !name_of(path).starts_with('.'))
-            .then(|| path.with_extension(""))
-            .map(|p| name_of(&p))
-    })
+/// Names of a folder's pictures, in natural order, without their endings.
+///
+/// # Errors
+/// When the folder cannot be read, or two pictures differ only in their endings.
+pub fn picture_names(folder: &Path) -> Result<Vec<String>> {
+    let files = entries(folder, |path| {
+        let is_picture = file::ENDINGS.iter().any(|ending| has_extension(path, ending));
+        is_picture.then(|| name_of(path))
+    })?;
+    if let Some(pair) = files.windows(2).find(|pair| stem(&pair[0]) == stem(&pair[1])) {
+        let remedy = "Keep one of them in the folder";
+        return Err(several(folder, &format!("picture {}", stem(&pair[0])), pair, remedy));
+    }
+    Ok(files.iter().map(|file| stem(file).to_owned()).collect())
+}
+
+/// Verb and contents of a folder that lacks something.
+pub fn contents(folder: &Path) -> String {
+    let Ok(names) = sorted_names(folder) else {
+        return "does not exist".to_owned();
+    };
+    let mut kinds = BTreeMap::new();
+    for name in &names {
+        let path = folder.join(name);
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let kind = if path.is_dir() { "folder".to_owned() } else { format!(".{ending}") };
+        *kinds.entry(kind).or_insert(0) += 1;
+    }
+    let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+    match kinds.is_empty() {
+        true => "is empty".to_owned(),
+        false => format!("has {}; PNG, JPEG, TIFF and EXR are read", kinds.join(", ")),
+    }
+}
+
+/// A file name without its ending.
+fn stem(name: &str) -> &str {
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
 pub fn name_of(path: &Path) -> String {

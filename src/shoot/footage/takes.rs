@@ -4,7 +4,7 @@ use super::round::{self, Round};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::color::{linear_from_srgb, luminance};
-use movies::Source;
+use movies::{Series, Source};
 use project::Take;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
@@ -28,6 +28,18 @@ impl Rounds {
     /// All frames of a movie.
     pub fn of(movie: impl Into<PathBuf>) -> Self {
         Self { movie: movie.into(), ..Self::default() }
+    }
+
+    /// The same frames by the pattern of a folder's series, unless frames are given: those count all pictures of the
+    /// folder.
+    ///
+    /// # Errors
+    /// When the folder cannot be read or holds several series.
+    pub fn of_series(self, shoot: &Path, progress: &Progress) -> Result<Self> {
+        if self.range.is_some() || !self.lamps.is_empty() || !self.tracking.is_empty() {
+            return Ok(self);
+        }
+        Ok(Self { movie: series_of(shoot, &self.movie, progress)?, ..self })
     }
 
     /// Finds the lamps' frames; reads all frames unless they are known. `expected` is the number of lamps, if
@@ -120,6 +132,21 @@ fn named_frames(
     let found: Vec<u64> =
         names.iter().map(|name| frames.get(name).copied()).collect::<Option<_>>()?;
     (!found.is_empty()).then_some(found)
+}
+
+/// The address of a movie, or of the series in a folder, relative to the shoot's folder. Reports pictures beside the
+/// series.
+///
+/// # Errors
+/// When the folder cannot be read or holds several series.
+pub(super) fn series_of(shoot: &Path, movie: &Path, progress: &Progress) -> Result<PathBuf> {
+    let folder = shoot.join(movie);
+    if !folder.is_dir() {
+        return Ok(movie.to_path_buf());
+    }
+    let series = Series::find(&folder)?;
+    series.left_out_note().into_iter().for_each(|note| progress.say(note));
+    Ok(series.pattern.map_or_else(|| movie.to_path_buf(), |pattern| movie.join(pattern)))
 }
 
 /// Largest number of frames searched in one movie. A cycle takes seconds.

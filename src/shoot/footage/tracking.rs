@@ -1,11 +1,12 @@
 //! Tracking frames: the fully lit subject, repeatedly during the lamp cycle.
 
-use super::shoot::{MANIFEST, Manifest, png_names};
+use super::shoot::{MANIFEST, Manifest, picture_names};
 use base::error::Result;
+use imaging::file::with_ending;
 use project::{Picture, Project};
 
-/// Tracking frames of one pose: those of its movie, or the files in `tracking/` with the pose's name, sorted by
-/// name.
+/// Tracking frames of one pose: those of its movie, or the files in `tracking/` with the pose's name, in the
+/// order of their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingFrames {
     pub pictures: Vec<Picture>,
@@ -17,7 +18,7 @@ impl TrackingFrames {
     /// Tracking frames of a pose; `None` if it has fewer than two.
     ///
     /// # Errors
-    /// When the manifest cannot be read.
+    /// When the manifest or the folder cannot be read.
     pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
         let shoot = &project.settings.shoot;
         let lamps = shoot.all_lamps().len().max(1);
@@ -29,7 +30,10 @@ impl TrackingFrames {
             return Ok(Some(Self { pictures, times }));
         }
         let folder = project.shoot_path(format!("tracking/{}", shoot.poses[pose]));
-        let names = png_names(&folder).unwrap_or_default();
+        let names = match folder.is_dir() {
+            true => picture_names(&folder)?,
+            false => vec![],
+        };
         if names.len() < 2 {
             return Ok(None);
         }
@@ -44,7 +48,7 @@ impl TrackingFrames {
             true => (before.iter()).map(|&lamp| lamp.min(lamps) as f32 / lamps as f32).collect(),
             false => (0..names.len()).map(|i| i as f32 / (names.len() - 1) as f32).collect(),
         };
-        let file = |name: &String| Picture::File(folder.join(format!("{name}.png")));
+        let file = |name: &String| Picture::File(with_ending(&folder.join(name)));
         Ok(Some(Self { pictures: names.iter().map(file).collect(), times }))
     }
 }

@@ -78,9 +78,12 @@ pub struct Takes {
     /// The mirror balls under each lamp; otherwise they are files under `probes/`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub balls: Option<Take>,
-    /// The mirror ball under the interview's light; otherwise it is `probes/interview.png`.
+    /// The mirror ball under the interview's light; otherwise it is a file under `probes/`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interview_ball: Option<Still>,
+    /// Movie of the interview's mattes, a frame for each frame; otherwise they are files under `interview_masks/`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interview_mattes: Option<PathBuf>,
 }
 
 /// One frame of a movie or sequence.

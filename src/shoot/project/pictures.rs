@@ -1,6 +1,7 @@
 //! Addresses of a project's pictures and mattes.
 
 use super::{Frames, Matte, Picture, Project, SecondBall};
+use imaging::file::with_ending;
 use std::path::{Path, PathBuf};
 
 impl Picture {
@@ -22,7 +23,7 @@ impl Project {
         let (pose, lamp) = (&shoot.poses[pose], shoot.lamp(lamp));
         match shoot.takes.poses.get(pose) {
             Some(take) => self.of_movie(&take.movie, take.lamps.get(lamp).copied().unwrap_or(0)),
-            None => self.file(format!("exemplars/{pose}/{lamp}.png")),
+            None => self.file(format!("exemplars/{pose}/{lamp}")),
         }
     }
 
@@ -35,7 +36,7 @@ impl Project {
             let lit = take.tracking.first().or(take.lamps.values().next());
             return Matte::Alpha(self.of_movie(&take.movie, lit.copied().unwrap_or(0)));
         }
-        let shoots = self.shoot_path(format!("exemplar_masks/{name}.png"));
+        let shoots = self.found(format!("exemplar_masks/{name}"));
         self.grey(shoots, self.exemplar_matte_path(pose), shoot.takes.poses.contains_key(name))
     }
 
@@ -43,7 +44,7 @@ impl Project {
     pub fn frame_picture(&self, frame: usize) -> Picture {
         match &self.settings.shoot.frames {
             Frames::Clip(clip) => self.of_movie(&clip.movie, clip.first + frame as u64),
-            frames => self.file(format!("interview/{}.png", frames.name(frame))),
+            frames => self.file(format!("interview/{}", frames.name(frame))),
         }
     }
 
@@ -56,12 +57,18 @@ impl Project {
             Frames::Clip(_) => true,
             Frames::Named(_) => false,
         };
-        let shoots = self.shoot_path(format!("{INTERVIEW_MATTES}/{}.png", frames.name(frame)));
         let own = self.frame_matte_path(frame);
+        if let Some(movie) = &self.settings.shoot.takes.interview_mattes {
+            return Matte::Grey(match own.is_file() {
+                true => Picture::File(own),
+                false => self.of_movie(movie, frame as u64),
+            });
+        }
+        let shoots = self.found(format!("{INTERVIEW_MATTES}/{}", frames.name(frame)));
         if is_clip && !shoots.is_file() && !own.is_file() {
             let folder = self.shoot_path(INTERVIEW_MATTES);
-            let first = folder.join(format!("{}.png", frames.name(0)));
-            if folder.is_dir() && !first.is_file() {
+            let first = || self.found(format!("{INTERVIEW_MATTES}/{}", frames.name(0)));
+            if folder.is_dir() && !first().is_file() {
                 return Matte::Grey(self.of_movie(Path::new(INTERVIEW_MATTES), frame as u64));
             }
         }
@@ -84,7 +91,7 @@ impl Project {
     pub fn interview_probe_picture(&self) -> Picture {
         match &self.settings.shoot.takes.interview_ball {
             Some(still) => self.of_movie(&still.movie, still.frame),
-            None => self.file("probes/interview.png"),
+            None => self.file("probes/interview"),
         }
     }
 
@@ -94,7 +101,7 @@ impl Project {
         let name = shoot.lamp(lamp);
         match &shoot.takes.balls {
             Some(take) => self.of_movie(&take.movie, take.lamps.get(name).copied().unwrap_or(0)),
-            None => self.file(format!("probes/{name}.png")),
+            None => self.file(format!("probes/{name}")),
         }
     }
 
@@ -104,7 +111,7 @@ impl Project {
             return self.lamp_probe_picture(lamp);
         }
         let name = self.settings.shoot.lamp(lamp);
-        Picture::File(self.shoot_path(second.folder.join(format!("{name}.png"))))
+        self.file(second.folder.join(name))
     }
 
     /// All mirror balls: the interview's, then the lamps'.
@@ -135,7 +142,12 @@ impl Project {
     }
 
     fn file(&self, inside: impl AsRef<Path>) -> Picture {
-        Picture::File(self.shoot_path(inside))
+        Picture::File(self.found(inside))
+    }
+
+    /// A picture of the shoot by its name without ending.
+    fn found(&self, inside: impl AsRef<Path>) -> PathBuf {
+        with_ending(&self.shoot_path(inside))
     }
 
     /// The shoot's matte, unless only the project has one. For a movie, the project's is the default.

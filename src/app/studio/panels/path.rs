@@ -201,7 +201,7 @@ fn names(begun: &Begun) -> Result<Vec<String>> {
         .filter_map(|entry| entry.file_name().into_string().ok())
         .filter(|name| name.starts_with(part) && (part.starts_with('.') || !name.starts_with('.')))
         .collect();
-    found.sort();
+    found.sort_by(|a, b| base::files::natural_order(a, b));
     let mut shown = Vec::new();
     for name in found {
         match Path::new(&place).join(&name).is_dir() {

@@ -55,7 +55,7 @@ fn decoder<'f>(source: &'f mut Source) -> Result<Decoder<&'f mut BufReader<File>
 
 /// ICC profile of a TIFF: the `image` crate finds none that is larger than the picture.
 pub(super) fn icc(source: &mut Source) -> Option<Vec<u8>> {
-    let found = decoder(source).ok()?.get_tag_u8_vec(Tag::IccProfile).ok();
+    let found = decoder(source).ok().and_then(|mut tiff| tiff.get_tag_u8_vec(Tag::IccProfile).ok());
     source.file.seek(SeekFrom::Start(0)).ok()?;
     found
 }

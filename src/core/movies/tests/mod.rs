@@ -313,6 +313,6 @@ fn sequences_are_patterns_folders_or_first_files() {
         assert_eq!(number(&all.frame(11).unwrap()), 11);
         std::fs::remove_file(shots.join(format!("shot.0100.{ending}"))).unwrap();
         let holed = Sequence::open(&shots.join(format!("shot.####.{ending}")), &tools).unwrap();
-        assert_eq!((holed.gap(), holed.count()), (Some(100), 12));
+        assert_eq!((holed.gaps(), holed.count()), (vec![100..=100], 12));
     }
 }

@@ -100,7 +100,7 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
     let all = Sequence::open(&shots, &tools(folder.path())).unwrap();
     let numbered = Sequence::open(&shots.join("shot.%d.png"), &tools(folder.path())).unwrap();
     for sequence in [&all, &numbered] {
-        assert_eq!((sequence.count(), sequence.gap()), (STILLS, None));
+        assert_eq!((sequence.count(), sequence.gaps()), (STILLS, vec![]));
         let [dark, bright] = [77_776, 77_777].map(|i| sequence.frame(i).unwrap().codes[0]);
         assert_eq!((dark, bright), (0, 65535), "frames are in the order of their numbers");
     }
@@ -116,4 +116,42 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
         bound: "64 MB more memory, and no still read without a request",
         measured: format!("{} MB, {} kB read", more >> 20, read / 1000),
     );
+}
+
+#[test]
+fn a_pattern_takes_letters_of_any_case_and_names_its_gaps() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, code) in [
+        ("shot.0001.png", 10),
+        ("SHOT.0002.PNG", 20),
+        ("shot.0005.png", 50),
+        ("shot.-0003.png", 0),
+        ("shot.-0001.png", 0),
+        ("._shot.0003.png", 0),
+    ] {
+        let picture = image::GrayImage::from_pixel(16, 16, image::Luma([code]));
+        picture
+            .write_to(
+                &mut std::fs::File::create(folder.path().join(name)).unwrap(),
+                image::ImageFormat::Png,
+            )
+            .unwrap();
+    }
+    let tools = tools(folder.path());
+    let numbered = Source::open(&folder.path().join("shot.%04d.png"), &tools).unwrap();
+    assert_eq!((numbered.first(), numbered.count().unwrap()), (1, 5));
+    assert_eq!(numbered.frame(2).unwrap().codes[0], 20 * 257);
+    let missing = numbered.frame(3).unwrap_err().to_string();
+    assert!(missing.contains("shot.0003.png"), "{missing}");
+    let notes = numbered.notes().join(" ");
+    assert!(notes.contains("Pictures 3–4") && notes.contains("below 0"), "{notes}");
+    // A folder has them all, from -3 on.
+    let all = Source::open(folder.path(), &tools).unwrap();
+    let codes = [0, 1, 2, 3, 4].map(|frame| all.frame(frame).unwrap().codes[0] / 257);
+    assert_eq!((all.count().unwrap(), codes), (5, [0, 0, 10, 20, 50]));
+    for name in ["shot.0001.png", "SHOT.0002.PNG", "shot.0005.png"] {
+        std::fs::remove_file(folder.path().join(name)).unwrap();
+    }
+    let said = Source::open(&folder.path().join("shot.%04d.png"), &tools).unwrap_err().to_string();
+    assert!(said.contains("below 0") && said.contains("folder"), "{said}");
 }

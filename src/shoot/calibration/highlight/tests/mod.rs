@@ -36,7 +36,7 @@ fn lamps(ball: &Ball, series: &[Encoded]) -> Vec<Lamp> {
         .unzip();
     aim(&mut footprints, &levels, &grid, &table);
     let names = vec!["lamp".to_owned(); series.len()];
-    measure(&footprints, &geometry, names.iter(), &table).0.lamps
+    measure(&footprints, (&geometry, 1.0), names.iter(), &table).0.lamps
 }
 
 /// A ball photographed from far away.
