@@ -34,11 +34,14 @@ pub struct Info {
     pub(crate) is_intra: bool,
     /// First time stamp, step and number of frames, if the header promises a constant step.
     pub(crate) even: Option<(i64, i64, u64)>,
+    /// Decoder in place of ffmpeg's own, which drops the alpha.
+    pub(crate) decoder: Option<&'static str>,
+    /// Pixel format of decoded frames, in ffmpeg's spelling.
+    pub(crate) format: String,
     pub(crate) matrix: &'static str,
     pub(crate) is_full_range: bool,
+    /// True for RGB and grey, which need no matrix.
     pub(crate) is_rgb: bool,
-    /// True if decoded frames are 16-bit RGB already, so nothing is converted.
-    pub(crate) is_plain: bool,
 }
 
 #[derive(Deserialize)]
@@ -125,10 +128,37 @@ impl Info {
         if let Some(program) = tag.and_then(raw_tag) {
             return Err(raw(path, program));
         }
-        Self::of(video, &listing).map_err(|cause| refuse(&cause))
+        let tagged = video.color_space.as_deref();
+        let tagged = tagged.filter(|_| !video.pix_fmt.as_deref().is_some_and(is_rgb));
+        let Some(matrix) = matrix(tagged, video.height.unwrap_or(0)) else {
+            return Err(Error::invalid(
+                format!(
+                    "the colours of {} are tagged {}, which cannot be converted to RGB here",
+                    path.display(),
+                    tagged.map_or("unknown", matrix_name)
+                ),
+                "Convert it: ffmpeg -i FILE -vf zscale=matrix=709 -pix_fmt yuv444p10le -c:v prores_ks -profile:v 4 NEW.mov",
+            ));
+        };
+        let mut info = Self::of(video, &listing, matrix).map_err(|cause| refuse(&cause))?;
+        if let Some(decoder) = alpha_decoder(video) {
+            if knows_decoder(decoder, tools)? {
+                (info.decoder, info.has_alpha) = (Some(decoder), true);
+                "yuva420p".clone_into(&mut info.format);
+            } else {
+                info.notes.push(format!(
+                    "It has alpha, which this ffmpeg cannot read: install one with the decoder {decoder}"
+                ));
+            }
+        }
+        Ok(info)
     }
 
-    fn of(video: &Stream, listing: &Listing) -> std::result::Result<Self, String> {
+    fn of(
+        video: &Stream,
+        listing: &Listing,
+        (matrix, matrix_note): (&'static str, String),
+    ) -> std::result::Result<Self, String> {
         let (width, height) = (video.width.unwrap_or(0), video.height.unwrap_or(0));
         let format = video.pix_fmt.clone().unwrap_or_default();
         if width == 0 || height == 0 || format.is_empty() {
@@ -157,10 +187,6 @@ impl Info {
         let codec = video.codec_name.clone().unwrap_or_default();
         let is_intra = INTRA.contains(&&*codec);
         let even = (rate == average).then(|| even(video, rate?, time_base)).flatten();
-        let is_rgb = ["rgb", "bgr", "gbr", "argb", "abgr", "pal8", "gray", "mono"]
-            .iter()
-            .any(|start| format.starts_with(start));
-        let (matrix, matrix_note) = matrix(video.color_space.as_deref(), height);
         let is_full = video.color_range.as_deref() == Some("pc") || format.starts_with("yuvj");
         let mut info = Self {
             size,
@@ -175,10 +201,11 @@ impl Info {
             time_base,
             is_intra,
             even: even.filter(|_| is_intra),
+            decoder: None,
+            format: format.clone(),
             matrix,
             is_full_range: is_full,
-            is_rgb,
-            is_plain: ["rgb48le", "rgba64le"].contains(&&*format),
+            is_rgb: is_rgb(&format),
         };
         if !(0.001..=100_000.0).contains(&info.frame_rate) {
             return Err(format!("it claims {} frames per second", info.frame_rate));
@@ -253,16 +280,76 @@ fn ratio(said: &str, between: char) -> Option<(i64, i64)> {
     (is_sane(both.0) && is_sane(both.1)).then_some(both)
 }
 
-/// Name of the matrix for ffmpeg's `scale`, and in words.
-fn matrix(tagged: Option<&str>, rows: usize) -> (&'static str, String) {
-    match tagged {
-        Some("bt709") => ("bt709", "the matrix of Rec. 709".to_owned()),
-        Some("bt470bg" | "smpte170m") => ("bt601", "the matrix of Rec. 601".to_owned()),
-        Some("bt2020nc" | "bt2020c") => ("bt2020", "the matrix of Rec. 2020".to_owned()),
-        Some("smpte240m") => ("smpte240m", "the matrix of SMPTE 240M".to_owned()),
-        Some("fcc") => ("fcc", "the matrix of FCC".to_owned()),
-        _ if rows >= HD_ROWS => ("bt709", "the matrix of Rec. 709 (HD, not tagged)".to_owned()),
-        _ => ("bt601", "the matrix of Rec. 601 (fewer than 720 rows, not tagged)".to_owned()),
+/// Name of the matrix for ffmpeg's `scale`, and in words; None for a matrix that it lacks.
+fn matrix(tagged: Option<&str>, rows: usize) -> Option<(&'static str, String)> {
+    let (name, words) = match tagged {
+        Some("bt709") => ("bt709", "the matrix of Rec. 709"),
+        Some("bt470bg" | "smpte170m") => ("bt601", "the matrix of Rec. 601"),
+        Some("bt2020nc") => ("bt2020", "the matrix of Rec. 2020"),
+        Some("smpte240m") => ("smpte240m", "the matrix of SMPTE 240M"),
+        Some("fcc") => ("fcc", "the matrix of FCC"),
+        Some(tag) if !["unknown", "unspecified", "reserved"].contains(&tag) => return None,
+        _ if rows >= HD_ROWS => ("bt709", "the matrix of Rec. 709 (HD, not tagged)"),
+        _ => ("bt601", "the matrix of Rec. 601 (fewer than 720 rows, not tagged)"),
+    };
+    Some((name, words.to_owned()))
+}
+
+/// Common name of a matrix, from ffmpeg's.
+fn matrix_name(tag: &str) -> &str {
+    match tag {
+        "ictcp" => "ICtCp",
+        "ycgco" | "ycgco-re" | "ycgco-ro" => "YCgCo",
+        "bt2020c" => "Rec. 2020 with constant luminance",
+        tag => tag,
+    }
+}
+
+/// The decoder that joins colour and alpha of VP8 and VP9, which WebM keeps as two streams in one; None for other
+/// movies. It has 8 bits.
+fn alpha_decoder(video: &Stream) -> Option<&'static str> {
+    let is_mode =
+        |(name, value): (&String, &String)| name.eq_ignore_ascii_case("alpha_mode") && value == "1";
+    let is_split = video.tags.iter().any(is_mode) && video.pix_fmt.as_deref() == Some("yuv420p");
+    match video.codec_name.as_deref() {
+        Some("vp8") if is_split => Some("libvpx"),
+        Some("vp9") if is_split => Some("libvpx-vp9"),
+        _ => None,
+    }
+}
+
+/// True if this ffmpeg has the decoder.
+fn knows_decoder(decoder: &str, tools: &Tools) -> Result<bool> {
+    let words = ["-hide_banner", "-h", &format!("decoder={decoder}")].map(Into::into);
+    let said = process::run(&tools.ffmpeg, words.to_vec(), tools.patience)?.unwrap_or_default();
+    Ok(said.starts_with(b"Decoder"))
+}
+
+fn is_rgb(format: &str) -> bool {
+    is_grey(format)
+        || ["rgb", "bgr", "gbr", "argb", "abgr", "x2rgb", "x2bgr", "0rgb", "0bgr", "pal8", "mono"]
+            .iter()
+            .any(|start| format.starts_with(start))
+}
+
+/// True for grey, with or without alpha.
+pub(crate) fn is_grey(format: &str) -> bool {
+    format.starts_with("gray") || format.starts_with("ya")
+}
+
+/// Bits of each channel of a pixel format: the number before its byte order, which deep formats have. Packed
+/// formats count all channels.
+pub(crate) fn bits(format: &str) -> u32 {
+    let Some(name) = format.strip_suffix("le").or(format.strip_suffix("be")) else {
+        return 8;
+    };
+    let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    match name[digits..].parse::<u32>().unwrap_or(8) % 100 {
+        bits @ (9 | 10 | 12 | 14 | 16) => bits,
+        30 => 10,
+        36 => 12,
+        48 | 64 => 16,
+        _ => 8,
     }
 }
 

@@ -77,6 +77,17 @@ impl Movie {
         }
     }
 
+    /// Presentation time of frame `frame` in seconds, by the file's own clock, which need not start at 0; None beyond
+    /// the last frame. Waits until it is listed.
+    ///
+    /// # Errors
+    /// When the frames cannot be listed.
+    pub fn time_s(&self, frame: u64) -> Result<Option<f64>> {
+        let (numerator, denominator) = self.info.time_base;
+        let seconds = |time| time as f64 * numerator as f64 / denominator as f64;
+        Ok(self.index().time(frame)?.map(seconds))
+    }
+
     /// Largest deviation of frames `first` to `last` from a constant rate of `frame_rate` frames per second, in
     /// frames: below 1 for a steady rate. Checks up to two thousand of them.
     ///

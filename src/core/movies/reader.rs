@@ -1,15 +1,16 @@
 //! A decoder that runs ahead on its own threads.
 
 use super::Pixels;
-use super::info::Info;
+use super::info::{Info, bits, is_grey};
 use super::process::{self, Process, Tools, knows_fps_mode};
 use base::error::Result;
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::Read;
 use std::path::Path;
-use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel, sync_channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Maximum number of bytes decoded ahead.
@@ -59,6 +60,9 @@ impl Reader {
             arguments.extend(["-seek_timestamp", "1", "-ss"].map(Into::into));
             arguments.push(format!("{at}us").into());
         }
+        if let Some(decoder) = info.decoder {
+            arguments.extend(["-c:v", decoder].map(Into::into));
+        }
         arguments.extend(process::input(path));
         let (width, height) = info.size;
         let start = (from as f64 - 0.5) * seconds as f64 / per as f64;
@@ -75,10 +79,7 @@ impl Reader {
             "showinfo=checksum=0,select=gte(t\\,{start:.9}),scale={width}:{height}:{CONVERT}{input}:out_range=full,format={format}"
         );
         arguments.extend(["-map", &format!("0:{}", info.stream), "-vf", &filters].map(Into::into));
-        let gain = match info.is_plain {
-            true => 1.0,
-            false => gain(tools)?,
-        };
+        let (of_color, of_alpha) = gains(info, tools)?;
         let mode = if knows_fps_mode(tools)? { "-fps_mode" } else { "-vsync" };
         arguments.extend([mode, "passthrough", "-f", "rawvideo", "pipe:1"].map(Into::into));
         let mut process = Process::start(&tools.ffmpeg, arguments)?;
@@ -110,10 +111,10 @@ impl Reader {
                     return;
                 };
                 let codes = codes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]]));
-                let codes = codes.enumerate().map(|(i, code)| match channels {
-                    4 if i % 4 == 3 => code,
+                let codes = codes.enumerate().map(|(i, code)| {
+                    let gain = if i % channels == 3 { of_alpha } else { of_color };
                     // Values beyond 65535 saturate.
-                    _ => (f32::from(code) * gain).round() as u16,
+                    (f32::from(code) * gain).round() as u16
                 });
                 let pixels = Pixels { size: (width, height), has_alpha, codes: codes.collect() };
                 let decoded = Decoded { time, is_damaged, pixels };
@@ -139,18 +140,34 @@ impl Reader {
     }
 }
 
-/// Factor for ffmpeg's codes so that white is 65535. Its converter (up to 7.0 at least) returns 255/256 of each
-/// code, so that nothing would ever count as clipped. Measured once.
+/// Factors for ffmpeg's codes of colour and of alpha, so that white and opaque are 65535: its converter (up to 7.0 at
+/// least) fills the lower bits with zeros, and nothing would ever count as clipped.
 ///
 /// # Errors
 /// When ffmpeg cannot be started.
-fn gain(tools: &Tools) -> Result<f32> {
-    static GAIN: OnceLock<f32> = OnceLock::new();
-    if let Some(&gain) = GAIN.get() {
+fn gains(info: &Info, tools: &Tools) -> Result<(f32, f32)> {
+    let (format, bits) = (&*info.format, bits(&info.format));
+    let of_color = match is_grey(format) || info.is_full_range && !info.is_rgb {
+        true => 65535.0 / (((1 << bits) - 1) << (16 - bits)) as f32,
+        false if info.is_rgb && bits > 8 => 1.0,
+        false => measured("yuv420p", 0, tools)?,
+    };
+    let of_alpha = if info.has_alpha { measured(format, 3, tools)? } else { 1.0 };
+    Ok((of_color, of_alpha))
+}
+
+/// Factor for channel `channel` of an opaque white in limited range, measured once for each pixel format.
+///
+/// # Errors
+/// When ffmpeg cannot be started.
+fn measured(format: &str, channel: usize, tools: &Tools) -> Result<f32> {
+    static KNOWN: Mutex<BTreeMap<(String, usize), f32>> = Mutex::new(BTreeMap::new());
+    let key = (format.to_owned(), channel);
+    if let Some(&gain) = KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
         return Ok(gain);
     }
     let filters = format!(
-        "color=white:s=16x16:r=1:d=1,format=yuv420p,scale=16:16:{CONVERT}:in_range=limited:out_range=full,format=rgb48le"
+        "color=white:s=16x16:r=1:d=1,format={format},scale=16:16:{CONVERT}:in_range=limited:out_range=full,format=rgba64le"
     );
     let words = [
         "-nostdin",
@@ -168,9 +185,11 @@ fn gain(tools: &Tools) -> Result<f32> {
     ];
     let said = process::run(&tools.ffmpeg, words.map(Into::into).to_vec(), tools.patience)?
         .unwrap_or_default();
-    let white = said.get(..2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])));
-    let gain = white.map(|white| 65535.0 / white).filter(|gain| (1.0..1.02).contains(gain));
-    Ok(*GAIN.get_or_init(|| gain.unwrap_or(1.0)))
+    let code = said.chunks_exact(2).nth(channel);
+    let code = code.map_or(0.0, |b| f32::from(u16::from_le_bytes([b[0], b[1]])));
+    let gain = Some(65535.0 / code).filter(|gain| (1.0..1.02).contains(gain)).unwrap_or(1.0);
+    KNOWN.lock().unwrap_or_else(PoisonError::into_inner).insert(key, gain);
+    Ok(gain)
 }
 
 /// Flags of the conversion of codes.

@@ -1,7 +1,8 @@
 //! The interview's sound under the exported frames.
 //!
 //! It is extracted before pictures are made, so that unreadable sound is reported at once, and cut to
-//! the sample: silence fills gaps.
+//! the sample from the first frame's own time on: silence fills gaps. Sound keeps its pace, also under frames of uneven
+//! times.
 
 use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
 use super::interview::{Interview, Source};
@@ -45,8 +46,8 @@ struct Times {
 }
 
 impl Sound {
-    /// Sound of frames `first` to `last`, in a file beside the movie `path`. None without sound. Gaps are
-    /// reported.
+    /// Sound of frames `first` to `last`, in a file beside the movie `path`. None without sound. Gaps and uneven times
+    /// are reported.
     ///
     /// # Errors
     /// When the interview's movie cannot be read, the file cannot be written, or the user stops.
@@ -69,9 +70,28 @@ impl Sound {
         let at = |frame: usize| frame as f64 * f64::from(seconds) / f64::from(frames);
         let whole = probed.format.start();
         let pictures = probed.streams.iter().find(is("video"));
+        let even =
+            pictures.map_or(0.0, |video| video.times.start()) + at(source.first_frame + first);
+        let begins = match &*movies::open(&source.file)? {
+            movies::Source::Movie(movie) => {
+                let from = source.first_frame as u64;
+                let drift =
+                    movie.drift((from + first as u64, from + last as u64), interview.frame_rate)?;
+                if drift >= 1.0 {
+                    progress.say(format!(
+                        "{} has a variable frame rate, not {:.3} frames per second: sound starts at the first frame's \
+                         time, but the pictures leave it by up to {drift:.1} frames. Make the movie's rate constant \
+                         before the import: ffmpeg -i FILE -fps_mode cfr NEW.mov",
+                        source.file.display(),
+                        interview.frame_rate
+                    ));
+                }
+                movie.time_s(from + first as u64)?
+            }
+            movies::Source::Sequence(_) => None,
+        };
         // ffmpeg counts from the start of the earliest stream.
-        let offset = pictures.map_or(0.0, |video| video.times.start() - whole);
-        let start = (offset + at(source.first_frame + first)).max(0.0);
+        let start = (begins.unwrap_or(even) - whole).max(0.0);
         let length = at(last - first + 1);
         let sounds = sound.times.start() - whole..sound.times.end(whole);
         if sounds.start > start + UNHEARD_S || sounds.end < start + length - UNHEARD_S {

@@ -94,6 +94,52 @@ fn sound_is_cut_to_the_exported_frames() {
 }
 
 #[test]
+fn sound_under_uneven_frame_times_starts_at_the_first_frames_own_time() {
+    if !ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // Two frames of three are left out in the first second: frames 0 to 9 are 0.1 s apart, later ones 1/30 s.
+    for (name, coding) in [("uneven.mov", "-c:v prores_ks"), ("uneven.mkv", "-c:v ffv1")] {
+        let file = folder.path().join(name);
+        let made = Command::new("ffmpeg")
+            .args(["-v", "error", "-y", "-f", "lavfi", "-i", "testsrc2=s=64x48:r=30:d=3"])
+            .args([
+                "-f",
+                "lavfi",
+                "-i",
+                "aevalsrc=if(gte(t\\,0.7)\\,0.5*sin(2*PI*1000*t)\\,0):s=48000:d=3",
+            ])
+            .args(["-vf", "select='gte(n,30)+not(mod(n,3))'", "-fps_mode", "passthrough"])
+            .args(coding.split_whitespace())
+            .args(["-c:a", "pcm_s16le"])
+            .arg(file_url(&file))
+            .status();
+        assert!(made.unwrap().success());
+        let source = Source { file, first_frame: 0, time_code: None, reel: None };
+        let interview = Interview { frame_rate: 30.0, source: Some(source) };
+        let beside = folder.path().join("clip.mov");
+        // The tone begins at frame 7, 0.7 s after the first.
+        for (first, last, begins, is_uneven) in
+            [(0, 69, 0.7, true), (4, 69, 0.3, true), (7, 9, 0.0, true), (30, 69, 0.0, false)]
+        {
+            let (sound, said) =
+                heard(|progress| Sound::extract(&interview, (first, last), &beside, progress));
+            let samples = samples(sound.unwrap().unwrap().path(), 0);
+            let loud = samples.iter().position(|v| v.abs() > 0.01).unwrap() as f64 / 48000.0;
+            assert!((loud - begins).abs() < 1e-3, "{name}, frame {first}: {loud}, not {begins}");
+            let length = (last - first + 1) as f64 / 30.0;
+            assert!((samples.len() as f64 / 48000.0 - length).abs() < 1e-3, "{}", samples.len());
+            assert_eq!(said.contains("variable frame rate"), is_uneven, "{name}, {first}: {said}");
+        }
+    }
+    test_support::shown!(Strangers, "A part of an interview with uneven frame times is exported with sound",
+        danger: "sound is cut at the time that an even rate would give, seconds away",
+        done: "sound is cut at the first frame's own time, and a message gives the drift", bound: "1 ms",
+        measured: "1 ms or less");
+}
+
+#[test]
 fn sound_that_is_shorter_or_longer_than_the_pictures_fits_them_and_that_is_said() {
     if !ffmpeg() {
         return;

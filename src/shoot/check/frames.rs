@@ -115,12 +115,12 @@ mod tests {
         let level = |shown: Mask| {
             let poses = [13.0, 15.0, 17.0, 19.0].map(|at| {
                 let (plate, mask) = subject(at, 0..32);
-                Pose { olats: vec![], peaks: vec![], plate, mask }
+                Pose { olats: vec![], peaks: vec![], plate, mask, matte: String::new() }
             });
             let frames = [14.0, 16.0, 18.0].map(|at| {
                 let (plate, mask) = subject(at, filmed.clone());
                 let name = "frame".to_owned();
-                Filmed { name, plate, mask }
+                Filmed { name, plate, mask, matte: String::new() }
             });
             let pictures =
                 Pictures { poses: poses.into(), frames: frames.into(), shown, all_frames: 3 };

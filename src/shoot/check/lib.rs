@@ -9,6 +9,7 @@ mod environments;
 mod frames;
 mod lamps;
 mod likeness;
+mod mattes;
 mod motion;
 mod pictures;
 mod response;
@@ -59,6 +60,8 @@ pub enum Subject {
     Motion,
     /// Likeness of the poses to the frames.
     Frames,
+    /// Coverage of the mattes, neither nothing nor everything.
+    Mattes,
     /// Fit of an environment's pictures into half floats.
     HalfFloats,
     /// Share of an environment's light that comes from places without a lamp.
@@ -69,7 +72,7 @@ pub enum Subject {
 
 impl Subject {
     /// Subjects for every calibrated project.
-    const OF_PROJECT: [Self; 8] = [
+    const OF_PROJECT: [Self; 9] = [
         Self::LampsSeen,
         Self::LampsAgree,
         Self::LampsClipped,
@@ -78,6 +81,7 @@ impl Subject {
         Self::InterviewLight,
         Self::Motion,
         Self::Frames,
+        Self::Mattes,
     ];
     /// Subjects for each environment.
     const OF_ENVIRONMENT: [Self; 3] = [Self::Coverage, Self::Contrast, Self::HalfFloats];
@@ -164,6 +168,7 @@ impl Subject {
             Self::InterviewLight => "Interview light",
             Self::Motion => "Subject still",
             Self::Frames => "Frames and poses",
+            Self::Mattes => "Mattes",
             Self::HalfFloats => "Half floats",
             Self::Coverage => "Light covered",
             Self::Contrast => "Hard light",
@@ -257,10 +262,11 @@ impl Evidence {
                 checks.push(response::response(calibration));
                 checks.push(response::interview_light(calibration));
                 checks.push(motion::check(calibration));
-                checks.push(match &self.pictures {
-                    Some(Ok(pictures)) => frames::check(pictures),
-                    Some(Err(why)) => Check::unread(Subject::Frames, why),
-                    None => Check::uncalibrated(Subject::Frames),
+                checks.extend(match &self.pictures {
+                    Some(Ok(pictures)) => [frames::check(pictures), mattes::check(pictures)],
+                    Some(Err(why)) => [Subject::Frames, Subject::Mattes]
+                        .map(|subject| Check::unread(subject, why)),
+                    None => [Subject::Frames, Subject::Mattes].map(Check::uncalibrated),
                 });
                 checks
             }

@@ -32,6 +32,8 @@ pub(super) struct Pose {
     /// The pose under the interview's light.
     pub plate: Image,
     pub mask: Mask,
+    /// Name of the matte in sentences.
+    pub matte: String,
 }
 
 /// A frame of the interview.
@@ -39,6 +41,8 @@ pub(super) struct Filmed {
     pub name: String,
     pub plate: Image,
     pub mask: Mask,
+    /// Name of the matte in sentences.
+    pub matte: String,
 }
 
 impl Pictures {
@@ -76,6 +80,7 @@ impl Pictures {
                 name: name.into_owned(),
                 plate: resize_area(&taken.plate, side, side),
                 mask: resize_area(&taken.mask, side, side),
+                matte: project.frame_matte(frame).display().to_string(),
             });
         }
         progress.step("looking at the pictures", total, total, "");
@@ -100,8 +105,10 @@ impl Pose {
         // The other lamps light the interview, but no environment.
         olats.truncate(settings.shoot.lamps.len());
         peaks.truncate(settings.shoot.lamps.len());
-        let mask = footage::read_mask(&project.exemplar_matte(pose), &settings.framing)?;
-        Ok(Self { olats, peaks, plate, mask: resize_area(&mask, side, side) })
+        let matte = project.exemplar_matte(pose);
+        let mask = footage::read_mask(&matte, &settings.framing)?;
+        let mask = resize_area(&mask, side, side);
+        Ok(Self { olats, peaks, plate, mask, matte: matte.display().to_string() })
     }
 }
 

@@ -165,7 +165,7 @@ fn nothing_is_green_before_it_was_measured() {
     let project = TestShoot::default().import(folder.path(), "project");
     let evidence = Evidence::read(&project, &Progress::silent()).unwrap();
     let report = evidence.report(&[lit(Image::filled(8, 4, [1.0; 3]))]);
-    assert_eq!((report.level, report.checks.len()), (Level::Unknown, 11));
+    assert_eq!((report.level, report.checks.len()), (Level::Unknown, 12));
     for check in &report.checks {
         assert_eq!(check.level, Level::Unknown);
         assert!(check.remedy.as_ref().unwrap().contains("Calibrate the project"));
@@ -249,6 +249,28 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
 }
 
 #[test]
+fn a_matte_of_one_value_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, sound) = sound(folder.path());
+    sound.save(&project).unwrap();
+    assert_eq!(of(&report(&project), Subject::Mattes).level, Level::Good);
+    let [frame, pose] = [project.frame_matte(1), project.exemplar_matte(0)];
+    for (matte, value, says) in [(&frame, 0, "nothing"), (&pose, 255, "the whole picture")] {
+        let kept = std::fs::read(matte.file()).unwrap();
+        let mut picture = image::open(matte.file()).unwrap().to_luma8();
+        picture.pixels_mut().for_each(|pixel| pixel.0 = [value]);
+        picture.save(matte.file()).unwrap();
+        let report = report(&project);
+        let check = of(&report, Subject::Mattes);
+        assert_eq!(check.level, Level::Doubtful, "{check:?}");
+        let name = matte.file().file_name().unwrap().to_str().unwrap();
+        assert!(check.sentence.contains(name) && check.sentence.contains(says), "{check:?}");
+        assert!(check.remedy.is_some());
+        std::fs::write(matte.file(), kept).unwrap();
+    }
+}
+
+#[test]
 fn a_sun_is_harder_than_the_lamps_and_an_even_sky_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let (_, mut sound) = sound(folder.path());
@@ -307,6 +329,7 @@ fn brightness_beyond_half_floats_and_dark_that_is_lost_are_named() {
         let pose = pictures::Pose {
             plate: even(1.0),
             mask: imaging::Mask::filled(side, side, 1.0),
+            matte: "pose00.png".to_owned(),
             olats: olats.to_vec(),
             peaks,
         };
@@ -335,5 +358,5 @@ fn the_plain_stage_is_green() {
     let (project, _) = shoot.calibrate(folder.path(), "project");
     let report = report(&project);
     assert_eq!(report.level, Level::Good, "{}", report.sentence());
-    assert_eq!(report.checks.len(), 8);
+    assert_eq!(report.checks.len(), 9);
 }

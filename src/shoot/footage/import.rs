@@ -154,6 +154,15 @@ pub fn plan_import(
     let shoot = &project.settings.shoot;
     shoot.check().map_err(|e| e.within(&said_in))?;
     let sizes = check_pictures(&project, progress)?;
+    for doubt in super::uniform::doubts(&project) {
+        progress.advise(
+            format!(
+                "{doubt}. Replace the mattes, or remove them and make new ones; import a movie whose alpha is uniform \
+                 without its alpha"
+            ),
+            "afterlight matte PROJECT",
+        );
+    }
     frame_subject(&mut project, sizes, progress);
     if !named.is_empty() {
         let shoot = &mut project.settings.shoot;

@@ -27,6 +27,7 @@ mod steady;
 pub mod strokes;
 mod takes;
 mod tracking;
+mod uniform;
 
 pub use damaged::{STAND_IN_REACH, StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader, exemplar_sources};
@@ -43,3 +44,4 @@ pub use mattes::{MatteSettings, MattesReport, make_mattes};
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use strokes::{BrushSide, Stroke, Strokes};
 pub use tracking::TrackingFrames;
+pub use uniform::uniform_coverage;
