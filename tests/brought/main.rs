@@ -10,11 +10,13 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use test_support::{python, repository};
 
+/// Columns, rows and linear Rec. 709 of each pixel.
+type Light = ((usize, usize), Vec<[f32; 3]>);
+
 /// A file and the light that it holds, or words of its refusal.
 struct Case {
     path: PathBuf,
-    /// Columns, rows and linear Rec. 709 of each pixel.
-    right: Result<((usize, usize), Vec<[f32; 3]>), String>,
+    right: Result<Light, String>,
     tolerance: f32,
     /// True if the tolerance is a share of the light.
     is_share: bool,
@@ -42,12 +44,12 @@ impl Case {
 
     /// Faults of light that an entrance gives.
     fn compare(&self, entrance: &str, found: &[[f32; 3]], right: &[[f32; 3]]) -> Option<String> {
-        let pairs = found.iter().flatten().zip(right.iter().flatten());
+        let mut pairs = found.iter().flatten().zip(right.iter().flatten());
         let far = |(found, right): &(&f32, &f32)| {
             let limit = self.tolerance * if self.is_share { right.abs().max(0.01) } else { 1.0 };
             (**found - **right).is_nan() || (**found - **right).abs() > limit
         };
-        let (found, right) = pairs.filter(far).next()?;
+        let (found, right) = pairs.find(far)?;
         Some(format!("{} by {entrance}: {found} is not {right}", self.path.display()))
     }
 

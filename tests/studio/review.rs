@@ -341,7 +341,7 @@ fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too()
     std::fs::write(project.checkpoint_path().join("checkpoint.toml"), "").unwrap();
     std::fs::write(project.calibration_path(), "").unwrap();
     let mut window = opened(&project);
-    window.get_by_label_contains("read before the change");
+    window.get_by_label_contains("before the project changed");
     window.get_by_label("Report…");
     window.get_by_label("Measure").click();
     window.run_steps(2);

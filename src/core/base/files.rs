@@ -483,8 +483,8 @@ mod tests {
         let wide = |unit: fn(u16) -> [u8; 2], text: &str| -> Vec<u8> {
             text.encode_utf16().flat_map(unit).collect()
         };
-        let (little, big): (fn(u16) -> [u8; 2], fn(u16) -> [u8; 2]) =
-            (u16::to_le_bytes, u16::to_be_bytes);
+        type Bytes = fn(u16) -> [u8; 2];
+        let (little, big): (Bytes, Bytes) = (u16::to_le_bytes, u16::to_be_bytes);
         let marked = format!("\u{feff}{text}");
         for (name, bytes) in [
             ("UTF-8", text.as_bytes().to_vec()),

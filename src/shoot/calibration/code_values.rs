@@ -1,7 +1,10 @@
 //! Code values: encoded pixel values as whole numbers, so that a candidate response is one small table.
 
+use base::error::Result;
 use imaging::color::unit;
-use imaging::{DualGamma, Encoded, Response};
+use imaging::{DualGamma, Encoded, Image, Response};
+use project::Picture;
+use rayon::prelude::*;
 
 /// A pixel's three code values, in steps of 1/[`STEPS`].
 pub(super) type CodeValues = [u16; 3];
@@ -16,6 +19,32 @@ pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
     picture.0.pixels.iter().map(|pixel| pixel.map(code)).collect()
+}
+
+/// Largest light of scaled pictures: below clipping.
+const HIGHEST: f32 = 0.9;
+
+/// Factor that brings the light of scene-linear pictures to at most [`HIGHEST`], so that none of it is clipped as codes; 1 for
+/// pictures of codes. `brightest` is the largest value of one of them.
+///
+/// # Errors
+/// When a picture cannot be read.
+pub(super) fn scale(
+    pictures: &[Picture],
+    brightest: impl Fn(&Picture) -> Result<f32> + Sync + Send,
+) -> Result<f32> {
+    match pictures.first() {
+        Some(first) if footage::is_scene_linear(first)? => {}
+        _ => return Ok(1.0),
+    }
+    let all = pictures.par_iter().map(brightest).collect::<Result<Vec<_>>>()?;
+    let most = all.into_iter().fold(0.0, f32::max);
+    Ok(if most > 0.0 { HIGHEST / most } else { 1.0 })
+}
+
+/// `scale` times light as codes of sRGB.
+pub(super) fn encoded(light: &Image, scale: f32) -> Encoded {
+    Response::Srgb.encode(&light.map(|pixel| pixel.map(|v| scale * v)))
 }
 
 /// Linear light of every code value under one response: a 1D LUT.

@@ -9,22 +9,24 @@ use crate::file::MAX_DECODER_BYTES;
 use crate::raster::{Image, Mask};
 use base::error::{Error, Result};
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::{BufRead, Seek};
 
 /// A picture's decoder.
 fn decoder<'a>(source: &'a mut Source) -> Result<Box<dyn ImageDecoder + 'a>> {
     let path = source.path;
-    let reader = ImageReader::new(&mut source.file).with_guessed_format();
-    let mut reader = reader.map_err(|e| super::broken(path, e))?;
+    let head = source.file.fill_buf().map_err(|e| super::broken(path, e))?;
+    let is_tiff = super::raw::is_tiff(head);
+    let mut reader = ImageReader::new(&mut source.file);
+    if is_tiff {
+        // BigTIFF is not guessed.
+        reader.set_format(ImageFormat::Tiff);
+    } else {
+        reader = reader.with_guessed_format().map_err(|e| super::broken(path, e))?;
+    }
     if reader.format().is_none() {
-        return Err(Error::invalid(
-            format!(
-                "{} has an unknown format: it is not PNG, JPEG, TIFF, OpenEXR or Radiance HDR",
-                path.display()
-            ),
-            "Convert it to one of these",
-        ));
+        let cause = "unknown format: not PNG, JPEG, TIFF, OpenEXR or Radiance HDR";
+        return Err(Error::codec("read", path, cause, "Convert it to one of these"));
     }
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MAX_DECODER_BYTES);

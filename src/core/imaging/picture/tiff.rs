@@ -175,7 +175,7 @@ impl Special {
         let rgb =
             |pixel: &[f32]| if used < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
         let pixels = values.chunks_exact(used);
-        if used % 2 == 0 {
+        if used.is_multiple_of(2) {
             let values = pixels.flat_map(|pixel| {
                 let [r, g, b] = rgb(pixel);
                 [r, g, b, pixel[used - 1]]

@@ -11,8 +11,7 @@
 //! 1. A start without a subject: both are blurred to half the lamps' spacing and fitted by least squares, each
 //!    difference divided by the radiance to the power ¼.
 //! 2. Least squares over the pixels of all sitters. A pixel's weight is the slope of the display curve between its
-//!    true value and its value at the start, so that the squares are those of display values. Each sitter's errors
-//! are
+//!    true value and its value at the start, so that the squares are those of display values. Each sitter's errors are
 //!    divided by those at the start: ratios count, as in decibels, and no sitter outweighs another. The problem of
 //!    step 1 is added: it constrains lamps that no sitter sees, and prefers no particular subject.
 //! 3. One factor for all lamps, a change of exposure, restores the environment's energy.

@@ -1,7 +1,7 @@
 //! Data for inspecting a response: the pictures are read once, then any response takes milliseconds to try.
 
 use super::objective::Objective;
-use super::subject::sample;
+use super::subject::{sample, scale};
 use super::{Comparison, InspectableFit, Subject, fit};
 use crate::code_values::{CodeValues, ResponseTable, STEPS};
 use crate::probe::Probes;
@@ -155,11 +155,12 @@ impl PosePicture {
         let size = project.settings.size;
         let places = picked(mask.size(), size);
         let lamps = shoot.all_lamps().len();
+        let scale = scale(project)?;
         let olats = (0..lamps)
             .into_par_iter()
             .map(|lamp| {
                 let picture = project.olat_picture(pose, lamp);
-                sample(&picture, framing, &mask, &matte, &places)
+                sample(&picture, framing, &mask, &matte, &places, scale)
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {

@@ -1,7 +1,7 @@
 //! Pixels of the subject in the poses and in the interview, as code values.
 
 use super::super::StandIn;
-use super::super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS, codes};
+use super::super::code_values::{self, CLIPPED, CodeValues, ResponseTable, STEPS, codes, encoded};
 use super::super::least_squares::NormalEquations;
 use super::super::probe::Probes;
 use super::GAMMA_PRIOR;
@@ -9,7 +9,7 @@ use super::frame_match::{FrameMatch, PoseSamples};
 use super::matte::inside;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use imaging::{DualGamma, Mask};
+use imaging::{DualGamma, Mask, Response};
 use project::{Framings, Matte, Picture, Project};
 use rayon::prelude::*;
 
@@ -60,8 +60,9 @@ impl Subject {
             gamma2: GAMMA_PRIOR.0 as f32,
         });
         let weights = &probes.weights(provisional);
-        let (mut poses, samples) = load_poses(project, provisional, weights, progress)?;
-        let (frames, matched) = load_frames(project, &samples, provisional, progress)?;
+        let scale = scale(project)?;
+        let (mut poses, samples) = load_poses(project, provisional, (weights, scale), progress)?;
+        let (frames, matched) = load_frames(project, &samples, (provisional, scale), progress)?;
         check_light(project, &poses, &frames)?;
         for (pose, frame_match) in poses.iter_mut().zip(matched) {
             pose.frame_match = frame_match;
@@ -157,7 +158,7 @@ impl Subject {
 fn load_poses(
     project: &Project,
     provisional: &ResponseTable,
-    weights: &[[f32; 3]],
+    (weights, scale): (&[[f32; 3]], f32),
     progress: &Progress,
 ) -> Result<(Vec<Pose>, Vec<PoseSamples>)> {
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
@@ -173,7 +174,7 @@ fn load_poses(
             .into_par_iter()
             .map(|lamp| {
                 let picture = project.olat_picture(pose, lamp);
-                sample(&picture, framing, &mask, &matte, &inside)
+                sample(&picture, framing, &mask, &matte, &inside, scale)
             })
             .collect::<Result<Vec<_>>>()?;
         let codes: Vec<CodeValues> =
@@ -191,7 +192,7 @@ fn load_poses(
 fn load_frames(
     project: &Project,
     poses: &[PoseSamples],
-    provisional: &ResponseTable,
+    (provisional, scale): (&ResponseTable, f32),
     progress: &Progress,
 ) -> Result<(Vec<Samples>, Vec<Option<FrameMatch>>)> {
     type FrameSample = (usize, Samples, Vec<Option<FrameMatch>>);
@@ -212,7 +213,7 @@ fn load_frames(
                 let matte = project.frame_matte(read);
                 let mask = footage::read_mask(&matte, framing)?;
                 let picture = project.frame_picture(read);
-                let picture = read_codes(&picture, framing, &mask, &matte)
+                let picture = read_codes(&picture, framing, (&mask, &matte), scale)
                     .map_err(|e| footage::offer(project, frame, e))?;
                 let found = poses
                     .iter()
@@ -313,19 +314,39 @@ pub(super) fn sample(
     mask: &Mask,
     matte: &Matte,
     places: &[usize],
+    scale: f32,
 ) -> Result<Vec<CodeValues>> {
-    let codes = read_codes(picture, framing, mask, matte)?;
+    let codes = read_codes(picture, framing, (mask, matte), scale)?;
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
-/// Code values of a picture, which must have its matte's size.
+/// Factor on the light of interview and OLATs: see [`code_values::scale`].
+///
+/// # Errors
+/// When a picture cannot be read.
+pub(super) fn scale(project: &Project) -> Result<f32> {
+    let framing = &project.settings.framing;
+    let lamps = 0..project.settings.shoot.all_lamps().len();
+    let olats = lamps.map(|lamp| project.olat_picture(0, lamp));
+    let pictures: Vec<Picture> = [project.frame_picture(0)].into_iter().chain(olats).collect();
+    code_values::scale(&pictures, |picture| {
+        let light = footage::read_framed_light(picture, framing, &Response::Srgb)?;
+        Ok(light.pixels.iter().flatten().copied().fold(0.0, f32::max))
+    })
+}
+
+/// Code values of a picture, which must have its matte's size; of `scale` times its light if that is scene-linear.
 fn read_codes(
     picture: &Picture,
     framing: &Framings,
-    mask: &Mask,
-    matte: &Matte,
+    (mask, matte): (&Mask, &Matte),
+    scale: f32,
 ) -> Result<Vec<CodeValues>> {
-    let read = footage::read_encoded(picture, framing)?;
+    let read = if scale == 1.0 {
+        footage::read_encoded(picture, framing)?
+    } else {
+        encoded(&footage::read_framed_light(picture, framing, &Response::Srgb)?, scale)
+    };
     if read.0.size() != mask.size() {
         return Err(Error::other_size(
             (picture.display(), read.0.size()),

@@ -6,7 +6,7 @@ mod profile;
 
 use super::PROVISIONAL;
 use super::blind_cone::uncover;
-use super::code_values::{CodeValues, ResponseTable, codes};
+use super::code_values::{self, CodeValues, ResponseTable, codes, encoded};
 use super::footprint::Footprint;
 use super::highlight::{self, Grid};
 use super::median::median;
@@ -235,27 +235,16 @@ pub(super) fn footprints(
     Ok((footprints, wrong_circle))
 }
 
-/// Largest light of scaled photographs: below clipping.
-const HIGHEST: f32 = 0.9;
-
-/// Factor that brings the light of scene-linear photographs of a ball to at most [`HIGHEST`], so that none of it is clipped;
-/// 1 for codes.
+/// Factor on the light of a ball's photographs: see [`code_values::scale`].
 ///
 /// # Errors
 /// When a photograph cannot be read.
 pub(super) fn scale(pictures: &[Picture], ball: &MirrorBall) -> Result<f32> {
-    match pictures.first() {
-        Some(first) if footage::is_scene_linear(first)? => {}
-        _ => return Ok(1.0),
-    }
-    let brightest = |picture: &Picture| -> Result<f32> {
+    code_values::scale(pictures, |picture| {
         let light = footage::read_light(picture, &Response::Srgb)?;
         let pixels = ball.pixels.iter().filter_map(|p| light.pixels.get(p.index));
         Ok(pixels.flatten().copied().fold(0.0, f32::max))
-    };
-    let all = pictures.par_iter().map(brightest).collect::<Result<Vec<_>>>()?;
-    let most = all.into_iter().fold(0.0, f32::max);
-    Ok(if most > 0.0 { HIGHEST / most } else { 1.0 })
+    })
 }
 
 /// A photograph of a ball as codes: of `scale` times its light if that is scene-linear.
@@ -263,8 +252,7 @@ fn read(picture: &Picture, scale: f32) -> Result<Encoded> {
     if scale == 1.0 {
         return footage::read_picture(picture);
     }
-    let light = footage::read_light(picture, &Response::Srgb)?;
-    Ok(Response::Srgb.encode(&light.map(|pixel| pixel.map(|v| scale * v))))
+    Ok(encoded(&footage::read_light(picture, &Response::Srgb)?, scale))
 }
 
 /// Code values of the ball's pixels.
