@@ -185,7 +185,8 @@ impl ClipWriter {
     }
 }
 
-/// A picture in ffmpeg's layout for the movie at `path`: codes row by row, padded to a size that the codec accepts.
+/// A picture in ffmpeg's layout for the movie at `path`, padded to a size that the codec accepts: codes row by row, or
+/// luma, both chromas and alpha plane by plane.
 ///
 /// # Errors
 /// When the picture has no display codes, or no light for its alpha.
@@ -198,24 +199,38 @@ pub(super) fn frame_bytes(
     if picture.display.is_none() {
         return Err(no_display(path));
     }
-    let word = |v: f32| word_from_unit(v).to_le_bytes();
     let size = picture.alpha.size();
     let (from, to) = (size, codec.padded(size));
-    Ok(if codec.has_alpha() {
+    let pixels: Vec<[f32; 4]> = if codec.has_alpha() {
         let straight = straight(picture, encoding).ok_or_else(|| no_light(path))?;
-        let pixels: Vec<_> = straight.map(|p| alpha.of_straight(p).map(word)).collect();
-        padded(&pixels, from, to).flatten().flatten().collect()
+        straight.map(|pixel| alpha.of_straight(pixel)).collect()
     } else {
         let codes = over_black(picture, encoding).ok_or_else(|| no_light(path))?;
-        let codes = codes.into_iter();
-        if codec.is_deep() {
-            let pixels: Vec<_> = codes.map(|p| p.map(word)).collect();
-            padded(&pixels, from, to).flatten().flatten().collect()
-        } else {
-            let pixels: Vec<_> = codes.map(|p| p.map(byte_from_unit)).collect();
-            padded(&pixels, from, to).flatten().collect()
-        }
+        codes.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
+    };
+    Ok(if codec.is_planar() {
+        let matrix = codec.tags(encoding.space).matrix;
+        let codes: Vec<_> = pixels.into_iter().map(|pixel| limited_codes(pixel, matrix)).collect();
+        let planes = 0..if codec.has_alpha() { 4 } else { 3 };
+        let plane =
+            |plane: usize| padded(&codes, from, to).flat_map(move |p| p[plane].to_le_bytes());
+        planes.flat_map(plane).collect()
+    } else if codec.has_alpha() {
+        let word = |v: f32| word_from_unit(v).to_le_bytes();
+        padded(&pixels, from, to).flat_map(|p| p.map(word)).flatten().collect()
+    } else {
+        padded(&pixels, from, to).flat_map(|[r, g, b, _]| [r, g, b].map(byte_from_unit)).collect()
     })
+}
+
+/// Luma and both chromas in 10 bits of limited range (ITU-R BT.709 and BT.2020), and alpha in 10 bits of full range, from
+/// codes in `[0, 1]`.
+fn limited_codes([r, g, b, alpha]: [f32; 4], matrix: &str) -> [u16; 4] {
+    let (red, blue) = if matrix == "bt2020nc" { (0.2627, 0.0593) } else { (0.2126, 0.0722) };
+    let luma = red * r + (1.0 - red - blue) * g + blue * b;
+    let chroma = |value: f32, share: f32| 512.0 + 896.0 * (value - luma) / (2.0 * (1.0 - share));
+    let codes = [64.0 + 876.0 * luma, chroma(b, blue), chroma(r, red), 1023.0 * alpha];
+    codes.map(|code| code.round() as u16)
 }
 
 /// Remedy for an error message of ffmpeg.

@@ -217,12 +217,18 @@ impl Codec {
         None
     }
 
+    /// True if ffmpeg is fed luma and chroma in planes: from deep RGB it would make 943 of white, not 940.
+    pub fn is_planar(self) -> bool {
+        self.is_deep() && !self.is_rgb()
+    }
+
     /// ffmpeg's name of the raw input format.
     pub fn input(self) -> &'static str {
-        match (self.has_alpha(), self.is_deep()) {
-            (true, _) => "rgba64le",
-            (_, true) => "rgb48le",
-            _ => "rgb24",
+        match (self.is_planar(), self.has_alpha()) {
+            (true, true) => "yuva444p10le",
+            (true, false) => "yuv444p10le",
+            (false, true) => "rgba64le",
+            (false, false) => "rgb24",
         }
     }
 
@@ -266,18 +272,22 @@ impl Codec {
         Tags { primaries, transfer, matrix, range }
     }
 
-    /// ffmpeg filter that converts RGB to the codec's colours and tags them.
+    /// ffmpeg filter that converts the input to the codec's colours and tags them.
     ///
     /// By default ffmpeg uses the matrix of standard definition, and it leaves ProRes without tags unless the frames
     /// carry them.
     pub fn filter(self, space: Option<OutputSpace>) -> String {
         let Tags { primaries, transfer, matrix, range } = self.tags(space);
         let named = if matrix == "bt2020nc" { "bt2020" } else { matrix };
+        let input = match self.is_planar() {
+            true => format!("in_color_matrix={named}:in_range=tv:"),
+            false => String::new(),
+        };
         let scale = if self.is_rgb() {
             String::new()
         } else {
             format!(
-                "scale=out_color_matrix={named}:out_range=tv:\
+                "scale={input}out_color_matrix={named}:out_range=tv:\
                  flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp,"
             )
         };

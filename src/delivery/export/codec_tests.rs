@@ -134,6 +134,80 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
     }
 }
 
+/// Luma of the first frame's middle row, in the movie's own codes, with their bits.
+fn luma(path: &Path, width: usize, height: usize) -> (Vec<u16>, u32) {
+    let found = probed(path);
+    let streams = found["streams"].as_array().unwrap();
+    let video = streams.iter().find(|s| s["codec_type"] == "video").unwrap();
+    let format = video["pix_fmt"].as_str().unwrap();
+    let bits = [10, 12].into_iter().find(|bits| format.ends_with(&format!("p{bits}le")));
+    let output = Command::new("ffmpeg")
+        .args(["-v", "error", "-i"])
+        .arg(path)
+        .args(["-frames:v", "1", "-f", "rawvideo", "-pix_fmt", format, "-"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let row = height / 2 * width;
+    let codes: Vec<u16> = match bits {
+        Some(_) => {
+            let words = output.stdout.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]]));
+            words.skip(row).take(width).collect()
+        }
+        None => output.stdout[row..][..width].iter().map(|&code| u16::from(code)).collect(),
+    };
+    (codes, bits.unwrap_or(8))
+}
+
+#[test]
+fn a_ramp_has_the_codes_of_limited_range_in_every_codec() {
+    if !ffmpeg() {
+        return;
+    }
+    // Black and white are as wide as an encoder's largest block.
+    const FLAT: usize = 64;
+    let folder = tempfile::tempdir().unwrap();
+    let (width, height) = (1024, 128);
+    let level =
+        |x: usize| ((x as f32 - FLAT as f32) / (width - 2 * FLAT - 1) as f32).clamp(0.0, 1.0);
+    let codes = imaging::Image::from_fn(width, height, |x, _| [level(x); 3]);
+    let mut shown = picture(width, height, [1.0; 3], true);
+    shown.display = Some(imaging::Encoded(codes));
+    for codec in ALL.into_iter().filter(|codec| !codec.is_rgb()) {
+        for space in [None, Some(OutputSpace::Rec2020)] {
+            let path = folder.path().join(format!("{}{}", codec.name(), codec.ending()));
+            let movie = movie(codec, space);
+            let mut writer = ClipWriter::create(&path, (width, height), &movie).unwrap();
+            writer.push(&shown, &Progress::silent()).unwrap();
+            writer.finish(&Progress::silent()).unwrap();
+            let (found, bits) = luma(&path, width, height);
+            let code = f32::from(1u16 << (bits - 8));
+            // ProRes 4444 decodes to 12 bits, but ffmpeg's encoder takes 10.
+            let step = if codec == Codec::ProRes4444 { 4.0 } else { 1.0 };
+            // H.264 and H.265 ring where BT.1886 is steep, near black.
+            let is_lossy = matches!(codec, Codec::H264 | Codec::H265);
+            let within = if is_lossy { 4.0 } else { step };
+            let encoded = movie.encoding.codes();
+            let mut sum = 0.0;
+            for (x, &found) in found.iter().enumerate() {
+                let wanted = (16.0 + 219.0 * encoded([level(x); 3])[0]) * code;
+                let off = f32::from(found) - wanted;
+                assert!(
+                    off.abs() <= within,
+                    "{codec:?} {space:?}, column {x}: {found}, not {wanted}"
+                );
+                sum += off;
+            }
+            let mean = sum / width as f32;
+            assert!(mean.abs() <= 0.25 * step, "{codec:?} {space:?}: off by {mean} in the mean");
+            let ends = [found[8], found[width - 8]].map(f32::from);
+            for (found, wanted) in ends.into_iter().zip([16.0 * code, 235.0 * code]) {
+                assert!((found - wanted).abs() <= 1.0, "{codec:?}: {found}, not {wanted}");
+            }
+        }
+    }
+}
+
 #[test]
 fn sizes_and_rates_that_a_codec_has_not_are_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Movie frames that workers make separately: one PNG each, in exactly the codes that ffmpeg is fed later. The joined movie
-//! equals that of a single export byte for byte.
+//! Movie frames that workers make separately: one PNG each, in exactly the codes that ffmpeg is fed later; planes stand
+//! one below the other. The joined movie equals that of a single export byte for byte.
 
 use super::clip::frame_bytes;
 use super::codec::Codec;
@@ -40,16 +40,16 @@ impl MovieFrames {
         movie_frame(&self.folder, frame)
     }
 
-    fn layout(&self) -> (png::ColorType, png::BitDepth) {
-        let color = match self.codec.has_alpha() {
-            true => png::ColorType::Rgba,
-            false => png::ColorType::Rgb,
-        };
-        let depth = match self.codec.has_alpha() || self.codec.is_deep() {
-            true => png::BitDepth::Sixteen,
-            false => png::BitDepth::Eight,
-        };
-        (color, depth)
+    /// Format of a PNG, and its columns and rows for a movie of `size`.
+    fn layout(&self, size: (usize, usize)) -> (png::ColorType, png::BitDepth, (usize, usize)) {
+        use png::{BitDepth, ColorType};
+        let (width, height) = self.codec.padded(size);
+        match (self.codec.is_planar(), self.codec.has_alpha()) {
+            (true, true) => (ColorType::Grayscale, BitDepth::Sixteen, (width, 4 * height)),
+            (true, false) => (ColorType::Grayscale, BitDepth::Sixteen, (width, 3 * height)),
+            (false, true) => (ColorType::Rgba, BitDepth::Sixteen, (width, height)),
+            (false, false) => (ColorType::Rgb, BitDepth::Eight, (width, height)),
+        }
     }
 
     /// Writes frame `frame` with the provenance `made_of`.
@@ -65,8 +65,7 @@ impl MovieFrames {
     ) -> Result<()> {
         let path = self.path(frame);
         let mut bytes = frame_bytes(&path, (self.codec, self.alpha), encoding, picture)?;
-        let (width, height) = self.codec.padded(picture.alpha.size());
-        let (color, depth) = self.layout();
+        let (color, depth, (width, height)) = self.layout(picture.alpha.size());
         if depth == png::BitDepth::Sixteen {
             swap_bytes(&mut bytes);
         }
@@ -93,10 +92,8 @@ impl MovieFrames {
     pub fn read(&self, frame: usize, size: (usize, usize)) -> Result<Vec<u8>> {
         let path = self.path(frame);
         let (mut bytes, info) = read_png(&path)?;
-        let size = self.codec.padded(size);
-        if (info.color_type, info.bit_depth) != self.layout()
-            || (info.width as usize, info.height as usize) != size
-        {
+        let found = (info.width as usize, info.height as usize);
+        if (info.color_type, info.bit_depth, found) != self.layout(size) {
             return Err(Error::codec(
                 "read",
                 &path,
