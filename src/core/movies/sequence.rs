@@ -7,7 +7,7 @@ use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{self, sorted_names};
 use imaging::file::{self, Codes};
-use imaging::{Image, picture};
+use imaging::picture::{self, Picture};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -228,16 +228,16 @@ impl Sequence {
         Ok(Arc::new(Pixels { size, has_alpha, codes }))
     }
 
-    /// Light of frame `frame` if its file is scene-linear.
+    /// The file of frame `frame`; None for DPX.
     ///
     /// # Errors
     /// As [`Self::frame`].
-    pub(crate) fn light(&self, frame: u64) -> Result<Option<Image>> {
+    pub(crate) fn picture(&self, frame: u64) -> Result<Option<Picture>> {
         let file = self.present(frame)?;
         if FileFormat::of(&file) == Some(FileFormat::Dpx) {
             return Ok(None);
         }
-        Ok(picture::read(&file)?.into_scene_light().ok().map(|(light, _)| light))
+        picture::read(&file).map(Some)
     }
 
     fn present(&self, frame: u64) -> Result<PathBuf> {

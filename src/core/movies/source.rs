@@ -6,7 +6,7 @@ use super::series::missing_words;
 use super::{Movie, Pixels, Sequence};
 use base::FileFormat;
 use base::error::Result;
-use imaging::Image;
+use imaging::picture::Picture;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -138,14 +138,14 @@ impl Source {
         }
     }
 
-    /// Light of a frame whose file is scene-linear: see [`imaging::picture::Picture::into_scene_light`]. None for codes.
+    /// A frame as its own file holds it. None for a movie's frame and for DPX, which [`Self::frame`] decodes.
     ///
     /// # Errors
-    /// When the frame does not exist or cannot be read.
-    pub fn light(&self, frame: u64) -> Result<Option<Image>> {
+    /// As [`Self::frame`].
+    pub fn picture(&self, frame: u64) -> Result<Option<Picture>> {
         match self {
             Self::Movie(_) => Ok(None),
-            Self::Sequence(sequence) => sequence.light(frame),
+            Self::Sequence(sequence) => sequence.picture(frame),
         }
     }
 

@@ -25,19 +25,20 @@ pub fn read_picture(picture: &Picture) -> Result<Encoded> {
 /// # Errors
 /// When the file cannot be read.
 pub fn read_light(picture: &Picture, response: &Response) -> Result<Image> {
-    match picture {
-        Picture::File(file) => Ok(match picture::read(file)?.into_scene_light() {
-            Ok((light, _)) => light,
-            Err(codes) => response.decode(&codes.into_encoded()),
-        }),
+    let own = match picture {
+        Picture::File(file) => picture::read(file)?,
         Picture::Movie { file, frame } => {
             let source = movies::open(file)?;
-            match source.light(*frame)? {
-                Some(light) => Ok(light),
-                None => Ok(response.decode(&source.frame(*frame)?.encoded())),
+            match source.picture(*frame)? {
+                Some(own) => own,
+                None => return Ok(response.decode(&source.frame(*frame)?.encoded())),
             }
         }
-    }
+    };
+    Ok(match own.into_scene_light() {
+        Ok((light, _)) => light,
+        Err(codes) => response.decode(&codes.into_encoded()),
+    })
 }
 
 /// True if a picture's file holds scene-linear light, so that no response applies.
@@ -45,10 +46,13 @@ pub fn read_light(picture: &Picture, response: &Response) -> Result<Image> {
 /// # Errors
 /// When the file cannot be read.
 pub fn is_scene_linear(picture: &Picture) -> Result<bool> {
-    match picture {
-        Picture::File(file) => Ok(matches!(picture::about(file)?.coding, Coding::Light(_))),
-        Picture::Movie { file, frame } => Ok(movies::open(file)?.light(*frame)?.is_some()),
-    }
+    let about = match picture {
+        Picture::File(file) => Some(picture::about(file)?),
+        Picture::Movie { file, frame } => {
+            movies::open(file)?.picture(*frame)?.map(|picture| picture.about)
+        }
+    };
+    Ok(about.is_some_and(|about| matches!(about.coding, Coding::Light(_))))
 }
 
 /// Reads a full matte.
