@@ -59,10 +59,15 @@ mod tests {
         };
         let (mut small, mut same, mut large) = (trainer(16), trainer(16), trainer(64));
         let time = Duration::from_millis(200);
-        let [a, b] = steps_ms([&mut small, &mut same], time);
-        assert!(a > 0.0 && (0.5..2.0).contains(&(a / b)), "{a} {b}");
-        // Sixteen times as many pixels.
-        let [a, b] = steps_ms([&mut small, &mut large], time);
-        assert!(b > 2.0 * a, "{a} {b}");
+        // Other work on the machine may slow one of them down, but not five times.
+        let mut measured = Vec::new();
+        let holds = (0..5).any(|_| {
+            let [a, b] = steps_ms([&mut small, &mut same], time);
+            // Sixteen times as many pixels.
+            let [c, d] = steps_ms([&mut small, &mut large], time);
+            measured.push([a, b, c, d]);
+            a > 0.0 && (0.5..2.0).contains(&(a / b)) && d > 2.0 * c
+        });
+        assert!(holds, "{measured:?}");
     }
 }
