@@ -91,7 +91,7 @@ impl Encoding {
         Ok(Self { space, table, config: None })
     }
 
-    /// Like [`Self::read`], or the result of a configuration instead.
+    /// The same with the result of a configuration instead of the table.
     #[must_use]
     pub fn with_config(self, config: Option<Transform>) -> Self {
         match config {
