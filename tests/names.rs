@@ -4,19 +4,15 @@ use std::path::{Path, PathBuf};
 
 /// Sorts of names or of listings that need no natural order: end of the file's path, text of the line, reason.
 const ALLOWED: [(&str, &str, &str); 9] = [
-    ("core/movies/index.rs", "kept.sort()", "by time of change"),
-    ("core/movies/sequence.rs", "numbers.sort_unstable()", "numbers read from the names"),
-    ("app/studio/look_shelf.rs", "numbers.sort_unstable_by", "numbers of versions"),
-    ("delivery/export/certificate/shot.rs", "files.sort()", "by frame number"),
-    ("delivery/farm/record.rs", "found.sort_unstable_by_key", "by frames of a chunk"),
-    (
-        "prediction/training/checkpoints.rs",
-        "all.sort_unstable_by_key",
-        "by number, the newest first",
-    ),
-    ("shoot/footage/lamp_list.rs", "names.sort()", "search for a name that appears twice"),
-    ("shoot/footage/map.rs", "names.sort()", "search for a name that appears twice"),
-    ("delivery/farm/snapshot.rs", "BTreeSet::new()", "files with hashes, compared and never shown"),
+    ("movies/index.rs", "kept.sort()", "by time of change"),
+    ("movies/sequence.rs", "numbers.sort_unstable()", "numbers read from the names"),
+    ("studio/look_shelf.rs", "numbers.sort_unstable_by", "numbers of versions"),
+    ("export/certificate/shot.rs", "files.sort()", "by frame number"),
+    ("farm/record.rs", "found.sort_unstable_by_key", "by frames of a chunk"),
+    ("training/checkpoints.rs", "all.sort_unstable_by_key", "by number, the newest first"),
+    ("footage/lamp_list.rs", "names.sort()", "search for a name that appears twice"),
+    ("footage/map.rs", "names.sort()", "search for a name that appears twice"),
+    ("farm/snapshot.rs", "BTreeSet::new()", "files with hashes, compared and never shown"),
 ];
 /// Names of variables that hold file names or paths.
 const HOLDERS: [&str; 10] = [

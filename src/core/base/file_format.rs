@@ -57,8 +57,8 @@ impl FileFormat {
         formats.flat_map(|(_, extensions)| *extensions).copied().collect()
     }
 
-    /// True if it is read as a panorama.
-    pub fn is_panorama(self) -> bool {
+    /// True if it is read as a picture file: panorama, photograph or matte.
+    pub fn is_picture(self) -> bool {
         matches!(self, Self::OpenExr | Self::Radiance | Self::Png | Self::Jpeg | Self::Tiff)
     }
 
@@ -103,7 +103,7 @@ mod tests {
             assert_eq!(FileFormat::of(Path::new(name)), format, "{name}");
         }
         let panoramas = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
-        assert_eq!(FileFormat::extensions(FileFormat::is_panorama), panoramas);
+        assert_eq!(FileFormat::extensions(FileFormat::is_picture), panoramas);
         let sequences = ["exr", "png", "jpg", "jpeg", "tif", "tiff", "dpx"];
         assert_eq!(FileFormat::extensions(FileFormat::is_sequence), sequences);
         let stills = ["exr", "png", "tif", "tiff"];

@@ -3,6 +3,7 @@
 use super::color::byte_from_unit;
 use super::picture;
 use super::raster::{Encoded, Image, Mask};
+use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::write_beside;
 use exr::meta::header::Header;
@@ -18,8 +19,6 @@ pub const MAX_PIXELS: usize = 1 << 27;
 pub(crate) const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
 /// Maximum size in bytes of a block of lines or a tile: a panorama of 16384 × 8192 half floats in one tile.
 const MAX_BLOCK_BYTES: usize = 1 << 30;
-/// Endings of picture files that are read, in lower case.
-pub const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
 const REMEDY: &str = "Check that the file is there and is a complete picture";
 
 /// Rejects an OpenEXR file whose blocks (lines or tiles that are decoded at once) exceed `MAX_BLOCK_BYTES`:
@@ -73,7 +72,7 @@ pub struct Codes {
     pub codes: Vec<u16>,
 }
 
-/// The picture of this path without an ending: the file with one of [`ENDINGS`] in lower or upper case; `.png` if there
+/// The picture of this path without an ending: the file of a format that is read, its ending in lower or upper case; `.png` if there
 /// is none.
 pub fn with_ending(path: &Path) -> PathBuf {
     let with = |ending: &str| {
@@ -87,7 +86,8 @@ pub fn with_ending(path: &Path) -> PathBuf {
     if png.is_file() || !path.parent().is_some_and(Path::is_dir) {
         return png;
     }
-    let spelled = ENDINGS.iter().flat_map(|ending| [with(ending), with(&ending.to_uppercase())]);
+    let endings = FileFormat::extensions(FileFormat::is_picture);
+    let spelled = endings.iter().flat_map(|ending| [with(ending), with(&ending.to_uppercase())]);
     spelled.into_iter().find(|file| file.is_file()).unwrap_or(png)
 }
 

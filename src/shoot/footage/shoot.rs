@@ -2,9 +2,8 @@
 
 use base::error::{Error, Result};
 use base::files::{self, natural_order, sorted_names};
-use base::has_extension;
+use base::{FileFormat, has_extension};
 use glam::Vec3;
-use imaging::file;
 use movies::Series;
 use project::{
     Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot, Take, Takes,
@@ -489,7 +488,7 @@ pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<
 /// When the folder cannot be read, or two pictures differ only in their endings.
 pub fn picture_names(folder: &Path) -> Result<Vec<String>> {
     let files = entries(folder, |path| {
-        let is_picture = file::ENDINGS.iter().any(|ending| has_extension(path, ending));
+        let is_picture = FileFormat::of(path).is_some_and(FileFormat::is_picture);
         is_picture.then(|| name_of(path))
     })?;
     if let Some(pair) = files.windows(2).find(|pair| stem(&pair[0]) == stem(&pair[1])) {

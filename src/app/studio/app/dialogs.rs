@@ -192,7 +192,7 @@ impl StudioApp {
         let folder = |title| Some(Ask::new(Wanted::Folder, title));
         match dialog {
             Dialog::Environments => Some(Ask {
-                filter: Some(("Panoramas", FileFormat::extensions(FileFormat::is_panorama))),
+                filter: Some(("Panoramas", FileFormat::extensions(FileFormat::is_picture))),
                 ..Ask::new(Wanted::Files, "Add environments")
             }),
             Dialog::ComparisonTruth => folder("Compare with truth"),

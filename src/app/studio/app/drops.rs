@@ -106,10 +106,10 @@ pub(super) fn folder_of(path: PathBuf) -> PathBuf {
 /// True if the path may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
 fn is_part(path: &Path) -> bool {
     let is_read =
-        |format: FileFormat| format.is_movie() || format.is_panorama() || format.is_sequence();
+        |format: FileFormat| format.is_movie() || format.is_picture() || format.is_sequence();
     path.is_dir() || has_extension(path, "lp") || FileFormat::of(path).is_some_and(is_read)
 }
 
 fn is_panorama(path: &Path) -> bool {
-    FileFormat::of(path).is_some_and(FileFormat::is_panorama)
+    FileFormat::of(path).is_some_and(FileFormat::is_picture)
 }

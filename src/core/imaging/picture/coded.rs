@@ -71,8 +71,8 @@ pub(super) fn read(mut source: Source) -> Result<Picture> {
     let mut picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     picture.apply_orientation(orientation);
     let named = match png {
-        Some(Some(named)) => Ok(Some(named)),
-        _ => icc.map(|bytes| profile::icc(&bytes)).transpose(),
+        Some(named) => Ok(Some(named)),
+        None => icc.map(|bytes| profile::icc(&bytes)).transpose(),
     };
     finish(path, picture, named, orientation)
 }
@@ -131,11 +131,11 @@ pub(super) fn finish(
     })
 }
 
-/// Colour of a PNG by its chunks, unless an ICC profile names it: None for other files.
-fn png_color(source: &mut Source) -> Option<Option<Named>> {
+/// Colour of a PNG by its chunks, unless an ICC profile names it; None for other files.
+fn png_color(source: &mut Source) -> Option<Named> {
     let start = source.file.stream_position().ok()?;
     let info = png::Decoder::new(&mut source.file).read_info();
-    let named = info.ok().map(|reader| {
+    let named = info.ok().and_then(|reader| {
         let info = reader.info();
         if let Some(cicp) = &info.coding_independent_code_points
             && let Some(named) = profile::cicp(cicp.color_primaries, cicp.transfer_function)

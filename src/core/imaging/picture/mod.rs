@@ -67,11 +67,11 @@ impl Coding {
 
 /// Receiver of a picture's light.
 pub trait Sink {
-    /// Called once, before any pixel.
+    /// Called once, before any pixel. False ends the reading.
     ///
     /// # Errors
-    /// When the picture is not wanted: reading ends.
-    fn begin(&mut self, about: &About) -> Result<()>;
+    /// When the picture does not fit.
+    fn begin(&mut self, about: &About) -> Result<bool>;
 
     /// Light of row `y` from column `x` on: linear Rec. 709, and its coverage if the file has any (else empty).
     fn run(&mut self, x: usize, y: usize, light: &[[f32; 3]], alpha: &[f32]);
@@ -150,20 +150,20 @@ pub fn about(path: &Path) -> Result<About> {
     /// Ends the reading before the pixels.
     struct Header(Option<About>);
     impl Sink for Header {
-        fn begin(&mut self, about: &About) -> Result<()> {
+        fn begin(&mut self, about: &About) -> Result<bool> {
             self.0 = Some(about.clone());
-            Err(Error::bug("no pixels are wanted"))
+            Ok(false)
         }
         fn run(&mut self, _: usize, _: usize, _: &[[f32; 3]], _: &[f32]) {}
     }
     let (source, format) = open(path)?;
     let mut header = Header(None);
-    let ended = match format {
-        Format::Radiance => radiance::stream(source, &mut header),
-        Format::OpenExr => openexr::stream(source, &mut header),
+    match format {
+        Format::Radiance => radiance::stream(source, &mut header)?,
+        Format::OpenExr => openexr::stream(source, &mut header)?,
         Format::Coded => return Ok(coded::read(source)?.about),
-    };
-    header.0.map_or_else(|| ended.and_then(|()| Err(broken(path, "it has no header"))), Ok)
+    }
+    header.0.ok_or_else(|| broken(path, "it has no header"))
 }
 
 /// Columns and rows as [`read`] gives them.
@@ -212,7 +212,7 @@ struct Whole<'a> {
 }
 
 impl Sink for Whole<'_> {
-    fn begin(&mut self, about: &About) -> Result<()> {
+    fn begin(&mut self, about: &About) -> Result<bool> {
         let (width, height) = about.size;
         check_size(about.size).map_err(|cause| broken(self.path, cause))?;
         // Pixels that the file leaves out are black, and nothing covers them.
@@ -220,7 +220,7 @@ impl Sink for Whole<'_> {
         let light = Image::filled(width, height, [0.0; 3]);
         self.picture =
             Some(Picture { about: about.clone(), content: Content::Light(light, alpha) });
-        Ok(())
+        Ok(true)
     }
 
     fn run(&mut self, x: usize, y: usize, light: &[[f32; 3]], alpha: &[f32]) {
@@ -372,7 +372,9 @@ impl Picture {
 
     /// Passes its light on, row by row.
     fn stream(self, sink: &mut dyn Sink) -> Result<()> {
-        sink.begin(&self.about)?;
+        if !sink.begin(&self.about)? {
+            return Ok(());
+        }
         let (width, height) = self.about.size;
         let has_alpha = self.about.has_alpha;
         match self.content {

@@ -50,7 +50,7 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     }
     let list = &header.channels.list;
     let kind = list[choice.channels[0]].sample_type;
-    sink.begin(&About {
+    let about = About {
         size: size(window),
         coding: Coding::Light("OpenEXR"),
         has_alpha: choice.alpha.is_some(),
@@ -58,7 +58,10 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
         is_converted: matrix.is_some(),
         is_whole,
         notes,
-    })?;
+    };
+    if !sink.begin(&about)? {
+        return Ok(());
+    }
     let chunks = reader
         .filter_chunks(false, |_, _, block| {
             block.layer == choice.header && (block.level.x(), block.level.y()) == (0, 0)

@@ -6,6 +6,7 @@
 
 use crate::color::{linear_from_srgb, linear_from_xyz};
 use crate::color_space::{ColorSpace, Matrix, Primaries, transformed};
+use crate::response::Response;
 use moxcms::{
     ColorProfile, DataColorSpace, Layout, ProfileText, ToneReprCurve, TransformF32Executor,
     TransformOptions,
@@ -178,7 +179,7 @@ pub(super) fn cicp(primaries: u8, transfer: u8) -> Option<Named> {
         _ => return None,
     };
     let (curve, light): (&str, fn(f32) -> f32) = match transfer {
-        1 | 6 | 14 | 15 => ("Rec. 709", bt709),
+        1 | 6 | 14 | 15 => ("Rec. 709", |code| Response::Rec709.decode_value(code)),
         4 => ("gamma 2.2", |code| code.powf(2.2)),
         8 => ("linear", |code| code),
         13 => ("sRGB", linear_from_srgb),
@@ -224,9 +225,4 @@ fn hlg(code: f32) -> f32 {
         if code <= 0.5 { code * code / 3.0 } else { (((code - c) / A).exp() + B) / 12.0 }
     };
     scene(code) / scene(0.75)
-}
-
-/// Light of a camera's Rec. 709 code (ITU-R BT.709).
-fn bt709(code: f32) -> f32 {
-    if code < 0.081 { code / 4.5 } else { ((code + 0.099) / 1.099).powf(1.0 / 0.45) }
 }

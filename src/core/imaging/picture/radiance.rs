@@ -15,7 +15,7 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     if header.matrix.is_some() {
         notes.push("Brought from the primaries in its header to Rec. 709.".to_owned());
     }
-    sink.begin(&About {
+    let about = About {
         size: (width, height),
         coding: Coding::Light("Radiance HDR"),
         has_alpha: false,
@@ -23,7 +23,10 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
         is_converted: header.xyz || header.matrix.is_some(),
         is_whole: true,
         notes,
-    })?;
+    };
+    if !sink.begin(&about)? {
+        return Ok(());
+    }
     let (lines, length) = if columns { (width, height) } else { (height, width) };
     let mut codes = vec![[0u8; 4]; length];
     let mut line = vec![[0.0f32; 3]; length];

@@ -55,7 +55,7 @@ pub(super) struct PanoramaReader<'a> {
 }
 
 impl Sink for PanoramaReader<'_> {
-    fn begin(&mut self, about: &About) -> Result<()> {
+    fn begin(&mut self, about: &About) -> Result<bool> {
         self.notes.clone_from(&about.notes);
         self.coding = about.coding.clone();
         (self.bits, self.is_converted) = (about.bits, about.is_converted);
@@ -63,7 +63,7 @@ impl Sink for PanoramaReader<'_> {
         // Missing parts are black, not a continuation of the edge.
         canvas.extend &= about.is_whole;
         self.canvas = Some((canvas, top));
-        Ok(())
+        Ok(true)
     }
 
     fn run(&mut self, x: usize, y: usize, light: &[[f32; 3]], _: &[f32]) {
