@@ -2,9 +2,11 @@
 //! the working size; that ratio is brought to the plate's size, where it multiplies the plate's own pixels.
 //!
 //! With the plate's light P, a floor ε against noise in the dark, the matte α, and D for the mean over what one pixel of
-//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · U(r). D takes pixels of the plate that
-//! lie in two of the working size by their shares, as the network's picture does. U is Catmull and Rom's cubic, which
-//! keeps what it interpolates: a step of back-projection behind it brings the mean nearer and rings at the shadows of
+//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · P · U(r) ÷ U(r₀). r₀ = D(P) ÷ D(P + ε) is the ratio
+//! under the light that the plate was filmed in, which so gives the plate back. Where D(P) is below half of ε, dark noise
+//! would be multiplied: the picture turns into α · (P + ε) · U(r). D takes pixels of the plate that lie in two of the
+//! working size by their shares, as the network's picture does. U is Catmull and Rom's cubic, which keeps what it
+//! interpolates: a step of back-projection behind it brings the mean nearer and rings at the shadows of
 //! single lamps (`benches/plate.rs` measures the ways there are). Plate and matte alone decide the operation, and it is
 //! linear in the light: pictures under single lamps add up to the picture under all of them. So nothing is clamped: the
 //! cubic swings below zero beside the hard shadow of a single lamp, which a display shows as black.
@@ -58,6 +60,9 @@ pub(crate) const PLATE: Descriptor = Descriptor {
 /// Measured on a shoot with its truth, 0 to 2 % are equally good there, and 10 % lose up to 0.7 dB.
 const FLOOR: f32 = 0.01;
 
+/// Ratios under the plate's own light between which the floor fades out: [`FLOOR`]'s eighth and half.
+const FADE: [f32; 2] = [1.0 / 9.0, 1.0 / 3.0];
+
 /// The smallest floor, for a plate that is black.
 const LEAST_FLOOR: f32 = 1e-6;
 
@@ -68,7 +73,8 @@ pub struct Plate {
     pub matte: Mask,
     /// The plate as it was filmed.
     filmed: Arc<Raster<[f16; 3]>>,
-    /// The plate's light plus the floor, its edge in the colour of the solid subject next to it, times the matte.
+    /// What the enlarged ratio multiplies: the plate's light, its edge in the colour of the solid subject next to it, and
+    /// the floor, by the ratio under the plate's own light, times the matte.
     lit: Image,
     square: PlateSquare,
     nodes: Arc<Nodes>,
@@ -165,6 +171,17 @@ impl Plate {
             *pixel = pixel.map(|v| alpha * (v.max(0.0) + floor));
         });
         let nodes = Arc::new(Nodes::of(&lit, &matte, square, working));
+        let own = enlarged(&nodes.own_ratio(floor), size, square, &lit);
+        let pixels = lit.pixels.par_iter_mut().zip(&own.pixels).zip(&matte.pixels);
+        pixels.with_min_len(4096).for_each(|((pixel, own), &alpha)| {
+            for (value, own) in pixel.iter_mut().zip(own) {
+                let ratio = if *value > 0.0 { own / *value } else { 0.0 };
+                let share = ((ratio - FADE[0]) / (FADE[1] - FADE[0])).clamp(0.0, 1.0);
+                if share > 0.0 {
+                    *value += share * ((*value - alpha * floor) / ratio - *value);
+                }
+            }
+        });
         Ok(Self { matte, filmed, lit, square, nodes, fine: None })
     }
 
@@ -173,7 +190,7 @@ impl Plate {
         self.square
     }
 
-    /// The light that multiplies: the plate's and a floor, times the matte.
+    /// The light that the enlarged ratio multiplies: the plate's and a floor, times the matte.
     pub fn lit(&self) -> &Image {
         &self.lit
     }
@@ -280,31 +297,34 @@ impl Plate {
     pub fn relit(&self, relit: &Image, working: &Mask) -> Image {
         let size = self.nodes.size;
         assert_eq!((relit.size(), working.size()), ((size, size), (size, size)));
-        let ratio = self.nodes.ratio(relit, working);
-        let (width, height) = self.size();
-        let PlateSquare { x, y, side } = self.square;
-        // Across first, for the few rows of the working size; the rest goes straight through memory.
-        let columns = taps(width, x, side, size);
-        let mut wide = vec![[0f32; 3]; width * size];
-        let lines = wide.par_chunks_mut(width).zip(ratio.par_chunks(size));
-        lines.for_each(|(line, ratio)| {
-            for (pixel, taps) in line.iter_mut().zip(&columns) {
-                *pixel = taps.sum(|i| ratio[i]);
-            }
-        });
-        let rows = taps(height, y, side, size);
-        let mut picture = Image::filled(width, height, [0.0; 3]);
-        let lines = picture.pixels.par_chunks_mut(width);
-        let lines = lines.zip(self.lit.pixels.par_chunks(width)).zip(rows);
-        lines.with_min_len(8).for_each(|((line, lit), taps)| {
-            let near = taps.places.map(|row| wide[row * width..][..width].as_flattened());
-            vectorized(
-                #[inline(always)]
-                || multiply(line.as_flattened_mut(), lit.as_flattened(), near, taps.shares),
-            );
-        });
-        picture
+        enlarged(&self.nodes.ratio(relit, working), size, self.square, &self.lit)
     }
+}
+
+/// U of `size` × `size` ratios that lie in `square`, times `lit`.
+fn enlarged(ratio: &[[f32; 3]], size: usize, square: PlateSquare, lit: &Image) -> Image {
+    let ((width, height), PlateSquare { x, y, side }) = (lit.size(), square);
+    // Across first, for the few rows of the working size; the rest goes straight through memory.
+    let columns = taps(width, x, side, size);
+    let mut wide = vec![[0f32; 3]; width * size];
+    let lines = wide.par_chunks_mut(width).zip(ratio.par_chunks(size));
+    lines.for_each(|(line, ratio)| {
+        for (pixel, taps) in line.iter_mut().zip(&columns) {
+            *pixel = taps.sum(|i| ratio[i]);
+        }
+    });
+    let rows = taps(height, y, side, size);
+    let mut picture = Image::filled(width, height, [0.0; 3]);
+    let lines = picture.pixels.par_chunks_mut(width);
+    let lines = lines.zip(lit.pixels.par_chunks(width)).zip(rows);
+    lines.with_min_len(8).for_each(|((line, lit), taps)| {
+        let near = taps.places.map(|row| wide[row * width..][..width].as_flattened());
+        vectorized(
+            #[inline(always)]
+            || multiply(line.as_flattened_mut(), lit.as_flattened(), near, taps.shares),
+        );
+    });
+    picture
 }
 
 /// `lit` times the sum of four rows, each times its share.
@@ -365,6 +385,12 @@ impl Nodes {
         extend_edges(&mut look, working);
         let nodes = sources.zip(look.pixels);
         Self { size, each: nodes.map(|(source, look)| Node { source, look }).collect() }
+    }
+
+    /// r₀ at every pixel, of a plate with `floor` in its look.
+    fn own_ratio(&self, floor: f32) -> Vec<[f32; 3]> {
+        let look = |node: &Node| self.each[node.source as usize].look;
+        self.each.iter().map(|node| look(node).map(|v| 1.0 - floor / v)).collect()
     }
 
     /// r at every pixel.

@@ -142,6 +142,31 @@ fn what_was_summed_is_the_mean_of_what_is_shown() {
 }
 
 #[test]
+fn its_own_light_gives_the_plate_back_bright_and_dark() {
+    let mut worst = 0f32;
+    for side in [17, 2 * SIZE, 53, 8 * SIZE] {
+        let mut shot = Shot::of_side(side, 0.7);
+        // Shadows down to a thousandth of the mean, and highlights at 6.
+        let shade = |x: usize| [6.0, 1.0, 0.1, 0.03][4 * x / side];
+        shot.plate =
+            Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v.max(0.05) * shade(x)));
+        let own = summed(&shot.plate, &shot.matte, &shot.working);
+        let picture = shot.plate().relit(&own, &shot.working);
+        let solid = |x: usize, y: usize| {
+            let centre = |i: usize| (i as f32 + 0.5) / side as f32 - 0.5;
+            centre(x).hypot(centre(y)) < 0.25
+        };
+        for (i, (shown, filmed)) in picture.pixels.iter().zip(&shot.plate.pixels).enumerate() {
+            if solid(i % side, i / side) {
+                let off = |c: usize| (shown[c] - filmed[c]).abs() / filmed[c].max(0.01);
+                worst = (0..3).map(off).fold(worst, f32::max);
+            }
+        }
+    }
+    assert!(worst < 1e-3, "{worst}");
+}
+
+#[test]
 fn even_light_changes_every_pixel_alike_whatever_is_at_the_edge() {
     // A dark subject, bright things thinner than a pixel of the working size around it, and holes.
     let side = 8 * SIZE;
