@@ -20,7 +20,7 @@ setup:
 	@sh tools/setup.sh
 
 # Runs all tests of all crates, and lists skipped tests with their reasons at the end. AFTERLIGHT_REQUIRED is a
-# comma-separated list of needs that must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, amx, small
+# comma-separated list of needs that must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, mediapipe, bf16, small
 # disk, pfspanoramic, prlimit, blender, openjd, slurm.
 test: setup
 	@out="$${CARGO_TARGET_DIR:-target}"; mkdir -p "$$out"; out=$$(cd "$$out" && pwd); \

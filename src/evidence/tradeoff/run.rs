@@ -433,12 +433,12 @@ impl<'a> Climb<'a> {
     }
 }
 
-/// Precisions with distinct results on the device.
+/// Precisions that differ from `auto` on the device.
 fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
     if reflectance::predictor::predicts_in_half(&compute.device) {
-        vec![Precision::Half]
-    } else if reflectance::kernels::has_tiles() {
-        vec![Precision::Full, Precision::Half]
+        vec![Precision::Mixed]
+    } else if reflectance::kernels::has_bf16() {
+        vec![Precision::Full]
     } else {
         Vec::new()
     }

@@ -124,13 +124,13 @@ fn the_base_comes_first_with_all_seeds_and_other_seeds_of_other_knobs_last() {
 #[test]
 fn a_precision_is_a_rung_where_the_device_knows_it() {
     let facts = Facts {
-        precisions: vec![reflectance::Precision::Full, reflectance::Precision::Half],
+        precisions: vec![reflectance::Precision::Full, reflectance::Precision::Mixed],
         ..facts()
     };
     let all = rungs(&facts, &TradeoffSettings::default());
     for (name, precision) in [
         ("precision=full", reflectance::Precision::Full),
-        ("precision=half", reflectance::Precision::Half),
+        ("precision=mixed", reflectance::Precision::Mixed),
     ] {
         let rung = all.iter().find(|rung| rung.name == name).unwrap();
         assert_eq!(rung.network.config.precision, precision);

@@ -50,7 +50,7 @@ impl Predictor {
 
     /// A predictor for a network that is already loaded.
     pub fn new(network: UNet, info: CheckpointInfo, device: &Device) -> Self {
-        let half = info.network.precision == Precision::Half && predicts_in_half(device);
+        let half = info.network.precision == Precision::Mixed && predicts_in_half(device);
         Self {
             network: if half { network.halved() } else { network },
             half,

@@ -82,7 +82,7 @@ impl PatchNetwork {
     /// `[n, 6, h, w]` → `[n, 3·looks, h, w]` in (0, 1), of some looks; None means all. h and w are multiples of 4.
     pub fn forward(&self, input: Tensor<4>, looks: Option<&[usize]>) -> Tensor<4> {
         let layer = |x, skip, layer: &Conv2d, activation| {
-            kernels::convolution(x, skip, layer, activation, Precision::Split)
+            kernels::convolution(x, skip, layer, activation, Precision::Auto)
         };
         let full = layer(input.clone(), None, &self.first, LEAKY);
         let half = layer(kernels::blur_pool(full.clone()), None, &self.down[0], LEAKY);
@@ -104,7 +104,7 @@ impl PatchNetwork {
             Some(looks) => {
                 let channels = |&look: &usize| (0..3).map(move |c| 3 * look + c);
                 let outputs: Vec<usize> = looks.iter().flat_map(channels).collect();
-                let (sigmoid, precision) = (Activation::Sigmoid, Precision::Split);
+                let (sigmoid, precision) = (Activation::Sigmoid, Precision::Auto);
                 kernels::some_outputs(x, None, &self.output, &outputs, sigmoid, precision)
             }
         }

@@ -95,7 +95,7 @@ impl PortraitNetwork {
                 Some(_) => Activation::None,
                 None => Activation::LeakyRelu(LEAK),
             };
-            x = kernels::convolution(x, None, &block.convolution, activation, Precision::Split);
+            x = kernels::convolution(x, None, &block.convolution, activation, Precision::Auto);
             if let Some(norm) = &block.norm {
                 x = kernels::group_norm(x, norm, LEAK);
             }
@@ -106,7 +106,7 @@ impl PortraitNetwork {
     /// Estimated light of the plate, `[1, 3·lamps]`: a vote of all places, weighted by confidence.
     pub fn source(&self, encoding: &Encoding) -> Tensor<2> {
         let x = encoding.bottleneck.clone();
-        let votes = kernels::convolution(x, None, &self.source, Activation::None, Precision::Split);
+        let votes = kernels::convolution(x, None, &self.source, Activation::None, Precision::Auto);
         let [_, channels, h, w] = votes.dims();
         let votes = votes.reshape([channels, h * w]);
         let sure = activation::softmax(votes.clone().narrow(0, channels - 1, 1), 1);
@@ -122,7 +122,7 @@ impl PortraitNetwork {
         let light = activation::leaky_relu(second.forward(light), f64::from(LEAK));
         let light = light.reshape([n, LIGHT, 1, 1]).expand([n, LIGHT, h, w]);
         let layer = |x, skip, layer: &Conv2d, activation| {
-            kernels::convolution(x, skip, layer, activation, Precision::Split)
+            kernels::convolution(x, skip, layer, activation, Precision::Auto)
         };
         let every = |x: &Tensor<4>| x.clone().repeat_dim(0, n);
         let mut x = layer(every(&encoding.bottleneck), Some(light), &self.mix[0], RELU);

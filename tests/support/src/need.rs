@@ -27,8 +27,8 @@ pub enum Need {
     Python,
     /// MediaPipe in that interpreter; it conflicts with some of the other peers.
     Mediapipe,
-    /// The processor's tile registers.
-    Amx,
+    /// The processor's products of bf16.
+    Bf16,
     /// Permission to mount a small disk.
     SmallDisk,
     /// The program `pfspanoramic`.
@@ -53,7 +53,7 @@ impl Need {
         Self::Ffmpeg,
         Self::Python,
         Self::Mediapipe,
-        Self::Amx,
+        Self::Bf16,
         Self::SmallDisk,
         Self::Pfspanoramic,
         Self::Prlimit,
@@ -72,7 +72,7 @@ impl Need {
             Self::Ffmpeg => "ffmpeg",
             Self::Python => "python",
             Self::Mediapipe => "mediapipe",
-            Self::Amx => "amx",
+            Self::Bf16 => "bf16",
             Self::SmallDisk => "small disk",
             Self::Pfspanoramic => "pfspanoramic",
             Self::Prlimit => "prlimit",
@@ -188,7 +188,7 @@ mod tests {
 
         std::thread::scope(|threads| {
             for _ in 0..8 {
-                threads.spawn(|| (0..100).for_each(|_| rules.miss(Need::Amx, "no tiles")));
+                threads.spawn(|| (0..100).for_each(|_| rules.miss(Need::Bf16, "no bf16")));
             }
         });
         let lines = std::fs::read_to_string(&record).unwrap();

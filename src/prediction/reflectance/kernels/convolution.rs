@@ -1,8 +1,8 @@
 //! Two-dimensional convolution of stride one that keeps the size of the picture, and its gradients.
 
 use super::Precision;
-use super::amx;
 use super::band::{self, Weights};
+use super::bf16;
 use super::correlation::correlate;
 use super::pointwise::Activation;
 use super::shape::{Shape, Sources};
@@ -24,22 +24,16 @@ const TINY: usize = 16;
 const SMALL: usize = 64;
 
 impl Shape {
-    /// The same shape on tile registers, if the processor has them, the precision allows it, and the channels fill
-    /// them.
+    /// The same shape with factors of bf16, if the processor multiplies them, the precision allows it, and there are
+    /// enough channels.
     pub fn with_precision(self, precision: Precision) -> Self {
-        let fills = self.inputs.min(self.outputs) >= amx::MIN_CHANNELS && self.plane() > SMALL;
-        let tiles = match precision {
-            _ if !fills || !amx::available() => None,
-            Precision::Full => None,
-            Precision::Split => Some(amx::Precision::Split),
-            Precision::Half => Some(amx::Precision::Half),
-        };
-        Self { tiles, ..self }
+        let fills = self.inputs.min(self.outputs) >= bf16::MIN_CHANNELS && self.plane() > SMALL;
+        Self { bf16: precision != Precision::Full && fills && bf16::available(), ..self }
     }
 
     /// True if pictures are unfolded, given the number of pixels up to which that is faster.
     fn unfolds(&self, most: usize) -> bool {
-        self.tiles.is_none() && self.plane() <= most && self.columns() >= MAX_POSITIONS
+        !self.bf16 && self.plane() <= most && self.columns() >= MAX_POSITIONS
     }
 }
 
@@ -90,10 +84,14 @@ pub fn backward(
         by_input(shape, weight, before, &mut input);
         input
     });
-    let parameters = weight_gradient.then(|| match shape.tiles {
-        Some(precision) => amx::correlate(precision, shape, x, before),
-        None if shape.unfolds(SMALL) => unfolded::by_weights(shape, x, before),
-        None => correlate(shape, x, before),
+    let parameters = weight_gradient.then(|| {
+        if shape.bf16 {
+            bf16::correlate(shape, x, before)
+        } else if shape.unfolds(SMALL) {
+            unfolded::by_weights(shape, x, before)
+        } else {
+            correlate(shape, x, before)
+        }
     });
     Gradients { input, parameters }
 }
@@ -120,7 +118,7 @@ fn by_input(
     convolve(&shape.reversed(), &weights, None, out, before, |_| {});
 }
 
-/// The sums of a convolution, on tile registers or by vectors: see [`band::convolve`].
+/// The sums of a convolution: see [`band::convolve`].
 fn convolve(
     shape: &Shape,
     weights: &Weights,
@@ -129,8 +127,9 @@ fn convolve(
     row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
     finish: impl Fn(&mut [f32]) + Sync,
 ) {
-    match shape.tiles {
-        Some(precision) => amx::convolve(precision, shape, weights, bias, out, row, finish),
-        None => band::convolve(shape, weights, bias, out, row, finish),
+    if shape.bf16 {
+        bf16::convolve(shape, weights, bias, out, row, finish);
+    } else {
+        band::convolve(shape, weights, bias, out, row, finish);
     }
 }

@@ -6,8 +6,8 @@
 //! `Autodiff<Flex, C>`, and give it a function here that falls back to burn's operations.
 
 mod adam;
-mod amx;
 mod band;
+mod bf16;
 pub mod chunks;
 mod convolution;
 mod correlation;
@@ -40,24 +40,25 @@ use burn::tensor::{DType, Int, Tensor, TensorData, activation};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// Precision of convolutions on a CPU: accuracy against time. Sums are f32 in each.
+/// Precision of convolutions: accuracy against time. Sums are f32 in each, on a CPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
     /// f32.
     Full,
-    /// Each factor as the sum of two bf16 if the processor has tile registers for them (AMX): results differ from those of f32
-    /// by about 5e-6 of the largest. f32 elsewhere.
-    #[default]
-    Split,
-    /// Each factor rounded to bf16 if the processor has such registers: results differ by 3e-3 of the largest. f32
+    /// Factors rounded to bf16 if the processor multiplies these (AVX-512 BF16): results differ by 3e-3 of the largest. f32
     /// elsewhere, except that predictions on a GPU use f16 where available.
-    Half,
+    #[serde(alias = "split", alias = "half")]
+    #[value(aliases = ["split", "half"])]
+    Mixed,
+    /// `mixed` on a CPU, `full` on a GPU.
+    #[default]
+    Auto,
 }
 
-/// True if the processor has tile registers, so that [`Precision`] makes a difference.
-pub fn has_tiles() -> bool {
-    amx::available()
+/// True if the processor multiplies bf16, so that [`Precision`] makes a difference.
+pub fn has_bf16() -> bool {
+    bf16::available()
 }
 
 /// True if our kernels can compute on `x`: f32 on burn's CPU backend.

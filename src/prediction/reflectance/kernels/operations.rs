@@ -164,7 +164,7 @@ fn convolution_shape(
     let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
     let [outputs, inputs, kernel, _] = dims(weight);
     assert_eq!(inputs, c1 + c2, "the weights' input channels must match the sources");
-    let shape = shape::Shape { batch, inputs, outputs, height, width, kernel, tiles: None };
+    let shape = shape::Shape { batch, inputs, outputs, height, width, kernel, bf16: false };
     shape.with_precision(precision)
 }
 

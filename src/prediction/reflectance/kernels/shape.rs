@@ -1,7 +1,5 @@
 //! Shape of a convolution, and layout of its inputs.
 
-use super::amx::Precision;
-
 /// The shape of a convolution with an odd square kernel, stride 1 and zeros around the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
@@ -12,8 +10,8 @@ pub struct Shape {
     pub width: usize,
     /// Width and height of the kernel.
     pub kernel: usize,
-    /// Precision on the processor's tile registers, if they compute it.
-    pub tiles: Option<Precision>,
+    /// Factors rounded to bf16.
+    pub bf16: bool,
 }
 
 /// Concatenated inputs: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the

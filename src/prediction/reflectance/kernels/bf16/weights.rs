@@ -1,6 +1,5 @@
 //! Weights as the left factor of a convolution.
 
-use super::Precision;
 use super::band::Chunks;
 use super::layout::{SIDE, TILE};
 use super::pack;
@@ -9,23 +8,15 @@ use crate::kernels::chunks::vectorized;
 use crate::kernels::shape::Shape;
 use rayon::prelude::*;
 
-/// The weights as tiles: for each block of output channels and each step of its sums, its tiles' high
-/// parts and then their low ones.
-pub fn pack(
-    shape: &Shape,
-    precision: Precision,
-    weights: &Weights,
-    chunks: Chunks,
-    tiles: usize,
-    into: &mut [u32],
-) {
-    let step = tiles * TILE * precision.parts();
+/// The weights as tiles: for each block of output channels and each step of its sums, its tiles.
+pub fn pack(shape: &Shape, weights: &Weights, chunks: Chunks, tiles: usize, into: &mut [u32]) {
+    let step = tiles * TILE;
     let taps = &weights.taps[..shape.taps()];
     let work = |(block, into): (usize, &mut [u32])| {
         vectorized(
             #[inline(always)]
             || {
-                let (mut high, mut low) = ([[0; SIDE]; SIDE], [[0; SIDE]; SIDE]);
+                let mut words = [[0; SIDE]; SIDE];
                 for (i, chunk) in into.chunks_exact_mut(taps.len() * step).enumerate() {
                     let first = 2 * i * chunks.pairs;
                     let channels = first..shape.inputs.min(first + 2 * chunks.pairs);
@@ -33,16 +24,14 @@ pub fn pack(
                         let row = block * tiles * SIDE + r;
                         if row >= shape.outputs {
                             for step in chunk.chunks_exact_mut(step) {
-                                for part in step.chunks_exact_mut(tiles * TILE) {
-                                    part[r * SIDE..][..SIDE].fill(0);
-                                }
+                                step[r * SIDE..][..SIDE].fill(0);
                             }
                             continue;
                         }
                         // The taps of a channel are contiguous, though perhaps reversed: up to 16 of them
                         // are read at once for each pair of channels, then moved to their tiles.
                         for from in (0..taps.len()).step_by(SIDE) {
-                            for (p, (high, low)) in high.iter_mut().zip(&mut low).enumerate() {
+                            for (p, words) in words.iter_mut().enumerate() {
                                 let channel = first + 2 * p;
                                 let start = row * weights.row_stride + from;
                                 let place = |channel| start + channel * weights.channel_stride;
@@ -50,28 +39,21 @@ pub fn pack(
                                     && let Some(one) = taps_at(weights.values, place(channel))
                                     && let Some(two) = taps_at(weights.values, place(channel + 1))
                                 {
-                                    pack::pairs(precision, [one, two], high, low);
+                                    pack::pairs([one, two], words);
                                 } else {
                                     let pair = [channel, channel + 1].map(|channel| {
                                         let used = channels.contains(&channel);
                                         last_taps(weights.values, used.then(|| place(channel)))
                                     });
-                                    pack::pairs(precision, [&pair[0], &pair[1]], high, low);
+                                    pack::pairs([&pair[0], &pair[1]], words);
                                 }
                             }
-                            pack::transpose(&mut high);
-                            if precision == Precision::Split {
-                                pack::transpose(&mut low);
-                            }
-                            let parts = [&high, &low];
+                            pack::transpose(&mut words);
                             for (step, tap) in chunk.chunks_exact_mut(step).zip(taps) {
                                 let Some(tap) = tap.checked_sub(from).filter(|t| *t < SIDE) else {
                                     continue;
                                 };
-                                for (into, part) in step.chunks_exact_mut(tiles * TILE).zip(&parts)
-                                {
-                                    into[r * SIDE..][..SIDE].copy_from_slice(&part[tap]);
-                                }
+                                step[r * SIDE..][..SIDE].copy_from_slice(&words[tap]);
                             }
                         }
                     }

@@ -1,10 +1,9 @@
 //! Gradients by weights: the left factor is the input, channel by channel, the right factor the output's
 //! gradient with its channels side by side. Sums run over the pixels of a band.
 
-use super::Precision;
-use super::layout::{Blocking, Factor, SIDE, Sums, TILE};
+use super::layout::{Blocking, Factor, SIDE, Steps, Sums, TILE};
 use super::pack::{self, Buffer};
-use super::tiles::{Steps, Tiles, with_tiles};
+use super::sum::sum;
 use crate::kernels::chunks::vectorized;
 use crate::kernels::shape::{Shape, Sources};
 use rayon::prelude::*;
@@ -29,7 +28,7 @@ struct Division {
 }
 
 impl Division {
-    fn new(shape: &Shape, precision: Precision) -> Self {
+    fn new(shape: &Shape) -> Self {
         /// Bytes of a band, so that it stays in the second-level cache.
         const CACHED: usize = 1536 * 1024;
         /// Pixels of a band: enough that sums are seldom moved.
@@ -44,7 +43,7 @@ impl Division {
         let blocks = [shape.inputs.div_ceil(down * SIDE), shape.outputs.div_ceil(across * SIDE)];
         let channels = SIDE * (blocks[0] * down + blocks[1] * across);
         let stride = (shape.width + shape.radius()).next_multiple_of(2);
-        let pixels = (CACHED / (2 * precision.parts() * channels)).min(PIXELS);
+        let pixels = (CACHED / (2 * channels)).min(PIXELS);
         let rows = (pixels / stride).clamp(4, shape.height.max(4));
         let bands = shape.height.div_ceil(rows);
         let rows = shape.height.div_ceil(bands);
@@ -90,13 +89,11 @@ impl Band {
     fn fill_input(
         &self,
         shape: &Shape,
-        precision: Precision,
         line: &mut [f32],
         into: &mut [u16],
         row: impl Fn(usize, &mut [f32]),
     ) {
         let (radius, width, stride) = (shape.radius(), shape.width, self.stride);
-        let (high, low) = into.split_at_mut(self.plane);
         let rows = self.rows + 2 * radius;
         for i in 0..rows {
             match (self.from + i).checked_sub(radius) {
@@ -107,43 +104,30 @@ impl Band {
             vectorized(
                 #[inline(always)]
                 || {
-                    let high = &mut high[i * stride..][..stride];
-                    high[..radius].fill(0);
-                    high[radius + width..].fill(0);
-                    let low = match precision {
-                        Precision::Half => &mut [],
-                        Precision::Split => {
-                            let low = &mut low[i * stride..][..stride];
-                            low[..radius].fill(0);
-                            low[radius + width..].fill(0);
-                            &mut low[radius..]
-                        }
-                    };
-                    pack::singles(precision, line, &mut high[radius..], low);
+                    let into = &mut into[i * stride..][..stride];
+                    into[..radius].fill(0);
+                    into[radius + width..].fill(0);
+                    pack::singles(line, &mut into[radius..]);
                 },
             );
         }
-        for part in into.chunks_exact_mut(self.plane) {
-            part[rows * stride..].fill(0);
-        }
+        into[rows * stride..].fill(0);
     }
 
     /// Copies up to 16 channels of the gradient, followed by zeros, and adds each up in `bias`;
     /// `row(channel, y, into)` gives a row.
     fn fill_gradient(
         &self,
-        precision: Precision,
         width: usize,
         scratch: (&mut [f32], &mut [u32]),
-        into: [&mut [[u32; SIDE]]; 2],
+        into: &mut [[u32; SIDE]],
         bias: &mut [f32],
         row: impl Fn(usize, usize, &mut [f32]),
     ) {
         let (line, words) = scratch;
         let length = self.pixels / 2;
-        let words = &mut words[..2 * SIDE * length];
+        let words = &mut words[..SIDE * length];
         words.fill(0);
-        let (high, low) = words.split_at_mut(SIDE * length);
         let line = &mut line[..width.next_multiple_of(SIDE)];
         for (c, bias) in bias.iter_mut().enumerate() {
             let mut sums = [0.0; SIDE];
@@ -156,9 +140,7 @@ impl Band {
                     #[inline(always)]
                     || {
                         let row = &line[..width.next_multiple_of(2)];
-                        let words = row.len() / 2;
-                        let high = &mut high[place..][..words];
-                        pack::neighbours(precision, row, high, &mut low[place..][..words]);
+                        pack::neighbours(row, &mut words[place..][..row.len() / 2]);
                         for chunk in line.as_chunks::<SIDE>().0 {
                             for (sum, x) in sums.iter_mut().zip(chunk) {
                                 *sum += x;
@@ -169,10 +151,7 @@ impl Band {
             }
             *bias += sums.iter().sum::<f32>();
         }
-        let (high, low) = (&*high, &*low);
-        let [into_high, into_low] = into;
-        pack::turn(high, length, into_high);
-        pack::turn(low, length, into_low);
+        pack::turn(words, length, into);
     }
 }
 
@@ -205,12 +184,11 @@ thread_local! {
 /// Gradients by weights and biases. `before(picture, channel, y, into)` fills a row of the gradient
 /// of the convolution's sums.
 pub fn correlate(
-    precision: Precision,
     shape: &Shape,
     x: Sources,
     before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
 ) -> (Vec<f32>, Vec<f32>) {
-    let division = Division::new(shape, precision);
+    let division = Division::new(shape);
     let bands: Vec<(usize, usize)> = (0..shape.batch)
         .flat_map(|picture| {
             (0..shape.height).step_by(division.rows).map(move |from| (picture, from))
@@ -240,9 +218,7 @@ pub fn correlate(
         })
         .collect();
     shares.into_par_iter().for_each(|share| {
-        SCRATCH.with_borrow_mut(|scratch| {
-            add_up(precision, shape, &division, x, &before, share, scratch)
-        });
+        SCRATCH.with_borrow_mut(|scratch| add_up(shape, &division, x, &before, share, scratch));
     });
 
     let columns = shape.inputs * shape.taps();
@@ -268,7 +244,6 @@ fn add(into: &mut [f32], from: &[f32]) {
 }
 
 fn add_up(
-    precision: Precision,
     shape: &Shape,
     division: &Division,
     x: Sources,
@@ -280,16 +255,15 @@ fn add_up(
     let block = division.blocks[1] * shape.taps() * BLOCK;
     let own = share.sums.len() / block * down * SIDE;
     let outputs = division.channels()[1];
-    let parts = precision.parts();
     for (i, &(picture, from)) in share.bands.iter().enumerate() {
         let band = Band::new(shape, division, from);
         let line = scratch.line.get(shape.width.next_multiple_of(SIDE));
 
-        let input = scratch.input.get(own * parts * band.plane);
-        for (c, into) in input.chunks_exact_mut(parts * band.plane).enumerate() {
+        let input = scratch.input.get(own * band.plane);
+        for (c, into) in input.chunks_exact_mut(band.plane).enumerate() {
             let channel = share.first * down * SIDE + c;
             if channel < shape.inputs {
-                band.fill_input(shape, precision, line, into, |y, into| {
+                band.fill_input(shape, line, into, |y, into| {
                     into.copy_from_slice(shape.input_row(x, picture, channel, y));
                 });
             } else {
@@ -298,37 +272,28 @@ fn add_up(
         }
 
         let pairs = band.pixels / 2;
-        let words = scratch.words.get(2 * SIDE * pairs);
-        let gradient = scratch.gradient.get(outputs * 2 * pairs);
+        let words = scratch.words.get(SIDE * pairs);
+        let gradient = scratch.gradient.get(outputs * pairs);
         let ignored = scratch.bias.get(shape.outputs);
         let bias = share.bias.as_deref_mut().unwrap_or(ignored);
-        for (tile, into) in gradient.chunks_exact_mut(SIDE * 2 * pairs).enumerate() {
+        for (tile, into) in gradient.chunks_exact_mut(SIDE * pairs).enumerate() {
             let first = tile * SIDE;
-            let (high, low) = into.as_chunks_mut::<SIDE>().0.split_at_mut(pairs);
-            let low = &mut low[..if parts == 2 { pairs } else { 0 }];
+            let into = into.as_chunks_mut::<SIDE>().0;
             let scratch = (&mut *line, &mut *words);
             let bias = &mut bias[first.min(shape.outputs)..(first + SIDE).min(shape.outputs)];
-            band.fill_gradient(precision, shape.width, scratch, [high, low], bias, |c, y, into| {
+            band.fill_gradient(shape.width, scratch, into, bias, |c, y, into| {
                 before(picture, first + c, y, into)
             });
         }
 
-        let correlation = Correlation {
-            precision,
-            shape,
-            division,
-            band: &band,
-            input,
-            gradient,
-            replace: i == 0,
-        };
-        with_tiles(SIDE, |tiles| correlation.run(tiles, share.sums));
+        let correlation =
+            Correlation { shape, division, band: &band, input, gradient, replace: i == 0 };
+        correlation.run(share.sums);
     }
 }
 
 /// Adds a band's share to the sums, or replaces them by it.
 struct Correlation<'a> {
-    precision: Precision,
     shape: &'a Shape,
     division: &'a Division,
     band: &'a Band,
@@ -338,13 +303,13 @@ struct Correlation<'a> {
 }
 
 impl Correlation<'_> {
-    fn run(&self, tiles: &Tiles, into: &mut [f32]) {
+    fn run(&self, into: &mut [f32]) {
         let (shape, band) = (self.shape, self.band);
         let blocking = self.division.blocking;
         let [down, across] = blocking.tiles();
-        let plane = self.precision.parts() * band.plane;
+        let plane = band.plane;
         let steps = (0..band.pixels / STEP).map(|step| [2 * STEP * step, 4 * TILE * step]);
-        let steps = Steps::new(steps.collect());
+        let steps = Steps::new(steps.collect(), SIDE);
         let mut sums = Sums([[0.0; TILE]; 4]);
         for (i, into) in into.chunks_exact_mut(BLOCK).enumerate() {
             let (block, tap) = (i / shape.taps(), i % shape.taps());
@@ -358,20 +323,18 @@ impl Correlation<'_> {
                 start: 2 * (rows * plane + ky * self.division.stride + kx),
                 row: 2 * plane,
                 next: 2 * SIDE * plane,
-                low: 2 * band.plane,
             };
             let right = Factor {
                 bytes: pack::bytes(self.gradient),
-                start: 4 * columns * SIDE * band.pixels,
+                start: 4 * columns * SIDE * band.pixels / 2,
                 row: 4 * SIDE,
-                next: 4 * SIDE * band.pixels,
-                low: 4 * SIDE * band.pixels / 2,
+                next: 4 * SIDE * band.pixels / 2,
             };
-            let (precision, blocks) = (self.precision, into.as_chunks_mut::<TILE>().0);
+            let blocks = into.as_chunks_mut::<TILE>().0;
             if let (true, Some(blocks)) = (self.replace, blocks.first_chunk_mut()) {
-                tiles.sum(blocking, precision, &left, &right, &steps, blocks);
+                sum(blocking, &left, &right, &steps, blocks);
             } else {
-                tiles.sum(blocking, precision, &left, &right, &steps, &mut sums.0);
+                sum(blocking, &left, &right, &steps, &mut sums.0);
                 vectorized(
                     #[inline(always)]
                     || add(blocks.as_flattened_mut(), sums.0.as_flattened()),

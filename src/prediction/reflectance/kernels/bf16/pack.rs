@@ -2,7 +2,6 @@
 
 #![allow(unsafe_code)]
 
-use super::Precision;
 use super::layout::SIDE;
 
 /// The bf16 nearest to `x`, ties to even, as the upper half of a word. NaN stays NaN.
@@ -14,78 +13,33 @@ fn rounded(x: f32) -> u32 {
     rounded & 0xFFFF_0000
 }
 
-/// `x` ≈ high + low, both bf16 in the upper half of a word.
-#[inline(always)]
-fn split(x: f32) -> [u32; 2] {
-    let high = rounded(x);
-    // Infinite values and NaN have no remainder.
-    let rest = x - f32::from_bits(high);
-    let low = if high & 0x7F80_0000 == 0x7F80_0000 { 0.0 } else { rest };
-    [high, rounded(low)]
-}
-
 /// Word with `first` and then `second`, each given as the upper half of a word.
 #[inline(always)]
 fn pair(first: u32, second: u32) -> u32 {
     first >> 16 | second
 }
 
-/// Pairs of values from two rows: `high`, and with [`Precision::Split`] also `low`.
+/// Pairs of values from two rows.
 #[inline(always)]
-pub fn pairs(precision: Precision, rows: [&[f32]; 2], high: &mut [u32], low: &mut [u32]) {
-    let values = rows[0].iter().zip(rows[1]);
-    match precision {
-        Precision::Half => {
-            for ((a, b), high) in values.zip(high) {
-                *high = pair(rounded(*a), rounded(*b));
-            }
-        }
-        Precision::Split => {
-            for (((a, b), high), low) in values.zip(high).zip(low) {
-                let [a, b] = [split(*a), split(*b)];
-                *high = pair(a[0], b[0]);
-                *low = pair(a[1], b[1]);
-            }
-        }
+pub fn pairs(rows: [&[f32]; 2], into: &mut [u32]) {
+    for ((a, b), into) in rows[0].iter().zip(rows[1]).zip(into) {
+        *into = pair(rounded(*a), rounded(*b));
     }
 }
 
 /// Pairs of neighbours in a row of even length.
 #[inline(always)]
-pub fn neighbours(precision: Precision, row: &[f32], high: &mut [u32], low: &mut [u32]) {
-    let (values, _) = row.as_chunks::<2>();
-    match precision {
-        Precision::Half => {
-            for ([a, b], high) in values.iter().zip(high) {
-                *high = pair(rounded(*a), rounded(*b));
-            }
-        }
-        Precision::Split => {
-            for (([a, b], high), low) in values.iter().zip(high).zip(low) {
-                let [a, b] = [split(*a), split(*b)];
-                *high = pair(a[0], b[0]);
-                *low = pair(a[1], b[1]);
-            }
-        }
+pub fn neighbours(row: &[f32], into: &mut [u32]) {
+    for ([a, b], into) in row.as_chunks::<2>().0.iter().zip(into) {
+        *into = pair(rounded(*a), rounded(*b));
     }
 }
 
 /// The values of a row, one by one.
 #[inline(always)]
-pub fn singles(precision: Precision, row: &[f32], high: &mut [u16], low: &mut [u16]) {
-    match precision {
-        Precision::Half => {
-            for (x, high) in row.iter().zip(high) {
-                *high = (rounded(*x) >> 16) as u16;
-            }
-        }
-        Precision::Split => {
-            for ((x, high), low) in row.iter().zip(high).zip(low) {
-                let x = split(*x);
-                *high = (x[0] >> 16) as u16;
-                *low = (x[1] >> 16) as u16;
-            }
-        }
+pub fn singles(row: &[f32], into: &mut [u16]) {
+    for (x, into) in row.iter().zip(into) {
+        *into = (rounded(*x) >> 16) as u16;
     }
 }
 

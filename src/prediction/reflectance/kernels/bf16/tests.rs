@@ -47,8 +47,8 @@ impl Case {
     }
 
     /// Forward, by input, by weights and by biases.
-    fn run(&self, precision: Precision) -> [Vec<f32>; 4] {
-        let shape = &Shape { tiles: Some(precision), ..self.shape };
+    fn run(&self) -> [Vec<f32>; 4] {
+        let shape = &Shape { bf16: true, ..self.shape };
         let plane = shape.height * shape.width;
         let a = self.first;
         let [mut one, mut two] = [Vec::new(), Vec::new()];
@@ -131,23 +131,14 @@ fn errors(found: &[f32], expected: &[Sum]) -> [f64; 2] {
 
 const NAMES: [&str; 4] = ["forward", "by input", "by weights", "by biases"];
 
-fn check(case: &Case, precision: Precision) -> [[f64; 2]; 4] {
-    let found = case.run(precision);
+fn check(case: &Case) -> [[f64; 2]; 4] {
+    let found = case.run();
     let expected = case.reference();
     core::array::from_fn(|i| {
         let worst = errors(&found[i], &expected[i]);
-        // Of each product: 2⁻⁹ for rounding a factor to 8 bits, twice 2⁻⁹ and their product; or twice 2⁻¹⁷ and
-        // the product of low parts, 2⁻¹⁶. Sums in f32 add a little.
-        let bound = match precision {
-            Precision::Half => 2f64.powi(-7) + 2f64.powi(-16),
-            Precision::Split => 2f64.powi(-15),
-        };
-        assert!(
-            worst[1] <= bound,
-            "{} of {:?} with {precision:?}: {worst:?}",
-            NAMES[i],
-            case.shape
-        );
+        // Of each product twice 2⁻⁹, for rounding a factor to 8 bits, and their product. Sums in f32 add a little.
+        let bound = 2f64.powi(-7) + 2f64.powi(-16);
+        assert!(worst[1] <= bound, "{} of {:?}: {worst:?}", NAMES[i], case.shape);
         worst
     })
 }
@@ -160,7 +151,7 @@ fn shape(batch: usize, channels: [usize; 2], size: [usize; 2], kernel: usize) ->
         height: size[0],
         width: size[1],
         kernel,
-        tiles: None,
+        bf16: false,
     }
 }
 
@@ -185,100 +176,80 @@ const SHAPES: [(usize, [usize; 2], [usize; 2], usize); 18] = [
     (1, [256, 64], [20, 20], 3),
 ];
 
-/// True if there are tiles; otherwise the test returns.
-fn amx() -> bool {
-    let why = "the processor has no AMX, or the system does not grant it";
-    require(Need::Amx, available(), why)
+/// True if the processor multiplies bf16; otherwise the test returns.
+fn bf16() -> bool {
+    require(Need::Bf16, available(), "the processor does not multiply bf16")
 }
 
 #[test]
 fn sums_agree_with_f64() {
-    if !amx() {
+    if !bf16() {
         return;
     }
-    let mut worst = [[[0.0f64; 2]; 4]; 2];
+    let mut worst = [[0.0f64; 2]; 4];
     for (i, (batch, channels, size, kernel)) in SHAPES.into_iter().enumerate() {
         let case = Case::new(shape(batch, channels, size, kernel), i as u64 * 37 + 5);
-        for (p, precision) in [Precision::Half, Precision::Split].into_iter().enumerate() {
-            let found = check(&case, precision);
-            if precision == Precision::Split {
-                println!(
-                    "{precision:?} {channels:?} {size:?} {kernel}: {:.1e} {:.1e} {:.1e}",
-                    found[0][0], found[1][0], found[2][0]
-                );
-            }
-            // Sums of a few products are as accurate as their terms, which `check` has tested.
-            let terms = [channels[0], channels[1], size[0] * size[1], usize::MAX];
-            let many = channels[0] * channels[1] * kernel >= 16;
-            for ((w, f), terms) in worst[p].iter_mut().zip(found).zip(terms) {
-                let largest = if terms < 16 || !many { 0.0 } else { f[0] };
-                *w = [w[0].max(largest), w[1].max(f[1])];
-            }
+        // Sums of a few products are as accurate as their terms, which `check` has tested.
+        let terms = [channels[0], channels[1], size[0] * size[1], usize::MAX];
+        let many = channels[0] * channels[1] * kernel >= 16;
+        for ((w, f), terms) in worst.iter_mut().zip(check(&case)).zip(terms) {
+            let largest = if terms < 16 || !many { 0.0 } else { f[0] };
+            *w = [w[0].max(largest), w[1].max(f[1])];
         }
     }
-    for (p, w) in ["Half", "Split"].iter().zip(worst) {
-        for (name, w) in NAMES.iter().zip(w) {
-            println!("{p} {name}: {:.2e} of the largest, {:.2e} of the terms", w[0], w[1]);
-        }
-    }
-    // Relative to the largest value, Split meets its bound.
-    for w in &worst[1] {
-        assert!(w[0] <= 1e-5, "{w:?}");
-    }
-    for w in &worst[0] {
-        assert!(w[0] <= 1e-2, "{w:?}");
+    for (name, w) in NAMES.iter().zip(worst) {
+        println!("{name}: {:.2e} of the largest, {:.2e} of the terms", w[0], w[1]);
+        assert!(w[0] <= 1e-2, "{name}: {w:?}");
     }
 }
 
 #[test]
 fn nan_stays_in_its_neighbourhood() {
-    if !amx() {
+    if !bf16() {
         return;
     }
     for (batch, channels, size, kernel) in SHAPES {
         let s = shape(batch, channels, size, kernel);
         let (r, [h, w]) = (kernel / 2, size);
-        for precision in [Precision::Half, Precision::Split] {
-            for (y, x) in [(0, 0), (h - 1, w - 1), (h / 2, w - 1), (h / 3, 0), (h / 2, w / 2)] {
-                let mut case = Case::new(s, 3);
-                let (n, c) = (batch - 1, channels[0] / 2);
-                case.x[((n * s.inputs + c) * h + y) * w + x] = f32::NAN;
-                let o = channels[1] / 2;
-                let [out, _, weight, bias] = case.run(precision);
-                for (i, v) in out.iter().enumerate() {
-                    let (px, py, pn) = (i % w, i / w % h, i / (w * h) / s.outputs);
-                    let near = pn == n && px.abs_diff(x) <= r && py.abs_diff(y) <= r;
-                    assert_eq!(v.is_nan(), near, "{s:?} {precision:?} {y} {x} at {py} {px}");
-                }
-                for (i, v) in weight.iter().enumerate() {
-                    let channel = i / (kernel * kernel) % s.inputs;
-                    assert!(channel == c || v.is_finite());
-                }
-                assert!(bias.iter().all(|v| v.is_finite()));
-                let mut case = Case::new(s, 3);
-                case.gradient[((n * s.outputs + o) * h + y) * w + x] = f32::NAN;
-                let [_, input, weight, bias] = case.run(precision);
-                for (i, v) in input.iter().enumerate() {
-                    let (px, py, pn) = (i % w, i / w % h, i / (w * h) / s.inputs);
-                    let near = pn == n && px.abs_diff(x) <= r && py.abs_diff(y) <= r;
-                    assert_eq!(v.is_nan(), near, "{s:?} {precision:?} {y} {x} at {py} {px}");
-                }
-                for (i, v) in weight.iter().enumerate() {
-                    let channel = i / (kernel * kernel * s.inputs);
-                    assert_eq!(channel == o, v.is_nan());
-                }
-                for (i, v) in bias.iter().enumerate() {
-                    assert_eq!(i == o, v.is_nan());
-                }
+        for (y, x) in [(0, 0), (h - 1, w - 1), (h / 2, w - 1), (h / 3, 0), (h / 2, w / 2)] {
+            let mut case = Case::new(s, 3);
+            let (n, c) = (batch - 1, channels[0] / 2);
+            case.x[((n * s.inputs + c) * h + y) * w + x] = f32::NAN;
+            let o = channels[1] / 2;
+            let [out, _, weight, bias] = case.run();
+            for (i, v) in out.iter().enumerate() {
+                let (px, py, pn) = (i % w, i / w % h, i / (w * h) / s.outputs);
+                let near = pn == n && px.abs_diff(x) <= r && py.abs_diff(y) <= r;
+                assert_eq!(v.is_nan(), near, "{s:?} {y} {x} at {py} {px}");
+            }
+            for (i, v) in weight.iter().enumerate() {
+                let channel = i / (kernel * kernel) % s.inputs;
+                assert!(channel == c || v.is_finite());
+            }
+            assert!(bias.iter().all(|v| v.is_finite()));
+            let mut case = Case::new(s, 3);
+            case.gradient[((n * s.outputs + o) * h + y) * w + x] = f32::NAN;
+            let [_, input, weight, bias] = case.run();
+            for (i, v) in input.iter().enumerate() {
+                let (px, py, pn) = (i % w, i / w % h, i / (w * h) / s.inputs);
+                let near = pn == n && px.abs_diff(x) <= r && py.abs_diff(y) <= r;
+                assert_eq!(v.is_nan(), near, "{s:?} {y} {x} at {py} {px}");
+            }
+            for (i, v) in weight.iter().enumerate() {
+                let channel = i / (kernel * kernel * s.inputs);
+                assert_eq!(channel == o, v.is_nan());
+            }
+            for (i, v) in bias.iter().enumerate() {
+                assert_eq!(i == o, v.is_nan());
             }
         }
     }
 }
 
-fn same_bits(case: &Case, precision: Precision) {
+fn same_bits(case: &Case) {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let values = pool.build().unwrap().install(|| case.run(precision));
+        let values = pool.build().unwrap().install(|| case.run());
         values.map(|v| v.into_iter().map(f32::to_bits).collect::<Vec<_>>())
     };
     let alone = on(1);
@@ -289,20 +260,18 @@ fn same_bits(case: &Case, precision: Precision) {
 
 #[test]
 fn threads_change_no_bit() {
-    if !amx() {
+    if !bf16() {
         return;
     }
     for (batch, channels, size, kernel) in SHAPES {
         let case = Case::new(shape(batch, channels, size, kernel), 8);
-        for precision in [Precision::Half, Precision::Split] {
-            same_bits(&case, precision);
-        }
+        same_bits(&case);
     }
 }
 
 #[test]
 fn infinities_stay_infinite_or_nan_and_large_numbers_do_not_overflow() {
-    if !amx() {
+    if !bf16() {
         return;
     }
     let s = shape(1, [1, 16], [16, 16], 1);
@@ -312,16 +281,10 @@ fn infinities_stay_infinite_or_nan_and_large_numbers_do_not_overflow() {
     case.x[5] = f32::INFINITY;
     case.x[6] = f32::NEG_INFINITY;
     case.x[7] = 3e38;
-    for precision in [Precision::Half, Precision::Split] {
-        let [out, ..] = case.run(precision);
-        if precision == Precision::Half {
-            assert_eq!(out[5], f32::INFINITY);
-            assert_eq!(out[6], f32::NEG_INFINITY);
-        }
-        assert!(!out[5].is_finite() && !out[6].is_finite());
-        assert!(out[4].is_finite() && out[8].is_finite());
-        assert!((out[7] / 3e38 - 1.0).abs() < 1e-2);
-    }
+    let [out, ..] = case.run();
+    assert_eq!([out[5], out[6]], [f32::INFINITY, f32::NEG_INFINITY]);
+    assert!(out[4].is_finite() && out[8].is_finite());
+    assert!((out[7] / 3e38 - 1.0).abs() < 1e-2);
 }
 
 proptest! {
@@ -334,12 +297,10 @@ proptest! {
         kernel in prop::sample::select(vec![1usize, 3, 5, 7]),
         seed in 0u64..1000,
     ) {
-        if amx() {
+        if bf16() {
             let case = Case::new(shape(batch, [channels.0, channels.1], [size.0, size.1], kernel), seed);
-            for precision in [Precision::Half, Precision::Split] {
-                check(&case, precision);
-            }
-            same_bits(&case, Precision::Split);
+            check(&case);
+            same_bits(&case);
         }
     }
 }

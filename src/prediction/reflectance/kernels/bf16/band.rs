@@ -1,7 +1,6 @@
 //! Bands of a picture as a convolution's right factor: its channels lie in pairs, so that a tile of up
 //! to 16 pairs of channels × 16 pixels begins at any pixel.
 
-use super::Precision;
 use super::layout::{Blocking, SIDE};
 use super::pack;
 use crate::kernels::chunks::vectorized;
@@ -51,7 +50,7 @@ pub struct Band {
     pub rows: usize,
     /// Distance between rows.
     pub stride: usize,
-    /// Distance between high and low parts of a pair of channels.
+    /// Distance between pairs of channels.
     pub plane: usize,
 }
 
@@ -128,7 +127,6 @@ impl Band {
     pub fn fill(
         &self,
         shape: &Shape,
-        precision: Precision,
         pair: usize,
         lines: &mut Vec<f32>,
         into: &mut [u32],
@@ -154,27 +152,14 @@ impl Band {
         vectorized(
             #[inline(always)]
             || {
-                let (high, low) = into.split_at_mut(self.plane);
                 for i in 0..rows {
                     let row = [first, second].map(|lines| &lines[i * width..][..width]);
-                    let place = i * self.stride + radius;
-                    let high = &mut high[place - radius..][..self.stride];
-                    high[..radius].fill(0);
-                    high[radius + width..].fill(0);
-                    let low = match precision {
-                        Precision::Half => &mut [],
-                        Precision::Split => {
-                            let low = &mut low[place - radius..][..self.stride];
-                            low[..radius].fill(0);
-                            low[radius + width..].fill(0);
-                            &mut low[radius..]
-                        }
-                    };
-                    pack::pairs(precision, row, &mut high[radius..], low);
+                    let into = &mut into[i * self.stride..][..self.stride];
+                    into[..radius].fill(0);
+                    into[radius + width..].fill(0);
+                    pack::pairs(row, &mut into[radius..]);
                 }
-                for part in into.chunks_exact_mut(self.plane) {
-                    part[rows * self.stride..].fill(0);
-                }
+                into[rows * self.stride..].fill(0);
             },
         );
     }

@@ -1,10 +1,9 @@
 //! Convolutions: the left factor is the weights, the right factor a band of the picture.
 
-use super::Precision;
 use super::band::{Band, Chunks, Cover, Run};
-use super::layout::{Factor, SIDE, Sums, TILE};
+use super::layout::{Factor, SIDE, Steps, Sums, TILE};
 use super::pack::{self, Buffer};
-use super::tiles::{Steps, Tiles, with_tiles};
+use super::sum::sum;
 use super::weights;
 use crate::kernels::band::{Share, Weights, shares, split_bands};
 use crate::kernels::chunks::vectorized;
@@ -21,7 +20,6 @@ struct Packed<'a> {
 
 /// The sums of a band for some output channels.
 struct Product<'a, 'b> {
-    precision: Precision,
     cover: &'a Cover,
     band: &'a Band,
     values: &'a [u32],
@@ -36,11 +34,10 @@ struct Product<'a, 'b> {
 }
 
 impl Product<'_, '_> {
-    fn run(self, tiles: &Tiles) {
+    fn run(self) {
         let [down, across] = self.cover.blocking.tiles();
         let channels = down * SIDE;
         let blocks = self.band.blocks(self.cover, self.width);
-        let parts = self.precision.parts();
         let mut sums = Sums([[0.0; TILE]; 4]);
         for (i, planes) in self.out.chunks_mut(channels).enumerate() {
             let first = self.first + i * channels;
@@ -49,18 +46,15 @@ impl Product<'_, '_> {
                 start: 4 * self.weights.block * (first / channels),
                 row: 4 * SIDE,
                 next: 4 * TILE,
-                low: 4 * TILE * down,
             };
             for block in &blocks {
                 let right = Factor {
                     bytes: pack::bytes(self.values),
                     start: 4 * block.start,
-                    row: 4 * parts * self.band.plane,
+                    row: 4 * self.band.plane,
                     next: 4 * block.next,
-                    low: 4 * self.band.plane,
                 };
-                let (blocking, precision) = (self.cover.blocking, self.precision);
-                tiles.sum(blocking, precision, &left, &right, self.steps, &mut sums.0);
+                sum(self.cover.blocking, &left, &right, self.steps, &mut sums.0);
                 vectorized(
                     #[inline(always)]
                     || {
@@ -103,14 +97,14 @@ struct Division {
 }
 
 impl Division {
-    fn new(shape: &Shape, precision: Precision, cover: &Cover, chunks: Chunks) -> Self {
+    fn new(shape: &Shape, cover: &Cover, chunks: Chunks) -> Self {
         /// Bytes of a band, so that it stays in the second-level cache.
         const CACHED: usize = 768 * 1024;
         /// Number of rows below which their surroundings cost too much.
         const FEW: usize = 8;
         let threads = rayon::current_num_threads();
         let wanted = if threads > 1 { 2 * threads } else { 1 };
-        let row = 4 * precision.parts() * chunks.total() * cover.stride;
+        let row = 4 * chunks.total() * cover.stride;
         let most = (CACHED / row).saturating_sub(2 * shape.radius()).max(FEW / 2);
         // Every task reads its weights once. If the weights are larger than the picture, tasks should
         // differ in their weights.
@@ -142,7 +136,6 @@ thread_local! {
 /// The sums of a convolution. `row(picture, channel, y, into)` fills a row of the input, `finish` is
 /// applied to complete rows of the output, as many at a time as are finished.
 pub fn convolve(
-    precision: Precision,
     shape: &Shape,
     weights: &Weights,
     bias: Option<&[f32]>,
@@ -152,39 +145,36 @@ pub fn convolve(
 ) {
     let cover = Cover::new(shape);
     let chunks = Chunks::new(shape.inputs);
-    let division = Division::new(shape, precision, &cover, chunks);
+    let division = Division::new(shape, &cover, chunks);
     let Division { rows, bands, part, .. } = division;
 
     let mut shared = SHARED.take();
     let [packed, common] = &mut shared;
     let [tiles, _] = cover.blocking.tiles();
-    let block = chunks.count * shape.taps() * tiles * TILE * precision.parts();
+    let block = chunks.count * shape.taps() * tiles * TILE;
     let packed = packed.get(block * shape.outputs.div_ceil(tiles * SIDE));
-    weights::pack(shape, precision, weights, chunks, tiles, packed);
+    weights::pack(shape, weights, chunks, tiles, packed);
     let packed = &*packed;
 
     let band = |i: usize| {
         let from = i % bands * rows;
         Band::new(shape, &cover, from, rows.min(shape.height - from))
     };
-    let pair_words = |band: &Band| band.plane * precision.parts();
     // If several tasks compute channels of a band, it is copied once for all of them.
-    let length = band(0).plane * precision.parts() * chunks.total();
+    let length = band(0).plane * chunks.total();
     let common: &[u32] = if division.parts > 1 {
         let common = common.get(length * shape.batch * bands);
         for (i, values) in common.chunks_exact_mut(length).enumerate() {
             let band = band(i);
-            values
-                .par_chunks_exact_mut(pair_words(&band))
-                .take(chunks.total())
-                .enumerate()
-                .for_each(|(pair, into)| {
+            values.par_chunks_exact_mut(band.plane).take(chunks.total()).enumerate().for_each(
+                |(pair, into)| {
                     SCRATCH.with_borrow_mut(|(_, lines)| {
-                        band.fill(shape, precision, pair, lines, into, |c, y, into| {
+                        band.fill(shape, pair, lines, into, |c, y, into| {
                             row(i / bands, c, y, into);
                         });
                     });
-                });
+                },
+            );
         }
         common
     } else {
@@ -200,17 +190,14 @@ pub fn convolve(
             let (chunk, tap) = (step / shape.taps(), step % shape.taps());
             let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
             let pixel = ky * band.stride + kx;
-            [
-                4 * step * tiles * TILE * precision.parts(),
-                4 * (chunk * chunks.pairs * pair_words(&band) + pixel),
-            ]
+            [4 * step * tiles * TILE, 4 * (chunk * chunks.pairs * band.plane + pixel)]
         });
-        let steps = Steps::new(steps.collect());
+        let steps = Steps::new(steps.collect(), chunks.pairs);
         SCRATCH.with_borrow_mut(|(values, lines)| {
             let values = if common.is_empty() {
-                let values = values.get(pair_words(&band) * chunks.total());
-                for (pair, into) in values.chunks_exact_mut(pair_words(&band)).enumerate() {
-                    band.fill(shape, precision, pair, lines, into, |c, y, into| {
+                let values = values.get(band.plane * chunks.total());
+                for (pair, into) in values.chunks_exact_mut(band.plane).enumerate() {
+                    band.fill(shape, pair, lines, into, |c, y, into| {
                         row(i / bands, c, y, into);
                     });
                 }
@@ -219,7 +206,6 @@ pub fn convolve(
                 &common[i * length..][..length]
             };
             let product = Product {
-                precision,
                 cover: &cover,
                 band: &band,
                 values,
@@ -230,7 +216,7 @@ pub fn convolve(
                 first,
                 out: &mut *out,
             };
-            with_tiles(chunks.pairs, |tiles| product.run(tiles));
+            product.run();
         });
         for plane in out {
             finish(plane);

@@ -1,16 +1,12 @@
 //! Layout of sums and factors in tiles and in memory.
 
-use super::Precision;
-
 /// Rows of a tile, and sums per row.
 pub const SIDE: usize = 16;
 /// Number of sums or words in a tile.
 pub const TILE: usize = SIDE * SIDE;
-/// Bytes of a tile's row.
-pub const ROW_BYTES: usize = 64;
 
 /// Four blocks of sums, row by row.
-pub type Blocks = [[f32; SIDE * SIDE]; 4];
+pub type Blocks = [[f32; TILE]; 4];
 
 /// Four such blocks, aligned so that they share no cache line with other data.
 #[repr(C, align(64))]
@@ -50,25 +46,29 @@ pub struct Factor<'a> {
     pub row: usize,
     /// Distance between tiles that are used together.
     pub next: usize,
-    /// Distance of the low parts from the high parts.
-    pub low: usize,
 }
 
 impl Factor<'_> {
-    /// End of the bytes read by `tiles` tiles of `rows` rows, of which the farthest step is `farthest` bytes after the start.
-    pub fn end(
-        &self,
-        precision: Precision,
-        tiles: usize,
-        rows: usize,
-        farthest: usize,
-    ) -> Option<usize> {
-        let low = match precision {
-            Precision::Half => 0,
-            Precision::Split => self.low,
-        };
+    /// End of the bytes read by `tiles` tiles of `rows` rows of `length` bytes, of which the farthest step is `farthest`
+    /// bytes after the start.
+    pub fn end(&self, tiles: usize, [rows, length]: [usize; 2], farthest: usize) -> Option<usize> {
         let next = self.next.checked_mul(tiles - 1)?;
         let row = self.row.checked_mul(rows - 1)?;
-        [farthest, next, row, low, ROW_BYTES].into_iter().try_fold(self.start, usize::checked_add)
+        [farthest, next, row, length].into_iter().try_fold(self.start, usize::checked_add)
+    }
+}
+
+/// Steps of a sum: offsets of the tiles of both factors, in bytes.
+pub struct Steps {
+    pub offsets: Vec<[usize; 2]>,
+    pub farthest: [usize; 2],
+    /// Pairs of elements per step, 1 to 16.
+    pub pairs: usize,
+}
+
+impl Steps {
+    pub fn new(offsets: Vec<[usize; 2]>, pairs: usize) -> Self {
+        let farthest = [0, 1].map(|side| offsets.iter().map(|o| o[side]).max().unwrap_or(0));
+        Self { offsets, farthest, pairs }
     }
 }
