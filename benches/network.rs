@@ -43,7 +43,7 @@ struct Options {
     /// Shapes of the network.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Shape::Quick, Shape::Paper])]
     shape: Vec<Shape>,
-    /// Precision of our convolutions; PyTorch's are f32 unless `--peer` says otherwise. On a GPU `half` predicts in
+    /// Precision of our convolutions; PyTorch's are f32 unless `--peer` says otherwise. On a GPU `mixed` predicts in
     /// f16, and training always uses f32.
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
@@ -211,7 +211,7 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, recompute: bool) -> Resul
             "predict" => {
                 let (mut network, mut input) =
                     (learner.network.valid(), learner.input.clone().inner());
-                if config.precision == Precision::Half && predicts_in_half(plain) {
+                if config.precision == Precision::Mixed && predicts_in_half(plain) {
                     network = network.halved();
                     input = input.cast(FloatDType::F16);
                 }
