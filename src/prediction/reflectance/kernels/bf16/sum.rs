@@ -95,25 +95,31 @@ mod registers {
         first: usize,
         into: [&mut [f32; TILE]; TILES],
     ) {
+        // Plain loops and loads: builds with debug assertions check others, and sums then leave the registers.
         let mut sums = [[_mm512_setzero_ps(); TILES]; ROWS];
         for &[one, other] in &steps.offsets {
-            let a = left.bytes.as_ptr().wrapping_add(left.start + first * left.row + one);
-            let b = right.bytes.as_ptr().wrapping_add(right.start + other);
-            for pair in 0..steps.pairs {
-                // SAFETY: 4 bytes of a row and 64 of a tile's row, within the factors; neither has to be aligned.
-                unsafe {
-                    let b = b.add(pair * right.row);
-                    let b: [__m512bh; TILES] = std::array::from_fn(|tile| {
-                        std::mem::transmute(_mm512_loadu_si512(b.add(tile * right.next).cast()))
-                    });
-                    for (row, sums) in sums.iter_mut().enumerate() {
-                        let a = a.add(row * left.row + 4 * pair).cast::<i32>().read_unaligned();
-                        let a = std::mem::transmute::<__m512i, __m512bh>(_mm512_set1_epi32(a));
-                        for (sum, b) in sums.iter_mut().zip(b) {
-                            *sum = _mm512_dpbf16_ps(*sum, a, b);
-                        }
+            let mut a = left.bytes.as_ptr().wrapping_add(left.start + first * left.row + one);
+            let mut b = right.bytes.as_ptr().wrapping_add(right.start + other);
+            for _ in 0..steps.pairs {
+                let mut columns = [_mm512_setzero_si512(); TILES];
+                for tile in 0..TILES {
+                    let b = b.wrapping_add(tile * right.next).cast();
+                    // SAFETY: 64 bytes of a tile's row.
+                    columns[tile] = unsafe { _mm512_maskz_loadu_epi32(!0, b) };
+                }
+                for row in 0..ROWS {
+                    let a = a.wrapping_add(row * left.row).cast::<[u8; 4]>();
+                    // SAFETY: 4 bytes of a tile's row, at any address.
+                    let a = _mm512_set1_epi32(i32::from_ne_bytes(unsafe { *a }));
+                    for tile in 0..TILES {
+                        // SAFETY: 64 bytes are 32 bf16.
+                        let [a, b]: [__m512bh; 2] =
+                            unsafe { std::mem::transmute([a, columns[tile]]) };
+                        sums[row][tile] = _mm512_dpbf16_ps(sums[row][tile], a, b);
                     }
                 }
+                a = a.wrapping_add(4);
+                b = b.wrapping_add(right.row);
             }
         }
         for (tile, into) in into.into_iter().enumerate() {
