@@ -4,7 +4,7 @@ use super::checkpoint::{self, CheckpointInfo};
 use super::device_field::DeviceField;
 use super::field::ReflectanceField;
 use super::kernels::Precision;
-use super::render::{encode, light, olats, tensor_from_image, tensor_from_mask};
+use super::render::{encode, light, network_input, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
 use base::error::{Error, Result};
 use base::turn;
@@ -72,7 +72,7 @@ impl Predictor {
         let _turn = turn::DEVICE.lock();
         let plate = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
-        let input = encode(plate) * mask;
+        let input = network_input(encode(plate), mask);
         let network = &self.info.network;
         let block = (network.size / side.max(1)).max(1).ilog2() as usize;
         let block = block.min(network.blocks() - 1);
@@ -99,7 +99,7 @@ impl Predictor {
         let _turn = turn::DEVICE.lock();
         let plate = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
-        let input = encode(plate.clone()) * mask.clone();
+        let input = network_input(encode(plate.clone()), mask.clone());
         let output = if self.half {
             let input = input.cast(FloatDType::F16);
             self.network.forward(input).cast(FloatDType::F32)

@@ -25,7 +25,24 @@ pub fn decode<const D: usize>(encoded: Tensor<D>) -> Tensor<D> {
 
 /// [`encode`] of white, 1: about 0.88. Black stays 0.
 pub fn encoded_white() -> f32 {
-    (1.0 + OFFSET).powf(POWER) - OFFSET.powf(POWER)
+    encoded(1.0)
+}
+
+fn encoded(light: f32) -> f32 {
+    (light + OFFSET).powf(POWER) - OFFSET.powf(POWER)
+}
+
+/// Light up to which the network sees [`encode`] itself: a stop above white, so that plates from codes, and poses relit to
+/// match them, are below.
+const KNEE: f32 = 2.0;
+
+/// Input of the network: a plate's [`encode`], bounded where light is brighter than twice white, and cut out by the mask.
+/// With k = encode(2) about 1.25, an encoded x above k becomes k + 1 − 1 / (1 + x − k), below k + 1. Other values keep
+/// their bits.
+pub fn network_input(encoded_plate: Tensor<4>, mask: Tensor<4>) -> Tensor<4> {
+    let knee = encoded(KNEE);
+    let above = (encoded_plate.clone() - knee).clamp_min(0.0);
+    (encoded_plate.clamp_max(knee) + (1.0 - (above + 1.0).recip())) * mask
 }
 
 /// OLATs of a network's output: `[1, 3·lamps, h, w]` in (0, 1) and the [`light()`] of an
@@ -81,6 +98,30 @@ pub fn tensor_from_weights(weights: &[[f32; 3]], device: &Device) -> Tensor<4> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_network_sees_plates_from_codes_unchanged_and_highlights_bounded() {
+        let device = Device::flex();
+        let seen = |light: &[f32]| -> Vec<f32> {
+            let plate = Tensor::<1>::from_floats(light, &device).reshape([1, 1, 1, light.len()]);
+            let mask = plate.ones_like();
+            network_input(encode(plate), mask).into_data().try_into_vec().unwrap()
+        };
+        let plain = |light: &[f32]| -> Vec<f32> {
+            encode(Tensor::<1>::from_floats(light, &device)).into_data().try_into_vec().unwrap()
+        };
+        let codes: Vec<f32> = (0..=1000).map(|i| 0.00199 * i as f32).collect();
+        assert_eq!(seen(&codes), plain(&codes));
+        let bright = seen(&[1.99, 2.0, 2.01, 4.0, 16.0, 1000.0, 65504.0, f32::INFINITY]);
+        assert!(bright.is_sorted(), "{bright:?}");
+        let bound = encoded(KNEE) + 1.0;
+        assert!(bright.iter().all(|v| v.is_finite() && *v <= bound), "{bright:?}");
+        // No corner at the knee.
+        let slopes = [bright[1] - bright[0], bright[2] - bright[1]];
+        assert!((slopes[1] / slopes[0] - 1.0).abs() < 0.02, "{slopes:?}");
+        // 16 is 3.40 encoded.
+        assert!((bright[4] - (2.2502 - 1.0 / (1.0 + 3.4041 - 1.2502))).abs() < 1e-3, "{bright:?}");
+    }
 
     #[test]
     fn decoding_undoes_encoding() {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use reflectance::UNet;
 use reflectance::UNetConfig;
 use reflectance::checkpoint::CheckpointInfo;
-use reflectance::render::{encode, encoded_white, light, olats};
+use reflectance::render::{encode, encoded_white, light, network_input, olats};
 
 /// A lamp is dead if the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
 /// maximum: its outputs move a 250th as far in a step …
@@ -40,7 +40,7 @@ impl PosePrediction {
         let UNetConfig { lamps, formulation, .. } = info.network;
         let [plate, mask] = [&sample.plate.encoded, &sample.plate.mask].map(plain);
         let [_, _, h, w] = mask.dims();
-        let outputs = network.forward(plate * mask.clone());
+        let outputs = network.forward(network_input(plate, mask.clone()));
         let light = light(&plain(&sample.plate.linear), formulation, info.scale);
         Self {
             predicted: encode(olats(outputs.clone(), &light) * gain),

@@ -19,7 +19,7 @@ use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
 use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::predictor::check_fits;
-use reflectance::render::{encode, light};
+use reflectance::render::{encode, light, network_input};
 use reflectance::{UNet, UNetConfig};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -171,7 +171,7 @@ impl Trainer {
         } else {
             plate.encoded.clone()
         };
-        let input = input * plate.mask.clone();
+        let input = network_input(input, plate.mask.clone());
         let output = self.live.forward_lamps(input.clone(), alone);
         let unsteady = (self.config.steadiness > 0.0 && olats.is_none()).then(|| {
             let (dx, dy) = self.schedule.shift(step, STEADY_SHIFT);

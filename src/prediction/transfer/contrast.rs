@@ -71,6 +71,20 @@ mod tests {
     }
 
     #[test]
+    fn highlights_far_above_white_stay_codes_and_leave_the_rest() {
+        let size = 64;
+        let texture = Raster::from_fn(size, size, |x, y| 0.4 + 0.2 * (x as f32 + y as f32).sin());
+        let mut glint = texture.clone();
+        glint.pixels[8 * size + 8] = 16.0;
+        let inside = Raster::filled(size, size, 1.0);
+        let [plain, glint] = [texture, glint].map(|l| local_contrast(&l, &inside, 0.6, 4.0));
+        assert!(glint.pixels.iter().all(|v| (0.0..=255.0).contains(v)));
+        for (x, y) in (32..64).flat_map(|y| (32..64).map(move |x| (x, y))) {
+            assert!((plain.at(x, y) - glint.at(x, y)).abs() < 0.01 * DEVIATION, "{x} {y}");
+        }
+    }
+
+    #[test]
     fn black_and_empty_pictures_are_flat() {
         for (light, matte) in [(0.0, 1.0), (0.5, 0.0), (0.0, 0.0)] {
             let picture = local_contrast(
