@@ -196,6 +196,21 @@ def profiles():
     Image.fromarray(eight).save(path("icc_adobe_rgb.jpg"), quality=100, subsampling=0, icc_profile=saved(named["adobe_rgb"]))
     seen = np.array(Image.open(path("icc_adobe_rgb.jpg"))) / 255
     case("icc_adobe_rgb.jpg", by_lcms(named["adobe_rgb"], seen), 0.03)
+    # Cameras' EXIF alone: sRGB, the option file of Adobe RGB, and a profile that counts more.
+    for name, space, index, profile, right in [
+        ("srgb", 1, "R98", None, "srgb"),
+        ("adobe_rgb", 0xFFFF, "R03", None, "adobe_rgb"),
+        ("uncalibrated", 0xFFFF, "R98", None, "srgb"),
+        ("profile_first", 0xFFFF, "R03", "display_p3", "display_p3"),
+    ]:
+        exif = Image.Exif()
+        exif[0x8769] = {0xA001: space, 0xA005: {1: index}}
+        exif[274] = 3
+        more = {"icc_profile": saved(named[profile])} if profile else {}
+        Image.fromarray(eight).save(path(f"exif_{name}.jpg"), quality=100, subsampling=0, exif=exif, **more)
+        written = Image.open(path(f"exif_{name}.jpg"))
+        assert written.getexif().get_ifd(0xA005)[1].startswith(index)
+        case(f"exif_{name}.jpg", by_lcms(named[right], np.array(written)[::-1, ::-1] / 255), 0.03)
     white = XyY(0.3457, 0.3585, 1.0)
     grey = ctypes.c_void_p(LCMS.cmsCreateGrayProfile(ctypes.byref(white), power(1.8)))
     png("icc_grey_gamma18.png", codes[:, :, :1], [iccp(grey)])

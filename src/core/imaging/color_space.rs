@@ -79,10 +79,30 @@ impl Primaries {
     /// The matrix to linear Rec. 709; None if these are Rec. 709's own, to three digits.
     pub fn to_rec709(self) -> Option<Matrix> {
         let own = ColorSpace::Rec709.primaries();
+        (!self.is_like(own)).then(|| self.matrix_to(own))
+    }
+
+    /// True if corners and white agree to three digits.
+    fn is_like(self, other: Self) -> bool {
         let corners = |p: Self| [p.red, p.green, p.blue, p.white];
-        let pairs = corners(self).into_iter().flatten().zip(corners(own).into_iter().flatten());
-        let is_own = pairs.into_iter().all(|(a, b)| (a - b).abs() < 1.5e-3);
-        (!is_own).then(|| self.matrix_to(own))
+        let pairs = corners(self).into_iter().flatten().zip(corners(other).into_iter().flatten());
+        pairs.into_iter().all(|(a, b)| (a - b).abs() < 1.5e-3)
+    }
+
+    /// Name of the colour space with these primaries; "other primaries" if none of the usual ones has them.
+    pub fn name(self) -> &'static str {
+        let of = |red, green, blue, white| Self { red, green, blue, white };
+        let spaces = [
+            ("Rec. 709", ColorSpace::Rec709.primaries()),
+            ("P3 D65", ColorSpace::P3D65.primaries()),
+            ("Rec. 2020", ColorSpace::Rec2020.primaries()),
+            ("ACEScg", ColorSpace::AcesCg.primaries()),
+            // SMPTE ST 2065-1.
+            ("ACES2065-1", of([0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.32168, 0.33767])),
+            ("CIE XYZ", of([1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0])),
+        ];
+        let known = spaces.into_iter().find(|(_, space)| self.is_like(*space));
+        known.map_or("other primaries", |(name, _)| name)
     }
 
     /// The matrix from linear RGB to CIE XYZ, white with Y = 1.

@@ -1,19 +1,20 @@
 //! PNG, JPEG and TIFF, by the `image` crate: turned by orientation, with the colour that the file names.
 //!
-//! PNG: cICP before iCCP, sRGB, gAMA and cHRM (PNG third edition, 4.3). Orientation is EXIF's, or tag 274 of TIFF.
+//! PNG: cICP before iCCP, sRGB, gAMA and cHRM (PNG third edition, 4.3). JPEG: ICC before EXIF. Orientation is EXIF's, or tag 274
+//! of TIFF.
 
 use super::profile::{self, Named};
-use super::{About, Coding, Content, Picture, Source, check_size, tiff};
+use super::{About, Coding, Content, Picture, Source, check_size, exif, tiff};
 use crate::color_space::Primaries;
 use crate::file::MAX_DECODER_BYTES;
 use crate::raster::{Image, Mask};
 use base::error::{Error, Result};
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::{BufRead, Seek};
 
-/// A picture's decoder.
-fn decoder<'a>(source: &'a mut Source) -> Result<Box<dyn ImageDecoder + 'a>> {
+/// A picture's decoder, and the name of its format.
+fn decoder<'a>(source: &'a mut Source) -> Result<(Box<dyn ImageDecoder + 'a>, &'static str)> {
     let path = source.path;
     let head = source.file.fill_buf().map_err(|e| super::broken(path, e))?;
     let is_tiff = super::raw::is_tiff(head);
@@ -24,15 +25,20 @@ fn decoder<'a>(source: &'a mut Source) -> Result<Box<dyn ImageDecoder + 'a>> {
     } else {
         reader = reader.with_guessed_format().map_err(|e| super::broken(path, e))?;
     }
-    if reader.format().is_none() {
-        let cause = "unknown format: not PNG, JPEG, TIFF, OpenEXR or Radiance HDR";
-        return Err(Error::codec("read", path, cause, "Convert it to one of these"));
-    }
+    let format = match reader.format() {
+        Some(ImageFormat::Png) => "PNG",
+        Some(ImageFormat::Jpeg) => "JPEG",
+        Some(ImageFormat::Tiff) => "TIFF",
+        _ => {
+            let cause = "unknown format: not PNG, JPEG, TIFF, OpenEXR or Radiance HDR";
+            return Err(Error::codec("read", path, cause, "Convert it to one of these"));
+        }
+    };
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|e| super::broken(path, e))?;
-    Ok(Box::new(decoder))
+    Ok((Box::new(decoder), format))
 }
 
 pub(super) fn is_turned(orientation: Orientation) -> bool {
@@ -40,17 +46,12 @@ pub(super) fn is_turned(orientation: Orientation) -> bool {
     matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
 }
 
-/// Columns and rows, turned as the file asks.
-pub(super) fn dimensions(mut source: Source) -> Result<(usize, usize)> {
+/// Properties of the picture, without decoding pixels.
+pub(super) fn about(mut source: Source) -> Result<About> {
     if let Some(special) = tiff::open(&mut source)? {
-        return Ok(special.size());
+        return Ok(special.about(&mut source)?.0);
     }
-    let path = source.path;
-    let mut decoder = decoder(&mut source)?;
-    let (width, height) = decoder.dimensions();
-    let orientation = decoder.orientation().map_err(|e| super::broken(path, e))?;
-    let (width, height) = (width as usize, height as usize);
-    Ok(if is_turned(orientation) { (height, width) } else { (width, height) })
+    Ok(header(&mut source)?.0)
 }
 
 /// Reads the whole picture.
@@ -59,79 +60,108 @@ pub(super) fn read(mut source: Source) -> Result<Picture> {
         return special.read(&mut source);
     }
     let path = source.path;
-    let png = png_color(&mut source);
-    let tiff_icc = tiff::icc(&mut source);
-    let mut decoder = decoder(&mut source)?;
-    let (width, height) = decoder.dimensions();
-    check_size((width as usize, height as usize)).map_err(|e| super::broken(path, e))?;
+    let (about, named, orientation) = header(&mut source)?;
+    source.file.rewind().map_err(|e| super::broken(path, e))?;
+    let decoder = decoder(&mut source)?.0;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| super::broken(path, e))?;
+    Ok(finish(about, named, picture, orientation))
+}
+
+/// What is known before the pixels, the colour and the turn.
+fn header(source: &mut Source) -> Result<(About, Option<Named>, Orientation)> {
+    let path = source.path;
+    let is_png = source.file.fill_buf().is_ok_and(|head| head.starts_with(b"\x89PNG"));
+    let png = if is_png { png_color(source) } else { None };
+    let tiff_icc = tiff::icc(source);
+    let (mut decoder, format) = decoder(source)?;
     let broken = |e: image::ImageError| super::broken(path, e);
+    let (width, height) = decoder.dimensions();
+    let stored = (width as usize, height as usize);
+    check_size(stored).map_err(|e| super::broken(path, e))?;
     let orientation = decoder.orientation().map_err(broken)?;
     let icc =
         tiff_icc.map_or_else(|| decoder.icc_profile(), |icc| Ok(Some(icc))).map_err(broken)?;
-    let mut picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
-    picture.apply_orientation(orientation);
-    let named = match png {
-        Some(named) => Ok(Some(named)),
-        None => icc.map(|bytes| profile::icc(&bytes)).transpose(),
+    // A PNG's EXIF leaves the colour to its chunks.
+    let exif = if is_png { None } else { decoder.exif_metadata().map_err(broken)? };
+    let named = match (png, icc, exif) {
+        (Some(named), ..) => Ok(Some(named)),
+        (None, Some(icc), _) => profile::icc(&icc).map(Some),
+        (None, None, exif) => Ok(exif.and_then(|exif| exif::color(&exif))),
     };
-    finish(path, picture, named, orientation)
+    let color = decoder.color_type();
+    let (about, named) = describe(path, format, stored, color, named, orientation);
+    Ok((about, named, orientation))
 }
 
-/// The picture with what is known of it.
-pub(super) fn finish(
+/// What is known of a picture with these colours, `stored` columns and rows, and this turn.
+pub(super) fn describe(
     path: &std::path::Path,
-    picture: DynamicImage,
+    format: &'static str,
+    stored: (usize, usize),
+    color: ColorType,
     named: std::result::Result<Option<Named>, String>,
     orientation: Orientation,
-) -> Result<Picture> {
+) -> (About, Option<Named>) {
     let mut notes = Vec::new();
-    if orientation != Orientation::NoTransforms {
+    let is_as_stored = orientation == Orientation::NoTransforms;
+    if !is_as_stored {
         notes.push("Turned by the orientation in its file.".to_owned());
     }
     let named = named.unwrap_or_else(|fault| {
         notes.push(format!("{} was read as sRGB: {fault}.", path.display()));
         None
     });
-    let color = picture.color();
-    let size = (picture.width() as usize, picture.height() as usize);
-    let bits = 8 * color.bytes_per_pixel() / color.channel_count();
-    let is_light = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-    let has_alpha = color.has_alpha();
-    let about = |coding, is_converted, notes| About {
-        size,
-        coding,
-        has_alpha,
-        bits,
-        is_converted,
+    let turned_by = if format == "TIFF" { "its orientation tag" } else { "EXIF" };
+    let origin = named.as_ref().map(|named| named.origin.clone());
+    let is_light = matches!(color, ColorType::Rgb32F | ColorType::Rgba32F);
+    let about = About {
+        size: if is_turned(orientation) { (stored.1, stored.0) } else { stored },
+        format,
+        coding: match origin {
+            origin if is_light => Coding::Light(origin),
+            Some(origin) => Coding::Named(origin),
+            None => Coding::Open,
+        },
+        has_alpha: color.has_alpha(),
+        bits: 8 * color.bytes_per_pixel() / color.channel_count(),
+        turned_by: (!is_as_stored).then_some(turned_by),
+        is_converted: named.as_ref().is_some_and(|named| {
+            if is_light { named.matrix().is_some() } else { named.profile.is_some() }
+        }),
         is_whole: true,
         notes,
     };
-    if is_light {
-        let pixels = picture.into_rgba32f();
-        let (width, height) = size;
-        let alpha = has_alpha.then(|| Mask {
-            width,
-            height,
-            pixels: pixels.pixels().map(|p| p.0[3]).collect(),
-        });
-        let matrix = named.as_ref().and_then(Named::matrix);
-        let light = pixels.pixels().map(|p| {
-            let light = [p.0[0], p.0[1], p.0[2]];
-            matrix.map_or(light, |matrix| crate::color_space::transformed(&matrix, light))
-        });
-        let light = Image { width, height, pixels: light.collect() };
-        let about = about(Coding::Light("floating point"), matrix.is_some(), notes);
-        return Ok(Picture { about, content: Content::Light(light, alpha) });
-    }
-    let coding = named.as_ref().map_or(Coding::Open, |named| Coding::Named(named.name.clone()));
-    let is_converted = named.as_ref().is_some_and(|named| named.profile.is_some());
-    Ok(Picture {
-        about: about(coding, is_converted, notes),
-        content: Content::Codes(picture, named),
-    })
+    (about, named)
 }
 
-/// Colour of a PNG by its chunks, unless an ICC profile names it; None for other files.
+/// The picture of decoded pixels.
+pub(super) fn finish(
+    about: About,
+    named: Option<Named>,
+    mut picture: DynamicImage,
+    orientation: Orientation,
+) -> Picture {
+    picture.apply_orientation(orientation);
+    if !matches!(about.coding, Coding::Light(_)) {
+        return Picture { about, content: Content::Codes(picture, named) };
+    }
+    let (width, height) = about.size;
+    let pixels = picture.into_rgba32f();
+    let alpha = about.has_alpha.then(|| Mask {
+        width,
+        height,
+        pixels: pixels.pixels().map(|p| p.0[3]).collect(),
+    });
+    let matrix = named.as_ref().and_then(Named::matrix);
+    let light = pixels.pixels().map(|p| {
+        let light = [p.0[0], p.0[1], p.0[2]];
+        matrix.map_or(light, |matrix| crate::color_space::transformed(&matrix, light))
+    });
+    let light = Image { width, height, pixels: light.collect() };
+    Picture { about, content: Content::Light(light, alpha) }
+}
+
+/// Colour of a PNG by its chunks, unless an ICC profile names it.
 fn png_color(source: &mut Source) -> Option<Named> {
     let start = source.file.stream_position().ok()?;
     let info = png::Decoder::new(&mut source.file).read_info();
@@ -146,7 +176,7 @@ fn png_color(source: &mut Source) -> Option<Named> {
             return None;
         }
         if info.srgb.is_some() {
-            return Some(Named::srgb());
+            return Some(Named::srgb("sRGB"));
         }
         let primaries = info.chrm_chunk.map(|chunk| {
             let of = |(x, y): (png::ScaledFloat, png::ScaledFloat)| {

@@ -4,6 +4,8 @@
 //! codes as codes.
 
 mod coded;
+mod exif;
+mod mended;
 mod openexr;
 mod profile;
 mod radiance;
@@ -16,7 +18,9 @@ use crate::raster::{Encoded, Image, Mask, Raster};
 use base::error::{Error, Result};
 use base::files;
 use image::DynamicImage;
+pub use openexr::choose_layer;
 use profile::Named;
+use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
@@ -30,11 +34,15 @@ const REMEDY: &str = "Check that the file is there and is a complete picture";
 pub struct About {
     /// Columns and rows, turned as the file asks.
     pub size: (usize, usize),
+    /// Name of the format, such as `PNG`.
+    pub format: &'static str,
     pub coding: Coding,
     /// True if the file stores coverage.
     pub has_alpha: bool,
     /// Bits of a sample.
     pub bits: u8,
+    /// Source of the turn that was applied, such as `EXIF`; None if the picture is as stored.
+    pub turned_by: Option<&'static str>,
     /// True if light was brought from other primaries to Rec. 709, where some of it may be negative.
     pub is_converted: bool,
     /// False if parts of the picture are not in the file: they are black.
@@ -46,22 +54,40 @@ pub struct About {
 /// Meaning of a file's values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Coding {
-    /// Linear light, with the reason.
-    Light(&'static str),
+    /// Linear light, of primaries that the file names or else Rec. 709.
+    Light(Option<Origin>),
     /// Codes of the curve and primaries that the file names.
-    Named(String),
+    Named(Origin),
     /// Codes of a curve that the file leaves open: a camera's, or sRGB.
     Open,
 }
 
-impl Coding {
-    /// The coding and its source, in a sentence.
+/// A colour with its source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Name, such as `Display P3`.
+    pub name: String,
+    /// Part of the file that names it, such as `its ICC profile`.
+    pub by: &'static str,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} by {}", self.name, self.by)
+    }
+}
+
+impl About {
+    /// Format, depth, colour and turn, such as `PNG, 16 bits, Display P3 by its ICC profile, turned by EXIF`.
     pub fn sentence(&self) -> String {
-        match self {
-            Self::Light(why) => format!("scene-linear, {why}"),
-            Self::Named(name) => format!("{name}, named by the file"),
-            Self::Open => "curve not named by the file".to_owned(),
-        }
+        let coding = match &self.coding {
+            Coding::Light(None) => "scene-linear".to_owned(),
+            Coding::Light(Some(origin)) => format!("scene-linear, {origin}"),
+            Coding::Named(origin) => origin.to_string(),
+            Coding::Open => "curve not named".to_owned(),
+        };
+        let turned = self.turned_by.map_or(String::new(), |by| format!(", turned by {by}"));
+        format!("{}, {} bits, {coding}{turned}", self.format, self.bits)
     }
 }
 
@@ -161,7 +187,7 @@ pub fn about(path: &Path) -> Result<About> {
     match format {
         Format::Radiance => radiance::stream(source, &mut header)?,
         Format::OpenExr => openexr::stream(source, &mut header)?,
-        Format::Coded => return Ok(coded::read(source)?.about),
+        Format::Coded => return coded::about(source),
     }
     header.0.ok_or_else(|| broken(path, "it has no header"))
 }
@@ -171,10 +197,6 @@ pub fn about(path: &Path) -> Result<About> {
 /// # Errors
 /// As [`stream`].
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
-    let (source, format) = open(path)?;
-    if let Format::Coded = format {
-        return coded::dimensions(source);
-    }
     Ok(about(path)?.size)
 }
 
@@ -267,8 +289,8 @@ impl Picture {
         }
     }
 
-    /// Scene-linear light of a file that says so, for a camera's pictures: not negative, NaN 0 and infinities the largest
-    /// half float, with the number of pixels so mended. A file of codes comes back.
+    /// Scene-linear light of a file that says so, for a camera's pictures: not negative, NaN and infinities filled from their
+    /// neighbours, with the number of pixels so mended. A file of codes comes back.
     ///
     /// # Errors
     /// The picture, if it has codes.
@@ -276,10 +298,9 @@ impl Picture {
         if !matches!(self.about.coding, Coding::Light(_)) {
             return Err(Box::new(self));
         }
-        let mut mended = 0;
         let mut light = self.into_light();
+        let mended = mended::fill(&mut light);
         for pixel in &mut light.pixels {
-            mended += usize::from(pixel.iter().any(|v| !v.is_finite()));
             *pixel = pixel.map(|v| if v > 0.0 { v.min(HALF_MAX) } else { 0.0 });
         }
         Ok((light, mended))

@@ -1,16 +1,18 @@
 //! OpenEXR block by block: the flat layer that a person would call the picture, its data window anywhere in its display
 //! window, its chromaticities brought to Rec. 709.
 
-use super::{About, Coding, Sink, Source};
-use crate::color_space::{Matrix, Primaries, transformed};
+use super::{About, Coding, Origin, Sink, Source};
+use crate::color_space::{Primaries, transformed};
 use crate::file::check_openexr;
 use base::error::{Error, Result};
 use exr::block::reader::ChunksReader;
 use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use half::f16;
-use std::io::Read;
-use std::io::{Seek, SeekFrom};
+use std::collections::BTreeMap;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Layers that hold the finished picture, by the last part of their names; earlier ones are preferred.
 const FINISHED: [&str; 8] =
@@ -44,7 +46,8 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
             size(window).1
         ));
     }
-    let matrix = header.shared_attributes.chromaticities.and_then(|c| to_rec709(&c));
+    let primaries = header.shared_attributes.chromaticities.and_then(|c| primaries(&c));
+    let matrix = primaries.and_then(Primaries::to_rec709);
     if matrix.is_some() {
         notes.push("Brought from the chromaticities in its header to Rec. 709.".to_owned());
     }
@@ -52,9 +55,14 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     let kind = list[choice.channels[0]].sample_type;
     let about = About {
         size: size(window),
-        coding: Coding::Light("OpenEXR"),
+        format: "EXR",
+        coding: Coding::Light(primaries.map(|primaries| Origin {
+            name: primaries.name().to_owned(),
+            by: "its chromaticities",
+        })),
         has_alpha: choice.alpha.is_some(),
         bits: if kind == SampleType::F16 { 16 } else { 32 },
+        turned_by: None,
         is_converted: matrix.is_some(),
         is_whole,
         notes,
@@ -110,11 +118,11 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
         .map_err(|e| broken(&e))
 }
 
-fn to_rec709(c: &Chromaticities) -> Option<Matrix> {
+fn primaries(c: &Chromaticities) -> Option<Primaries> {
     let of = |v: exr::math::Vec2<f32>| [f64::from(v.x()), f64::from(v.y())];
     let primaries =
         Primaries { red: of(c.red), green: of(c.green), blue: of(c.blue), white: of(c.white) };
-    if primaries.is_usable() { primaries.to_rec709() } else { None }
+    primaries.is_usable().then_some(primaries)
 }
 
 /// Refuses compressions that came after OpenEXR 2, which the decoder takes for damage.
@@ -188,6 +196,12 @@ struct Layer {
 }
 
 impl Layer {
+    /// True if the whole name is `chosen`, in lower case, or ends with it.
+    fn is_called(&self, chosen: &str) -> bool {
+        let name = self.name.trim_matches('.');
+        name == chosen || name.strip_suffix(chosen).is_some_and(|before| before.ends_with('.'))
+    }
+
     /// Rank among the layers of a file, lower first: unnamed and finished ones, the left eye before the right.
     fn rank(&self) -> (usize, usize) {
         let words: Vec<&str> = self.name.split('.').filter(|word| !word.is_empty()).collect();
@@ -205,6 +219,38 @@ impl Layer {
         };
         (finished, usize::from(is_right))
     }
+}
+
+/// Layers chosen by name, in lower case, for the files in a folder and below.
+static CHOSEN: Mutex<BTreeMap<PathBuf, String>> = Mutex::new(BTreeMap::new());
+
+/// Chooses the layer of EXR files at `place`, a file or folder, that have several, for this process; None: the finished
+/// picture. Files without this layer among several are refused.
+pub fn choose_layer(place: &Path, layer: Option<&str>) {
+    let mut chosen = CHOSEN.lock().unwrap_or_else(PoisonError::into_inner);
+    match layer {
+        Some(layer) => chosen.insert(place.to_path_buf(), layer.to_lowercase()),
+        None => chosen.remove(place),
+    };
+}
+
+fn chosen_layer(path: &Path) -> Option<String> {
+    let chosen = CHOSEN.lock().unwrap_or_else(PoisonError::into_inner);
+    path.ancestors().find_map(|place| chosen.get(place).cloned())
+}
+
+/// Refuses luminance with chroma, whose Y alone is no grey picture.
+fn refuse_luminance_chroma(path: &Path, headers: &[Header]) -> Result<()> {
+    let is_chroma = |name: &str| ["ry", "by"].contains(&name.rsplit('.').next().unwrap_or(name));
+    let mut channels = headers.iter().flat_map(|header| &header.channels.list);
+    if channels.all(|channel| !is_chroma(&channel.name.to_string().to_lowercase())) {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!("{} has luminance and chroma (Y, RY, BY), not R, G and B", path.display()),
+        "Write it with the channels R, G and B",
+    )
+    .with_how("oiiotool IN.exr -o OUT.exr"))
 }
 
 /// Layers with red, green and blue.
@@ -251,28 +297,38 @@ fn is_flat(header: &Header) -> bool {
 }
 
 /// The layer to read: the only one with colours, or the finished picture among several; else grey.
-fn choose(
-    path: &std::path::Path,
-    headers: &[Header],
-    notes: &mut Vec<String>,
-) -> Result<LayerChoice> {
+fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<LayerChoice> {
+    refuse_luminance_chroma(path, headers)?;
     let mut layers = color_layers(headers);
     let count = layers.len();
     layers.sort_by_key(Layer::rank);
     let shown = |layer: &Layer| format!("\"{}\"", layer.name.trim_matches('.'));
+    let chosen = if count > 1 { chosen_layer(path) } else { None };
     if let Some(first) = layers.first() {
-        if count > 1 && first.rank().0 == usize::MAX {
+        let is_wanted = match &chosen {
+            Some(chosen) => {
+                // The left view stays before the right.
+                layers.sort_by_key(|layer| !layer.is_called(chosen));
+                layers[0].is_called(chosen)
+            }
+            None => count == 1 || first.rank().0 < usize::MAX,
+        };
+        if !is_wanted {
             let names: Vec<String> = layers.iter().take(12).map(shown).collect();
+            let lacks = chosen.map_or("that is the finished picture".to_owned(), |chosen| {
+                format!("called \"{chosen}\"")
+            });
             return Err(Error::invalid(
                 format!(
-                    "{} has {count} layers with colours and none that is the finished picture: {}",
+                    "{} has {count} layers with colours and none {lacks}: {}",
                     path.display(),
                     names.join(", ")
                 ),
-                "Write it again with the wanted layer as R, G and B, or name that layer \"beauty\"",
+                "Choose one with --layer NAME (import, probe), write the wanted one as R, G and B, or name it \"beauty\"",
             ));
         }
         if count > 1 {
+            let first = &layers[0];
             let name = if first.name.trim_matches('.').is_empty() {
                 "the unnamed one".into()
             } else {

@@ -4,6 +4,7 @@
 //! Light is adapted between whites with Bradford's matrix. A profile of tables goes through moxcms. PQ is read with diffuse
 //! white, 203 cd/m² (ITU-R BT.2408), at 1; HLG (ITU-R BT.2100) as scene light with code 0.75 at 1.
 
+use super::Origin;
 use crate::color::{linear_from_srgb, linear_from_xyz};
 use crate::color_space::{ColorSpace, Matrix, Primaries, transformed};
 use crate::response::Response;
@@ -25,11 +26,13 @@ pub(super) enum Profile {
 
 /// A curve with its name in sentences.
 pub(super) struct Named {
-    pub name: String,
+    pub origin: Origin,
     /// None for sRGB.
     pub profile: Option<Profile>,
 }
 
+/// Source in sentences.
+const ICC: &str = "its ICC profile";
 const CODES: usize = 1 << 16;
 /// cd/m² of diffuse white, and of PQ's code 1 (SMPTE ST 2084).
 const WHITE: f32 = 203.0;
@@ -80,9 +83,9 @@ impl Profile {
 }
 
 impl Named {
-    fn new(name: impl Into<String>, profile: Profile) -> Self {
+    fn new(name: impl Into<String>, by: &'static str, profile: Profile) -> Self {
         let profile = (!profile.is_srgb()).then_some(profile);
-        Self { name: name.into(), profile }
+        Self { origin: Origin { name: name.into(), by }, profile }
     }
 
     /// The matrix alone, for light that has no curve.
@@ -93,9 +96,9 @@ impl Named {
         }
     }
 
-    /// sRGB.
-    pub fn srgb() -> Self {
-        Self { name: "sRGB".into(), profile: None }
+    /// sRGB, named by this part of the file.
+    pub fn srgb(by: &'static str) -> Self {
+        Self { origin: Origin { name: "sRGB".into(), by }, profile: None }
     }
 }
 
@@ -116,7 +119,7 @@ pub(super) fn icc(bytes: &[u8]) -> Result<Named, String> {
             let grey = evaluator(&profile.gray_trc)
                 .ok_or("its grey ICC profile has no curve".to_owned())?;
             let tables = Box::new([grey.clone(), grey.clone(), grey]);
-            Ok(Named::new(name, Profile::Curves { tables, matrix: None }))
+            Ok(Named::new(name, ICC, Profile::Curves { tables, matrix: None }))
         }
         DataColorSpace::Rgb => {
             let curves = [&profile.red_trc, &profile.green_trc, &profile.blue_trc];
@@ -130,7 +133,7 @@ pub(super) fn icc(bytes: &[u8]) -> Result<Named, String> {
                 let matrix = [0, 1, 2].map(|row| columns.map(|column| column[row]));
                 let matrix = Some(matrix);
                 let tables = Box::new([r, g, b]);
-                return Ok(Named::new(name, Profile::Curves { tables, matrix }));
+                return Ok(Named::new(name, ICC, Profile::Curves { tables, matrix }));
             }
             let mut linear = ColorProfile::new_srgb();
             let straight = || Some(ToneReprCurve::Lut(Vec::new()));
@@ -142,7 +145,7 @@ pub(super) fn icc(bytes: &[u8]) -> Result<Named, String> {
                 profile.create_transform_f32(Layout::Rgb, &linear, Layout::Rgb, options);
             let transform = transform
                 .map_err(|e| format!("its ICC profile \"{name}\" cannot be used ({e})"))?;
-            Ok(Named::new(name, Profile::Tables(transform)))
+            Ok(Named::new(name, ICC, Profile::Tables(transform)))
         }
         other => Err(format!("its ICC profile \"{name}\" is for {other:?}, not RGB or grey")),
     }
@@ -187,7 +190,19 @@ pub(super) fn cicp(primaries: u8, transfer: u8) -> Option<Named> {
         18 => ("HLG", hlg),
         _ => return None,
     };
-    Some(Named::new(format!("{of}, {curve}"), Profile::curve(light, primaries)))
+    Some(Named::new(format!("{of}, {curve}"), "cICP", Profile::curve(light, primaries)))
+}
+
+/// Adobe RGB (1998), 4.3: the primaries, D65 and the exponent 2 + 51/256.
+pub(super) fn adobe_rgb() -> Named {
+    let primaries = Primaries {
+        red: [0.64, 0.33],
+        green: [0.21, 0.71],
+        blue: [0.15, 0.06],
+        white: ColorSpace::Rec709.primaries().white,
+    };
+    let light = |code: f32| code.powf(563.0 / 256.0);
+    Named::new("Adobe RGB (1998)", "EXIF", Profile::curve(light, Some(primaries)))
 }
 
 /// Colour of PNG's gAMA and cHRM chunks: `gamma` is the exponent of encoding.
@@ -202,7 +217,7 @@ pub(super) fn gamma(gamma: f32, primaries: Option<Primaries>) -> Option<Named> {
         format!("gamma {:.2}", 1.0 / gamma)
     };
     let power = 1.0 / gamma;
-    Some(Named::new(name, Profile::curve(|code| code.powf(power), primaries)))
+    Some(Named::new(name, "gAMA", Profile::curve(|code| code.powf(power), primaries)))
 }
 
 /// Light of PQ's code, diffuse white at 1 (SMPTE ST 2084).

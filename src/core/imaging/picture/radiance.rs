@@ -2,7 +2,7 @@
 //! (radsite.lbl.gov/radiance/refer/filefmts.pdf). The `image` crate reads one of the eight orientations, no XYZE,
 //! no primaries, and all of a file at once.
 
-use super::{About, Coding, REMEDY, Sink, Source};
+use super::{About, Coding, Origin, REMEDY, Sink, Source};
 use crate::color::linear_from_xyz;
 use crate::color_space::{Matrix, Primaries, transformed};
 use base::error::{Error, Result};
@@ -17,9 +17,11 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     }
     let about = About {
         size: (width, height),
-        coding: Coding::Light("Radiance HDR"),
+        format: "Radiance HDR",
+        coding: Coding::Light(header.origin()),
         has_alpha: false,
         bits: 8,
+        turned_by: None,
         is_converted: header.xyz || header.matrix.is_some(),
         is_whole: true,
         notes,
@@ -85,7 +87,9 @@ impl Layout {
 struct Header {
     layout: Layout,
     xyz: bool,
-    /// From other primaries to Rec. 709.
+    /// Primaries of RGB, if the header has any.
+    primaries: Option<Primaries>,
+    /// From those to Rec. 709, if they are others.
     matrix: Option<Matrix>,
     /// The factor for values: the reciprocal of the exposure and colour correction in the header.
     gain: [f32; 3],
@@ -147,7 +151,15 @@ impl Header {
         let gain = if gain.iter().all(|v| v.is_normal()) { gain } else { [1.0; 3] };
         let primaries = primaries.filter(|p| !xyz && p.is_usable());
         let matrix = primaries.and_then(Primaries::to_rec709);
-        Ok(Self { layout, xyz, matrix, gain })
+        Ok(Self { layout, xyz, primaries, matrix, gain })
+    }
+
+    fn origin(&self) -> Option<Origin> {
+        let origin = |name: &str, by| Origin { name: name.to_owned(), by };
+        if self.xyz {
+            return Some(origin("CIE XYZ", "its FORMAT"));
+        }
+        self.primaries.map(|primaries| origin(primaries.name(), "its PRIMARIES"))
     }
 
     fn light(&self, [r, g, b, e]: [u8; 4]) -> [f32; 3] {

@@ -1,11 +1,12 @@
 //! TIFF that the `image` crate misreads: floating point, more than 16 bits, and planes one after the other.
 
-use super::{Picture, Source, check_size, coded, profile};
+use super::profile::Named;
+use super::{About, Picture, Source, check_size, coded, profile};
 use crate::file::MAX_DECODER_BYTES;
 use base::error::{Error, Result};
 use half::f16;
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageBuffer};
+use image::{ColorType as ImageColor, DynamicImage, ImageBuffer};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -19,6 +20,8 @@ pub(super) struct Special {
     stored: (usize, usize),
     /// Samples of a pixel, and those that are used: 1 to 4.
     samples: (usize, usize),
+    /// Floating point.
+    is_light: bool,
     is_planar: bool,
     is_inverted: bool,
     orientation: Orientation,
@@ -80,6 +83,13 @@ fn layout(path: &Path, mut decoder: Decoder<&mut BufReader<File>>) -> Result<Opt
     let format = formats.as_ref().and_then(|all| all.first().copied()).unwrap_or(1);
     let (width, height) = decoder.dimensions().map_err(|e| broken(path, e))?;
     let color = decoder.colortype().map_err(|e| broken(path, e))?;
+    if format == SampleFormat::Int.to_u16() {
+        return Err(Error::invalid(
+            format!("{} has signed samples, which are not read", path.display()),
+            "Write it with unsigned samples of 16 bits, or as floating point",
+        ));
+    }
+    let is_light = format == SampleFormat::IEEEFP.to_u16();
     let is_uint = format == SampleFormat::Uint.to_u16();
     let several = color.num_samples() > 1;
     if is_uint && color.bit_depth() <= 16 && !(is_planar && several) {
@@ -103,21 +113,31 @@ fn layout(path: &Path, mut decoder: Decoder<&mut BufReader<File>>) -> Result<Opt
     let stored = (width as usize, height as usize);
     check_size(stored).map_err(|e| broken(path, e))?;
     let samples = (samples, used);
-    Ok(Some(Special { stored, samples, is_planar, is_inverted, orientation }))
+    Ok(Some(Special { stored, samples, is_light, is_planar, is_inverted, orientation }))
 }
 
 impl Special {
-    /// Columns and rows, turned.
-    pub fn size(&self) -> (usize, usize) {
-        let (width, height) = self.stored;
-        if coded::is_turned(self.orientation) { (height, width) } else { (width, height) }
+    /// Properties of the picture, and its colour.
+    pub fn about(&self, source: &mut Source) -> Result<(About, Option<Named>)> {
+        let icc = decoder(source)?.get_tag_u8_vec(Tag::IccProfile).ok();
+        let named = icc.map(|bytes| profile::icc(&bytes)).transpose();
+        let used = self.samples.1;
+        let color = match (self.is_light, used) {
+            (true, 2 | 4) => ImageColor::Rgba32F,
+            (true, _) => ImageColor::Rgb32F,
+            (false, 1) => ImageColor::L16,
+            (false, 2) => ImageColor::La16,
+            (false, 3) => ImageColor::Rgb16,
+            (false, _) => ImageColor::Rgba16,
+        };
+        Ok(coded::describe(source.path, "TIFF", self.stored, color, named, self.orientation))
     }
 
     pub fn read(&self, source: &mut Source) -> Result<Picture> {
         let path = source.path;
+        let (about, named) = self.about(source)?;
+        source.file.seek(SeekFrom::Start(0)).map_err(|e| broken(path, e))?;
         let mut decoder = decoder(source)?;
-        let icc = decoder.get_tag_u8_vec(Tag::IccProfile).ok();
-        let named = icc.map(|bytes| profile::icc(&bytes)).transpose();
         let mut result = DecodingResult::U8(Vec::new());
         decoder.read_image_to_buffer(&mut result).map_err(|e| broken(path, e))?;
         let unsigned = |share: f64| if self.is_inverted { 1.0 - share } else { share };
@@ -130,16 +150,10 @@ impl Special {
             DecodingResult::F16(v) => self.light(&v, f16::to_f32),
             DecodingResult::F32(v) => self.light(&v, |v| v),
             DecodingResult::F64(v) => self.light(&v, |v| v as f32),
-            _ => {
-                return Err(Error::invalid(
-                    format!("{} has signed samples, which are not read", path.display()),
-                    "Write it with unsigned samples of 16 bits, or as floating point",
-                ));
-            }
+            _ => return Err(broken(path, "its samples are signed")),
         };
-        let mut picture = picture.ok_or_else(|| broken(path, "it ends before its pixels"))?;
-        picture.apply_orientation(self.orientation);
-        coded::finish(path, picture, named, self.orientation)
+        let picture = picture.ok_or_else(|| broken(path, "it ends before its pixels"))?;
+        Ok(coded::finish(about, named, picture, self.orientation))
     }
 
     /// Used samples pixel by pixel; None if some are missing.

@@ -191,7 +191,7 @@ impl<'a> PanoramaReader<'a> {
         let canvas = self.canvas.take().map_or_else(|| Canvas::whole((1, 1)), |(canvas, _)| canvas);
         let curve = match &self.coding {
             Coding::Light(_) => None,
-            Coding::Named(name) => Some(name.as_str()),
+            Coding::Named(origin) => Some(origin.name.as_str()),
             Coding::Open => Some("sRGB"),
         };
         if let Some(curve) = curve {
