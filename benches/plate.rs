@@ -352,7 +352,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
     let silent = Progress::silent();
     for &size in &options.light {
         let folder = tempfile::tempdir()?;
-        let settings = ImportSettings { size, seed: 1 };
+        let settings = ImportSettings { size, seed: 1, layer: None };
         let mut project = import(folder.path(), shoot, &settings, &silent)?;
         let calibration = calibrate(&mut project, &CalibrateSettings::default(), &silent)?;
         let truth = Truth::open(&project, shoot)?;

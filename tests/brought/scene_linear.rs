@@ -40,7 +40,7 @@ fn light_above_white_goes_from_the_file_to_the_relit_plate() {
     let exponent = |name: &str| truth[name].as_f64().unwrap() as f32;
     let response = DualGamma::new(exponent("g1"), exponent("g2")).unwrap().into();
     let silent = Progress::silent();
-    let settings = ImportSettings { size: stage.working_size, seed: 5 };
+    let settings = ImportSettings { size: stage.working_size, seed: 5, layer: None };
     let mut coded = import(&folder.path().join("coded"), &shoot, &settings, &silent).unwrap();
     let by_codes = calibrate(&mut coded, &CalibrateSettings::default(), &silent).unwrap();
 

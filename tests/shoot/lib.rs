@@ -44,7 +44,7 @@ impl TestShoot {
 
     /// Imports the shoot as a project at `project`, relative to `folder` or outside of it.
     pub fn import(&self, folder: &Path, project: impl AsRef<Path>) -> Project {
-        let settings = ImportSettings { size: self.working_size, seed: 5 };
+        let settings = ImportSettings { size: self.working_size, seed: 5, layer: None };
         let (shoot, root) = (self.write(folder), folder.join(project));
         footage::import(&root, &shoot, &settings, &Progress::silent()).unwrap()
     }

@@ -55,7 +55,7 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     let row = Row { seed, size, lamps: settings.lamps, shoot_seconds, ..truth.row() };
     let folder = temporary_folder()?;
     let project = folder.path().join("project");
-    let import = ImportSettings { size, seed };
+    let import = ImportSettings { size, seed, layer: None };
     let start = Instant::now();
     let silent = Progress::silent();
     let calibrated = footage::import(&project, &shoot, &import, &silent).and_then(|mut project| {

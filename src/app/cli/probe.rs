@@ -82,6 +82,9 @@ pub struct ProbeArgs {
     /// Layout of the sphere in the picture.
     #[arg(long, value_enum, default_value = "lat-long")]
     mapping: Mapping,
+    /// Layer of EXR photographs that have several [default: the finished picture].
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
     /// Rows of the picture.
     #[arg(long, default_value_t = 512, allow_negative_numbers = true, value_parser = within(ROWS))]
     height: usize,
@@ -125,6 +128,7 @@ impl ProbeArgs {
                 yaw_deg: self.yaw,
                 mapping: self.mapping,
                 height: self.height,
+                layer: self.layer.clone(),
                 to: self.to.clone(),
             }),
         }

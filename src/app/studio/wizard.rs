@@ -292,7 +292,7 @@ impl Wizard {
         let job = Job::Import {
             project: root.clone(),
             shoot,
-            settings: ImportSettings { size: plan.size, seed: 1 },
+            settings: ImportSettings { size: plan.size, seed: 1, layer: None },
             lamps: plan.lamps.filter(|&count| lamps.is_none_or(|all| count < all)),
             name: (!name.is_empty()).then(|| name.to_owned()),
         };

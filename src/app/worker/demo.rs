@@ -56,7 +56,7 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     let mut project = if root.join("project.toml").exists() {
         Project::open(&root)?
     } else {
-        let settings = ImportSettings { size: StageSettings::demo().size, seed: 1 };
+        let settings = ImportSettings { size: StageSettings::demo().size, seed: 1, layer: None };
         let project = import(&root, &shoot, &settings, progress)?;
         let plate = dimensions(&project.frame_picture(0))?;
         Project::change(&root, |project| project.frame(Framing::whole(plate)))?;

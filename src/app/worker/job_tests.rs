@@ -14,7 +14,7 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     let job = Job::Import {
         project: PathBuf::from("nowhere"),
         shoot: PathBuf::from("no/such/shoot"),
-        settings: ImportSettings { size: 128, seed: 1 },
+        settings: ImportSettings { size: 128, seed: 1, layer: None },
         name: None,
         lamps: None,
     };

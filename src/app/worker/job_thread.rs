@@ -202,7 +202,10 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
         self.exporting = Some(id);
         (self.tell)(Event::Started { what: "exporting" });
         let report = |report: Report| (self.tell)(Event::Report(report));
-        let written = write(&Progress::new(&report, control))?;
+        let progress = Progress::new(&report, control);
+        let written = write(&progress);
+        footage::report_mended(&progress);
+        let written = written?;
         Ok(Done::Export(id, written))
     }
 

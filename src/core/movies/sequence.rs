@@ -7,7 +7,7 @@ use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{self, sorted_names};
 use imaging::file::{self, Codes};
-use imaging::picture::{self, Picture};
+use imaging::picture::{self, About, Picture};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -233,11 +233,20 @@ impl Sequence {
     /// # Errors
     /// As [`Self::frame`].
     pub(crate) fn picture(&self, frame: u64) -> Result<Option<Picture>> {
+        self.still(frame)?.map(|file| picture::read(&file)).transpose()
+    }
+
+    /// Properties of the file of frame `frame`; None for DPX.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub(crate) fn about(&self, frame: u64) -> Result<Option<About>> {
+        self.still(frame)?.map(|file| picture::about(&file)).transpose()
+    }
+
+    fn still(&self, frame: u64) -> Result<Option<PathBuf>> {
         let file = self.present(frame)?;
-        if FileFormat::of(&file) == Some(FileFormat::Dpx) {
-            return Ok(None);
-        }
-        picture::read(&file).map(Some)
+        Ok((FileFormat::of(&file) != Some(FileFormat::Dpx)).then_some(file))
     }
 
     fn present(&self, frame: u64) -> Result<PathBuf> {

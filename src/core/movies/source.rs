@@ -6,7 +6,7 @@ use super::series::missing_words;
 use super::{Movie, Pixels, Sequence};
 use base::FileFormat;
 use base::error::Result;
-use imaging::picture::Picture;
+use imaging::picture::{About, Picture};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -146,6 +146,17 @@ impl Source {
         match self {
             Self::Movie(_) => Ok(None),
             Self::Sequence(sequence) => sequence.picture(frame),
+        }
+    }
+
+    /// Properties of a frame's own file. None for a movie's frame and for DPX.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn about(&self, frame: u64) -> Result<Option<About>> {
+        match self {
+            Self::Movie(_) => Ok(None),
+            Self::Sequence(sequence) => sequence.about(frame),
         }
     }
 

@@ -252,7 +252,7 @@ mod tests {
         let facts = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
         let facts: Facts = serde_json::from_str(&facts).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let settings = ImportSettings { size: 128, seed: 0 };
+        let settings = ImportSettings { size: 128, seed: 0, layer: None };
         let project = import(folder.path(), &shoot, &settings, &Progress::silent()).unwrap();
         let calibration = Calibration {
             response: Response::Dual(DualGamma { gamma1: facts.g1, gamma2: facts.g2 }),

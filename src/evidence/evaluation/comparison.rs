@@ -275,7 +275,7 @@ mod tests {
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
         let stage = StageSettings { frames: 4, size: 32, lamps: 8, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
-        let settings = ImportSettings { size: 32, seed: 0 };
+        let settings = ImportSettings { size: 32, seed: 0, layer: None };
         let mut project = import(&folder.path().join("project"), &shoot, &settings, &silent)?;
         let calibration = calibrate(&mut project, &CalibrateSettings::default(), &silent)?;
         let truth = Truth::open(&project, &shoot)?;

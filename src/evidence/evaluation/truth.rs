@@ -185,7 +185,7 @@ mod tests {
             ..StageSettings::default()
         };
         write_shoot(&shoot, &stage, &silent)?;
-        let settings = ImportSettings { size: 16, seed: 0 };
+        let settings = ImportSettings { size: 16, seed: 0, layer: None };
         let root = folder.path().join("project");
         import(&root, &shoot, &settings, &silent)?;
         let shown = |framing: Framing| -> Result<Image> {

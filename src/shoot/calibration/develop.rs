@@ -56,6 +56,8 @@ pub struct DevelopSettings {
     pub mapping: Mapping,
     /// Rows of the written picture.
     pub height: usize,
+    /// Layer of EXR photographs that have several; None for the finished picture.
+    pub layer: Option<String>,
     /// The EXR to write.
     pub to: PathBuf,
 }
@@ -107,6 +109,10 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
             ),
             "Give a height such as 512",
         ));
+    }
+    let balls = settings.second.iter().map(|(ball, _)| ball).chain([&settings.ball]);
+    for photograph in balls.flat_map(|ball| &ball.photographs) {
+        imaging::picture::choose_layer(photograph, settings.layer.as_deref());
     }
     let first = Ball::read(&settings.ball, settings)?;
     let panorama_size = Mapping::LatLong.size(settings.height);

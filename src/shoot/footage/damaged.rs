@@ -89,7 +89,7 @@ mod tests {
     use test_support::shown;
     use virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 
-    const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1 };
+    const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1, layer: None };
 
     fn stage(folder: &Path, written_as: WrittenAs) {
         let stage = StageSettings {

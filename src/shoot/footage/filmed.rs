@@ -140,7 +140,7 @@ mod tests {
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
         let stage = StageSettings { frames: 2, size: 48, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
-        let settings = ImportSettings { size: 16, seed: 1 };
+        let settings = ImportSettings { size: 16, seed: 1, layer: None };
         let project = import(&folder.path().join("p"), &shoot, &settings, &silent)?;
         for framing in [
             Framing::whole((48, 48)),

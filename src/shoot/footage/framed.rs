@@ -1,9 +1,10 @@
 //! Reader for pictures of the subject, cropped to the project's framing.
 
+use super::mended::remember;
 use super::shoot::contents;
 use base::error::{Error, Result};
 use imaging::color::luminance;
-use imaging::picture::{self, Coding};
+use imaging::picture::{self, About, Coding};
 use imaging::{Encoded, Image, Mask, Raster, Response, file};
 use project::{Framing, Framings, Matte, Padding, Picture};
 use std::path::Path;
@@ -36,7 +37,10 @@ pub fn read_light(picture: &Picture, response: &Response) -> Result<Image> {
         }
     };
     Ok(match own.into_scene_light() {
-        Ok((light, _)) => light,
+        Ok((light, mended)) => {
+            remember(picture.display().to_string(), mended);
+            light
+        }
         Err(codes) => response.decode(&codes.into_encoded()),
     })
 }
@@ -46,13 +50,15 @@ pub fn read_light(picture: &Picture, response: &Response) -> Result<Image> {
 /// # Errors
 /// When the file cannot be read.
 pub fn is_scene_linear(picture: &Picture) -> Result<bool> {
-    let about = match picture {
-        Picture::File(file) => Some(picture::about(file)?),
-        Picture::Movie { file, frame } => {
-            movies::open(file)?.picture(*frame)?.map(|picture| picture.about)
-        }
-    };
-    Ok(about.is_some_and(|about| matches!(about.coding, Coding::Light(_))))
+    Ok(about(picture)?.is_some_and(|about| matches!(about.coding, Coding::Light(_))))
+}
+
+/// Properties of a picture's file. None for a movie's frame and for DPX.
+pub(super) fn about(picture: &Picture) -> Result<Option<About>> {
+    match picture {
+        Picture::File(file) => picture::about(file).map(Some),
+        Picture::Movie { file, frame } => movies::open(file)?.about(*frame),
+    }
 }
 
 /// Reads a full matte.
@@ -219,7 +225,7 @@ mod tests {
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
         let stage = StageSettings { frames: 2, size: 32, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
-        let settings = ImportSettings { size: 16, seed: 1 };
+        let settings = ImportSettings { size: 16, seed: 1, layer: None };
         let square = import(&folder.path().join("square"), &shoot, &settings, &silent)?;
         let read = |project: &Project| -> Result<(Frame, Exemplar)> {
             let frame = Frame::load(project, &Response::Srgb, 1)?;

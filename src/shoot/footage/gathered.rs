@@ -209,7 +209,7 @@ mod tests {
         let root = folder.path().join("project");
         std::fs::create_dir(&root).unwrap();
         std::fs::write(root.join("shoot.toml"), map(&parts, &root).unwrap()).unwrap();
-        let settings = ImportSettings { size: 16, seed: 1 };
+        let settings = ImportSettings { size: 16, seed: 1, layer: None };
         let project =
             import(&root, &root.join("shoot.toml"), &settings, &Progress::silent()).unwrap();
         let shoot = &project.settings.shoot;

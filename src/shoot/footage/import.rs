@@ -25,6 +25,9 @@ pub struct ImportSettings {
     // The limit of integers in project.toml.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: u64,
+    /// Layer of the shoot's EXR files that have several [default: the finished picture].
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
 }
 
 /// Makes a project in folder `root` for the shoot in folder `shoot`. Reads every picture's header, copies nothing,
@@ -64,7 +67,7 @@ pub fn plan_import(
         ));
     }
     let Parts { folder: shoot, said_in, manifest, listing, takes, directions, named } =
-        Parts::find(shoot, progress)?;
+        Parts::find(shoot, settings.layer.as_deref(), progress)?;
     let shoot = &*shoot;
     listing.notes.iter().for_each(|note| progress.say(note));
     for (is_empty, folder, what) in [
@@ -145,12 +148,14 @@ pub fn plan_import(
                 dome_radius_m,
                 environments: manifest.hdris,
                 lamp_layout,
+                layer: settings.layer.clone(),
             },
             environments: Vec::new(),
             color_config: None,
             framing: Framings::default(),
         },
     };
+    project.choose_layer();
     let shoot = &project.settings.shoot;
     shoot.check().map_err(|e| e.within(&said_in))?;
     let sizes = check_pictures(&project, progress)?;
@@ -404,7 +409,7 @@ mod tests {
         let wide: Vec<u8> = wide.encode_utf16().flat_map(u16::to_le_bytes).collect();
         std::fs::write(&manifest, wide).unwrap();
         let list = shoot.join("dome.lp");
-        let settings = ImportSettings { size: 16, seed: 1 };
+        let settings = ImportSettings { size: 16, seed: 1, layer: None };
         for (text, lamps, others, layout) in [
             (
                 "name;x;y;z\rolat_03.jpg;0;0,6;0,8\rolat_01;1;0;0\rolat_00;0;1;0\rolat_02;0;0;1\r",

@@ -13,6 +13,7 @@ mod import;
 mod lamp_list;
 mod map;
 mod mattes;
+mod mended;
 pub mod motion;
 mod movement;
 #[cfg(test)]
@@ -27,6 +28,7 @@ mod steady;
 pub mod strokes;
 mod takes;
 mod tracking;
+mod understood;
 mod uniform;
 
 pub use damaged::{STAND_IN_REACH, StandIn, offer, readable_frame, stand_in};
@@ -41,7 +43,9 @@ pub use framed::{
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
 pub use mattes::{MatteSettings, MattesReport, make_mattes};
+pub use mended::report_mended;
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use strokes::{BrushSide, Stroke, Strokes};
 pub use tracking::TrackingFrames;
+pub use understood::{Understood, understood};
 pub use uniform::uniform_coverage;

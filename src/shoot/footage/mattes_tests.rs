@@ -18,7 +18,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
     let stage = StageSettings { frames: 3, size: 64, lamps: 6, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 16, seed: 1 };
+    let settings = ImportSettings { size: 16, seed: 1, layer: None };
     let root = folder.path().join("project");
     let project = import(&root, &shoot, &settings, &silent).unwrap();
     let poses = project.settings.shoot.poses.len();
@@ -102,7 +102,7 @@ impl Stage {
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
         let stage = StageSettings { frames, size: 128, lamps: 6, seed, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent).unwrap();
-        let settings = ImportSettings { size: 16, seed: 1 };
+        let settings = ImportSettings { size: 16, seed: 1, layer: None };
         let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
         let take = |frame| {
             let file = project.frame_matte(frame).file().to_owned();
@@ -375,7 +375,7 @@ fn filmed(pictures: &[Encoded], truths: Vec<Mask>) -> Stage {
         StageSettings { frames: pictures.len(), size: 16, lamps: 4, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
     std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
-    let settings = ImportSettings { size: 16, seed: 1 };
+    let settings = ImportSettings { size: 16, seed: 1, layer: None };
     let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
     for (frame, picture) in pictures.iter().enumerate() {
         file::write_png(project.frame_picture(frame).file(), picture).unwrap();

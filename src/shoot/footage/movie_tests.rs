@@ -10,7 +10,7 @@ use std::process::Command;
 use test_support::shown;
 use virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 
-const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1 };
+const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1, layer: None };
 const LAMPS: usize = 6;
 /// ffmpeg converts RGB through luma and chroma, exact to an eighth of an 8-bit code; linear light is up to 2.3
 /// times as steep.

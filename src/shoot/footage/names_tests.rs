@@ -31,7 +31,8 @@ fn imported(shoot: &Path) -> (Result<Project>, String) {
     let progress = Progress::new(&sink, Control::default());
     let root = shoot.with_file_name("project");
     let _ = std::fs::remove_dir_all(&root);
-    let project = import(&root, shoot, &ImportSettings { size: 16, seed: 1 }, &progress);
+    let project =
+        import(&root, shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &progress);
     (project, said.into_inner().unwrap())
 }
 

@@ -8,6 +8,7 @@ use base::error::{Error, Result};
 use base::has_extension;
 use base::progress::Progress;
 use glam::Vec3;
+use imaging::picture;
 use project::{Frames, Takes};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -28,14 +29,16 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Finds the parts of the shoot at `shoot`: a folder with a manifest, or a TOML map.
+    /// Finds the parts of the shoot at `shoot`: a folder with a manifest, or a TOML map. Its EXR files are read by `layer`.
     ///
     /// # Errors
     /// When a part is missing or cannot be read, or a movie's number of lamps differs.
-    pub fn find(shoot: &Path, progress: &Progress) -> Result<Self> {
+    pub fn find(shoot: &Path, layer: Option<&str>, progress: &Progress) -> Result<Self> {
         if has_extension(shoot, "toml") && shoot.is_file() {
-            return Self::of_map(shoot, progress);
+            return Self::of_map(shoot, layer, progress);
         }
+        let folder = if shoot.is_file() { shoot.parent() } else { Some(shoot) };
+        picture::choose_layer(folder.unwrap_or(shoot), layer);
         if shoot.is_file() {
             return Self::of_interview(shoot, progress);
         }
@@ -144,11 +147,12 @@ impl Parts {
         })
     }
 
-    fn of_map(path: &Path, progress: &Progress) -> Result<Self> {
+    fn of_map(path: &Path, layer: Option<&str>, progress: &Progress) -> Result<Self> {
         let map = Map::read(path)?;
         let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = parent.unwrap_or(Path::new("."));
         let folder = map.folder.as_ref().map_or(folder.to_path_buf(), |other| folder.join(other));
+        picture::choose_layer(&folder, layer);
         let (mut lamps, directions) = map.lamps(&folder)?;
         let balls = map.balls().of_series(&folder, progress)?;
         let expected = (!lamps.is_empty()).then_some(lamps.len());

@@ -287,7 +287,7 @@ mod tests {
         assert_eq!(whole.lines[3].found, "5 photographs");
 
         let refused = |project: &str| {
-            let settings = ImportSettings { size: 16, seed: 1 };
+            let settings = ImportSettings { size: 16, seed: 1, layer: None };
             import(&folder.path().join(project), &shoot, &settings, &silent).is_err()
         };
         for (line, file, says) in [

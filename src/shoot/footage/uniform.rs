@@ -72,7 +72,7 @@ mod tests {
             }
         };
         let heard = |name: &str| {
-            let settings = ImportSettings { size: 16, seed: 1 };
+            let settings = ImportSettings { size: 16, seed: 1, layer: None };
             let progress = Progress::new(&sink, Control::default());
             import(&folder.path().join(name), &shoot, &settings, &progress).unwrap();
             let all = std::mem::take(&mut *said.lock().unwrap());

@@ -209,7 +209,7 @@ fn an_interview_without_a_screen_gets_mattes() {
         })
         .collect();
     let root = folder.path().join("project");
-    let settings = ImportSettings { size: 16, seed: 1 };
+    let settings = ImportSettings { size: 16, seed: 1, layer: None };
     let project = import(&root, &shoot, &settings, &silent).unwrap();
     std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
     let segmenter = Segmenter::new().unwrap();

@@ -112,6 +112,7 @@ impl Project {
                     dome_radius_m: None,
                     environments: vec![],
                     lamp_layout: vec![],
+                    layer: None,
                 },
                 environments: vec![],
                 framing: Framings::default(),
@@ -153,7 +154,15 @@ impl Project {
             .and_then(|()| settings.framing.check())
             .and_then(|()| settings.shoot.check())
             .map_err(|e| e.within(&path))?;
-        Ok(Self { root: root.to_path_buf(), results: None, settings })
+        let project = Self { root: root.to_path_buf(), results: None, settings };
+        project.choose_layer();
+        Ok(project)
+    }
+
+    /// Lets this process read the shoot's EXR files by the project's layer.
+    pub fn choose_layer(&self) {
+        let shoot = &self.settings.shoot;
+        imaging::picture::choose_layer(&self.shoot_path(""), shoot.layer.as_deref());
     }
 
     /// The same project with its own results in `folder`, to try other settings beside it. It shares the

@@ -31,6 +31,12 @@ impl Job {
     /// # Errors
     /// When the action fails or was stopped; finished output is kept.
     pub fn run(self, progress: &Progress) -> Result<Outcome> {
+        let outcome = self.act(progress);
+        footage::report_mended(progress);
+        outcome
+    }
+
+    fn act(self, progress: &Progress) -> Result<Outcome> {
         match self {
             Self::Stage { folder, settings } => {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)

@@ -13,7 +13,7 @@ use evaluation::blind::{AnswersReport, BlindReport};
 use evaluation::review::ReviewReport;
 use export::relight::RelightReport;
 use farm::{AssembleReport, ChunkReport, JobReport};
-use footage::{FrameReport, MattesReport};
+use footage::{FrameReport, MattesReport, Understood};
 use imaging::DualGamma;
 use light::subset::Subset;
 use project::{KnownEnvironment, Project};
@@ -81,6 +81,8 @@ pub struct ImportReport {
     pub lamps: usize,
     pub frames: usize,
     pub environments: usize,
+    /// Format, depth and colour of each kind of picture.
+    pub pictures: Vec<Understood>,
     /// Evenness of a subset of the lamps, in degrees: the largest distance from a direction that the whole rig
     /// covers to a lamp, and the smallest distance of two lamps. None if all lamps are used.
     pub covering_deg: Option<f32>,
@@ -98,6 +100,7 @@ impl ImportReport {
             lamps: shoot.lamps.len(),
             frames: shoot.frames.len(),
             environments: shoot.environments.len(),
+            pictures: footage::understood(project),
             covering_deg: subset.map(|s| s.covering_deg),
             separation_deg: subset.map(|s| s.separation_deg),
         }

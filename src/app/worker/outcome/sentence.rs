@@ -62,6 +62,9 @@ pub(super) fn imported(found: &ImportReport) -> String {
         found.size,
         found.project.display()
     );
+    for kind in &found.pictures {
+        text += &format!("\n{kind}");
+    }
     if let (Some(covering), Some(separation)) = (found.covering_deg, found.separation_deg) {
         text += &format!(
             "\nThe lamps are evenly distributed: every direction that the whole rig covers is within {covering:.1}° \

@@ -124,6 +124,7 @@ pub(super) fn describe(
         },
         has_alpha: color.has_alpha(),
         bits: 8 * color.bytes_per_pixel() / color.channel_count(),
+        layer: None,
         turned_by: (!is_as_stored).then_some(turned_by),
         is_converted: named.as_ref().is_some_and(|named| {
             if is_light { named.matrix().is_some() } else { named.profile.is_some() }

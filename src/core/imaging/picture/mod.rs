@@ -41,6 +41,8 @@ pub struct About {
     pub has_alpha: bool,
     /// Bits of a sample.
     pub bits: u8,
+    /// Name of the layer that was read, of several with colours; None if it has none, or there is one layer.
+    pub layer: Option<String>,
     /// Source of the turn that was applied, such as `EXIF`; None if the picture is as stored.
     pub turned_by: Option<&'static str>,
     /// True if light was brought from other primaries to Rec. 709, where some of it may be negative.
@@ -87,7 +89,8 @@ impl About {
             Coding::Open => "curve not named".to_owned(),
         };
         let turned = self.turned_by.map_or(String::new(), |by| format!(", turned by {by}"));
-        format!("{}, {} bits, {coding}{turned}", self.format, self.bits)
+        let layer = self.layer.as_ref().map_or(String::new(), |name| format!(", layer \"{name}\""));
+        format!("{}, {} bits{layer}, {coding}{turned}", self.format, self.bits)
     }
 }
 

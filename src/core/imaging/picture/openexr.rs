@@ -62,6 +62,7 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
         })),
         has_alpha: choice.alpha.is_some(),
         bits: if kind == SampleType::F16 { 16 } else { 32 },
+        layer: choice.layer.clone(),
         turned_by: None,
         is_converted: matrix.is_some(),
         is_whole,
@@ -186,6 +187,8 @@ struct LayerChoice {
     /// Numbers of the channels of red, green and blue: three times the same for grey.
     channels: [usize; 3],
     alpha: Option<usize>,
+    /// Name of one of several layers with colours, if it has one.
+    layer: Option<String>,
 }
 
 /// A layer with colours.
@@ -284,7 +287,7 @@ fn color_layers(headers: &[Header]) -> Vec<Layer> {
                 let words: Vec<String> =
                     words.into_iter().flatten().map(|w| w.to_lowercase()).collect();
                 let channels = [r, g, b];
-                let choice = LayerChoice { header, channels, alpha: find(triple[3]) };
+                let choice = LayerChoice { header, channels, alpha: find(triple[3]), layer: None };
                 found.push(Layer { name: words.join("."), choice });
             }
         }
@@ -298,7 +301,6 @@ fn is_flat(header: &Header) -> bool {
 
 /// The layer to read: the only one with colours, or the finished picture among several; else grey.
 fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<LayerChoice> {
-    refuse_luminance_chroma(path, headers)?;
     let mut layers = color_layers(headers);
     let count = layers.len();
     layers.sort_by_key(Layer::rank);
@@ -336,8 +338,11 @@ fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<La
             };
             notes.push(format!("The file has {count} layers with colours; {name} was read."));
         }
-        return Ok(layers.remove(0).choice);
+        let Layer { name, choice } = layers.remove(0);
+        let name = (count > 1).then(|| name.trim_matches('.').to_owned());
+        return Ok(LayerChoice { layer: name.filter(|name| !name.is_empty()), ..choice });
     }
+    refuse_luminance_chroma(path, headers)?;
     for (header, part) in headers.iter().enumerate().filter(|(_, part)| is_flat(part)) {
         let list = &part.channels.list;
         let last = |channel: &exr::meta::attribute::ChannelDescription| {
@@ -349,7 +354,7 @@ fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<La
         if let Some(channel) = grey {
             notes.push("The file has no colour channels, so it was read as grey.".into());
             let alpha = named(&["a", "alpha"]).filter(|alpha| *alpha != channel);
-            return Ok(LayerChoice { header, channels: [channel; 3], alpha });
+            return Ok(LayerChoice { header, channels: [channel; 3], alpha, layer: None });
         }
     }
     let found = headers.iter().flat_map(|header| &header.channels.list);

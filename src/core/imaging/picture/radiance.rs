@@ -21,6 +21,7 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
         coding: Coding::Light(header.origin()),
         has_alpha: false,
         bits: 8,
+        layer: None,
         turned_by: None,
         is_converted: header.xyz || header.matrix.is_some(),
         is_whole: true,

@@ -228,7 +228,7 @@ fn a_small_shoot_gives_a_page_of_methods_without_a_network() {
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
     let stage = StageSettings { frames: 4, size: 32, lamps: 6, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 32, seed: 0 };
+    let settings = ImportSettings { size: 32, seed: 0, layer: None };
     let mut project = import(&folder.path().join("p"), &shoot, &settings, &silent).unwrap();
     let found = calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent);
     found.unwrap().save(&project).unwrap();

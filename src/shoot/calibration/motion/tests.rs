@@ -14,7 +14,7 @@ fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (P
         StageSettings { frames: 1, size: SIZE, seed, lamps, trouble, ..StageSettings::default() };
     let shoot = folder.join("shoot");
     write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
-    let import = ImportSettings { size: SIZE, seed: 1 };
+    let import = ImportSettings { size: SIZE, seed: 1, layer: None };
     let project = footage::import(&folder.join("project"), &shoot, &import, &Progress::silent());
     let truth = std::fs::read(shoot.join("truth.json")).unwrap();
     (project.unwrap(), serde_json::from_slice(&truth).unwrap())

@@ -298,7 +298,7 @@ fn lamps_of_a_wrong_circle_are_not_trusted() {
         ..virtual_stage::StageSettings::default()
     };
     virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
-    let import = footage::ImportSettings { size: 128, seed: 1 };
+    let import = footage::ImportSettings { size: 128, seed: 1, layer: None };
     let to = folder.path().join("project");
     let mut project = footage::import(&to, &shoot, &import, &Progress::silent()).unwrap();
     let found = silhouette::find(

@@ -73,7 +73,7 @@ fn a_shoot_of_two_real_balls_without_sizes_is_imported_and_calibrated() {
         }
     };
     let progress = Progress::new(&note, Default::default());
-    let settings = ImportSettings { size: 64, seed: 1 };
+    let settings = ImportSettings { size: 64, seed: 1, layer: None };
     let mut project = import(&home.path().join("film"), &shoot, &settings, &progress).unwrap();
     assert!(project.settings.shoot.ball.is_far() && !project.settings.shoot.ball.has_circle());
     let found = calibrate(&mut project, &CalibrateSettings::default(), &progress).unwrap();
