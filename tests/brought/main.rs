@@ -1,5 +1,6 @@
 //! Picture files as other programs write them: the same light at every entrance.
 
+mod layers;
 mod scene_linear;
 
 use afterlight::imaging::color::{linear_from_srgb, srgb_from_linear};
@@ -18,6 +19,10 @@ struct Case {
     path: PathBuf,
     right: Result<Light, String>,
     tolerance: f32,
+    /// Layer to choose.
+    layer: Option<String>,
+    /// Description by the reader; None if it is not compared.
+    said: Option<String>,
     /// True if the tolerance is a share of the light.
     is_share: bool,
 }
@@ -38,6 +43,8 @@ impl Case {
             path: folder.join(case["file"].as_str().unwrap()),
             right,
             tolerance: case["tolerance"].as_f64().unwrap_or_default() as f32,
+            layer: case["layer"].as_str().map(str::to_owned),
+            said: case["said"].as_str().map(str::to_owned),
             is_share: case["share"].as_bool().unwrap_or_default(),
         }
     }
@@ -56,6 +63,7 @@ impl Case {
     fn faults(&self) -> Vec<String> {
         let path = &self.path;
         let name = path.display();
+        picture::choose_layer(path, self.layer.as_deref());
         let (size, light) = match &self.right {
             Ok(right) => right,
             Err(words) => {
@@ -68,7 +76,12 @@ impl Case {
         let mut check = |fault: Option<String>| faults.extend(fault);
         let other_size =
             |found| (found != *size).then(|| format!("{name}: {found:?}, not {size:?}"));
-        check(other_size(file::dimensions(path).unwrap()));
+        let about = picture::about(path).unwrap();
+        check(other_size(about.size));
+        let said = about.sentence();
+        check(
+            self.said.as_ref().filter(|right| said != **right).map(|_| format!("{name}: {said}")),
+        );
         let read = file::read_linear(path).unwrap();
         check(other_size(read.size()));
         check(self.compare("read_linear", &read.pixels, light));

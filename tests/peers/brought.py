@@ -38,8 +38,8 @@ def case(name, light, tolerance=1e-3, **more):
     )
 
 
-def refused(name, words):
-    CASES.append({"file": name, "refused": words})
+def refused(name, words, **more):
+    CASES.append({"file": name, "refused": words, **more})
 
 
 def srgb(light):
@@ -210,7 +210,9 @@ def profiles():
         Image.fromarray(eight).save(path(f"exif_{name}.jpg"), quality=100, subsampling=0, exif=exif, **more)
         written = Image.open(path(f"exif_{name}.jpg"))
         assert written.getexif().get_ifd(0xA005)[1].startswith(index)
-        case(f"exif_{name}.jpg", by_lcms(named[right], np.array(written)[::-1, ::-1] / 255), 0.03)
+        said = {"srgb": "sRGB by EXIF", "adobe_rgb": "Adobe RGB (1998) by EXIF", "uncalibrated": "curve not named"}.get(name)
+        said = {"said": f"JPEG, 8 bits, {said}, turned by EXIF"} if said else {}
+        case(f"exif_{name}.jpg", by_lcms(named[right], np.array(written)[::-1, ::-1] / 255), 0.03, **said)
     white = XyY(0.3457, 0.3585, 1.0)
     grey = ctypes.c_void_p(LCMS.cmsCreateGrayProfile(ctypes.byref(white), power(1.8)))
     png("icc_grey_gamma18.png", codes[:, :, :1], [iccp(grey)])
@@ -273,6 +275,28 @@ def parts(name, each):
     out.close()
 
 
+def luminance_chroma(name, light):
+    """An EXR of Y, and of RY and BY at every other column and row, by hand: OpenImageIO has no subsampled channels."""
+    height, width = light.shape[:2]
+    y = light @ [0.2126, 0.7152, 0.0722]
+    planes = [("BY", 2, light[:, :, 2] / y - 1), ("RY", 2, light[:, :, 0] / y - 1), ("Y", 1, y)]
+    text = lambda text: text.encode() + b"\0"
+    attribute = lambda name, kind, value: text(name) + text(kind) + struct.pack("<i", len(value)) + value
+    box = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    channels = b"".join(text(name) + struct.pack("<i4B2i", 1, 0, 0, 0, 0, step, step) for name, step, _ in planes) + b"\0"
+    header = struct.pack("<II", 20000630, 2) + attribute("channels", "chlist", channels) + attribute("compression", "compression", b"\0")
+    header += attribute("dataWindow", "box2i", box) + attribute("displayWindow", "box2i", box) + attribute("lineOrder", "lineOrder", b"\0")
+    header += attribute("pixelAspectRatio", "float", struct.pack("<f", 1)) + attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+    header += attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + b"\0"
+    lines = []
+    for row in range(height):
+        values = b"".join(plane[row, ::step].astype("<f2").tobytes() for _, step, plane in planes if row % step == 0)
+        lines.append(struct.pack("<2i", row, len(values)) + values)
+    starts = np.cumsum([len(header) + 8 * height] + [len(line) for line in lines])[:-1]
+    with open(path(name), "wb") as file:
+        file.write(header + struct.pack(f"<{height}Q", *starts) + b"".join(lines))
+
+
 def exrs():
     bright = LIGHT * 8
     flat = lambda primaries, white: [v for xy in [*primaries, white] for v in xy]
@@ -292,7 +316,9 @@ def exrs():
             rgb = columns * np.linalg.solve(columns, to)
             case(f"chromaticities_{name}.exr", bright @ (np.linalg.inv(rgb) @ adapt).T, 8e-3)
         else:
-            case(f"chromaticities_{name}.exr", by_lcms(rgb_profile(primaries, white, power(1.0)), bright), 8e-3)
+            said = {"acescg": "ACEScg", "p3": "P3 D65", "rec709": "Rec. 709"}[name]
+            said = f"EXR, 32 bits, scene-linear, {said} by its chromaticities"
+            case(f"chromaticities_{name}.exr", by_lcms(rgb_profile(primaries, white, power(1.0)), bright), 8e-3, said=said)
     grey = np.repeat(LIGHT[:, :, :1] * 0.1, 3, 2)
     several = np.concatenate([grey, bright, LIGHT], 2)
     layers = lambda *names: [f"{layer}.{c}" for layer in names for c in "RGB"]
@@ -306,6 +332,17 @@ def exrs():
     case("unnamed_first.exr", bright)
     exr("no_picture.exr", several, names=layers("albedo", "normal", "specular"))
     refused("no_picture.exr", "albedo")
+    for name, layer in [("layer_specular.exr", "Specular"), ("layer_normal.exr", "normal")]:
+        exr(name, several, names=layers("albedo", "normal", "specular"))
+        case(name, LIGHT if layer == "Specular" else bright, layer=layer, said=f'EXR, 32 bits, layer "{layer.lower()}", scene-linear')
+    exr("layer_missing.exr", several, names=layers("albedo", "beauty", "specular"))
+    refused("layer_missing.exr", 'none called "sky": "beauty"', layer="sky")
+    exr("layer_before_finished.exr", several, names=layers("beauty", "ViewLayer.sky", "specular"))
+    case("layer_before_finished.exr", bright, layer="sky")
+    exr("layer_of_one.exr", bright)
+    case("layer_of_one.exr", bright, layer="sky", said="EXR, 32 bits, scene-linear")
+    luminance_chroma("luminance_chroma.exr", bright)
+    refused("luminance_chroma.exr", "luminance and chroma (Y, RY, BY)")
     exr("one_layer.exr", bright, names=layers("sky"))
     case("one_layer.exr", bright)
     exr("grey.exr", bright[:, :, :1], names=["Y"])

@@ -41,9 +41,25 @@ fn decoder<'a>(source: &'a mut Source) -> Result<(Box<dyn ImageDecoder + 'a>, &'
     Ok((Box::new(decoder), format))
 }
 
-pub(super) fn is_turned(orientation: Orientation) -> bool {
+/// Columns and rows after the turn.
+pub(super) fn turned(stored: (usize, usize), orientation: Orientation) -> (usize, usize) {
     use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
-    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
+    match orientation {
+        Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH => (stored.1, stored.0),
+        _ => stored,
+    }
+}
+
+/// Columns and rows, turned as the file asks.
+pub(super) fn dimensions(mut source: Source) -> Result<(usize, usize)> {
+    if let Some(special) = tiff::open(&mut source)? {
+        return Ok(special.size());
+    }
+    let path = source.path;
+    let mut decoder = decoder(&mut source)?.0;
+    let (width, height) = decoder.dimensions();
+    let orientation = decoder.orientation().map_err(|e| super::broken(path, e))?;
+    Ok(turned((width as usize, height as usize), orientation))
 }
 
 /// Properties of the picture, without decoding pixels.
@@ -115,7 +131,7 @@ pub(super) fn describe(
     let origin = named.as_ref().map(|named| named.origin.clone());
     let is_light = matches!(color, ColorType::Rgb32F | ColorType::Rgba32F);
     let about = About {
-        size: if is_turned(orientation) { (stored.1, stored.0) } else { stored },
+        size: turned(stored, orientation),
         format,
         coding: match origin {
             origin if is_light => Coding::Light(origin),

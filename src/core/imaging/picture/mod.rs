@@ -200,7 +200,11 @@ pub fn about(path: &Path) -> Result<About> {
 /// # Errors
 /// As [`stream`].
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
-    Ok(about(path)?.size)
+    let (source, format) = open(path)?;
+    match format {
+        Format::Coded => coded::dimensions(source),
+        _ => Ok(about(path)?.size),
+    }
 }
 
 /// A whole picture.

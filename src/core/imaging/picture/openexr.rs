@@ -251,9 +251,8 @@ fn refuse_luminance_chroma(path: &Path, headers: &[Header]) -> Result<()> {
     }
     Err(Error::invalid(
         format!("{} has luminance and chroma (Y, RY, BY), not R, G and B", path.display()),
-        "Write it with the channels R, G and B",
-    )
-    .with_how("oiiotool IN.exr -o OUT.exr"))
+        "Write it with the channels R, G and B, in the program that wrote it",
+    ))
 }
 
 /// Layers with red, green and blue.

@@ -117,6 +117,11 @@ fn layout(path: &Path, mut decoder: Decoder<&mut BufReader<File>>) -> Result<Opt
 }
 
 impl Special {
+    /// Columns and rows, turned.
+    pub fn size(&self) -> (usize, usize) {
+        coded::turned(self.stored, self.orientation)
+    }
+
     /// Properties of the picture, and its colour.
     pub fn about(&self, source: &mut Source) -> Result<(About, Option<Named>)> {
         let icc = decoder(source)?.get_tag_u8_vec(Tag::IccProfile).ok();

@@ -1,0 +1,93 @@
+//! A shoot whose interview has several layers: the chosen one is read from import on.
+
+use afterlight::footage::{ImportSettings, import, read_light, report_mended};
+use afterlight::imaging::{Image, Response, file};
+use afterlight::progress::{Control, Progress, Report};
+use afterlight::project::Project;
+use afterlight::worker::Job;
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage};
+use std::path::Path;
+use std::sync::Mutex;
+use test_shoot::TestShoot;
+
+/// Writes the layers `albedo`, half the light, and `comp`.
+fn write_layers(path: &Path, light: &Image) {
+    let channel = |layer: &str, c: usize, factor: f32| {
+        let values = light.pixels.iter().map(|pixel| factor * pixel[c]).collect();
+        let name = format!("{layer}.{}", ["R", "G", "B"][c]);
+        AnyChannel::new(&*name, FlatSamples::F32(values))
+    };
+    let layers = [("albedo", 0.5), ("comp", 1.0)].into_iter();
+    let channels =
+        layers.flat_map(|(layer, factor)| (0..3).map(move |c| channel(layer, c, factor)));
+    let channels = AnyChannels::sort(channels.collect());
+    exr::prelude::Image::from_channels(light.size(), channels).write().to_file(path).unwrap();
+}
+
+#[test]
+fn a_layer_chosen_at_import_is_read_ever_after() {
+    let folder = tempfile::tempdir().unwrap();
+    let stage = TestShoot::default();
+    let shoot = stage.write(folder.path());
+    let mut lights = Vec::new();
+    for entry in std::fs::read_dir(shoot.join("interview")).unwrap() {
+        let png = entry.unwrap().path();
+        let mut light = file::read_linear(&png).unwrap();
+        light.pixels[0] = [f32::NAN; 3];
+        write_layers(&png.with_extension("exr"), &light);
+        std::fs::remove_file(&png).unwrap();
+        lights.push((png.with_extension("exr"), light));
+    }
+    lights.sort_by(|a, b| a.0.cmp(&b.0));
+    let silent = Progress::silent();
+    let make = |name: &str, layer: Option<&str>| {
+        let layer = layer.map(str::to_owned);
+        let settings = ImportSettings { size: stage.working_size, seed: 5, layer };
+        import(&folder.path().join(name), &shoot, &settings, &silent)
+    };
+    let refused = make("none", None).unwrap_err().to_string();
+    for word in ["\"albedo\", \"comp\"", "--layer", "frame_000.exr"] {
+        assert!(refused.contains(word), "{word}: {refused}");
+    }
+    let refused = make("wrong", Some("sky")).unwrap_err().to_string();
+    assert!(refused.contains("none called \"sky\": \"albedo\", \"comp\""), "{refused}");
+
+    // Two projects of one shoot, each with its layer.
+    for (name, layer) in [("comp", "comp"), ("albedo", "Albedo")] {
+        make(name, Some(layer)).unwrap();
+    }
+    let opened = ["comp", "albedo"].map(|name| Project::open(&folder.path().join(name)).unwrap());
+    for (project, factor) in opened.iter().zip([1.0, 0.5]) {
+        let light = read_light(&project.frame_picture(0), &Response::Srgb).unwrap();
+        let pairs = light.pixels.iter().zip(&lights[0].1.pixels).skip(1);
+        let same = pairs.flat_map(|(found, right)| found.iter().zip(right));
+        assert!(same.into_iter().all(|(found, right)| *found == factor * right));
+        assert!(light.pixels[0].iter().all(|v| v.is_finite()));
+    }
+    let said = Mutex::new(Vec::new());
+    let sink = |report: Report| {
+        if let Report::Say(sentence) = report {
+            said.lock().unwrap().push(sentence);
+        }
+    };
+    let progress = Progress::new(&sink, Control::default());
+    (0..2).for_each(|_| report_mended(&progress));
+    let said = said.into_inner().unwrap();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].contains("frame_000.exr"), "{said:?}");
+    assert!(said[0].contains("NaN or infinite: filled from their neighbours"), "{said:?}");
+
+    let job = Job::Import {
+        project: folder.path().join("job"),
+        shoot: shoot.clone(),
+        settings: ImportSettings { size: 32, seed: 5, layer: Some("comp".to_owned()) },
+        lamps: None,
+        name: None,
+    };
+    let outcome = job.run(&silent).unwrap();
+    let figures = serde_json::to_value(&outcome).unwrap();
+    assert_eq!(figures["pictures"][0]["kind"], "Interview");
+    assert_eq!(figures["pictures"][0]["count"], stage.frames);
+    let line = "Interview: 3 EXR, 32 bits, layer \"comp\", scene-linear";
+    assert!(outcome.sentence().lines().any(|said| said == line), "{}", outcome.sentence());
+}
