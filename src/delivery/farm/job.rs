@@ -154,6 +154,7 @@ impl Job {
         if let Some(shoot) = shoot {
             project.settings.shoot.folder = std::path::absolute(shoot)
                 .map_err(|e| Error::io("open", shoot, e, "Check the footage's folder"))?;
+            project.choose_layer();
         }
         project.check_shoot()?;
         Ok((*work, project))

@@ -33,6 +33,7 @@ pub(crate) fn copy_project(project: &Project, to: &Path) -> Result<Project> {
     // The job has the environment in use, and absolute paths mean nothing on other machines.
     copy.settings.environments.clear();
     copy.settings.color_config = None;
+    copy.choose_layer();
     copy.save()?;
     copy_file(&project.calibration_path(), &copy.calibration_path())?;
     Ok(copy)
