@@ -142,7 +142,13 @@ impl Info {
         };
         let mut info = Self::of(video, &listing, matrix).map_err(|cause| refuse(&cause))?;
         if let Some(decoder) = alpha_decoder(video) {
-            if knows_decoder(decoder, tools)? {
+            if info.format != "yuv420p" {
+                info.notes.push(format!(
+                    "It has alpha, which ffmpeg reads beside 8 bits in 4:2:0 alone, not beside {}: it is read without alpha. \
+                     Make it again as ProRes 4444",
+                    info.format
+                ));
+            } else if knows_decoder(decoder, tools)? {
                 (info.decoder, info.has_alpha) = (Some(decoder), true);
                 "yuva420p".clone_into(&mut info.format);
             } else {
@@ -306,11 +312,11 @@ fn matrix_name(tag: &str) -> &str {
 }
 
 /// The decoder that joins colour and alpha of VP8 and VP9, which WebM keeps as two streams in one; None for other
-/// movies. It has 8 bits.
+/// movies. It joins them in 8 bits and 4:2:0 alone.
 fn alpha_decoder(video: &Stream) -> Option<&'static str> {
     let is_mode =
         |(name, value): (&String, &String)| name.eq_ignore_ascii_case("alpha_mode") && value == "1";
-    let is_split = video.tags.iter().any(is_mode) && video.pix_fmt.as_deref() == Some("yuv420p");
+    let is_split = video.tags.iter().any(is_mode);
     match video.codec_name.as_deref() {
         Some("vp8") if is_split => Some("libvpx"),
         Some("vp9") if is_split => Some("libvpx-vp9"),

@@ -58,6 +58,29 @@ fn alpha_that_no_decoder_reads_is_said() {
 }
 
 #[test]
+fn alpha_beside_deep_or_full_colour_is_said_and_the_colour_read() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = "color=gray:s=64x48:r=24:d=0.2";
+    for format in ["yuv420p10le", "yuv420p12le", "yuv444p"] {
+        let path = folder.path().join(format!("{format}.webm"));
+        let words =
+            "-c:v libvpx-vp9 -deadline realtime -cpu-used 8 -metadata:s:v alpha_mode=1 -pix_fmt";
+        let mut line = vec!["-f", "lavfi", "-i", source];
+        line.extend(words.split(' ').chain([format, path.to_str().unwrap()]));
+        ffmpeg(&line);
+        let movie = Movie::open(&path, &tools(folder.path())).unwrap();
+        let info = movie.info();
+        assert_eq!((info.has_alpha, info.decoder, &*info.format), (false, None, format));
+        let says = |note: &String| note.contains("without alpha") && note.contains(format);
+        assert!(info.notes.iter().any(says), "{:?}", info.notes);
+        assert!((movie.frame(1).unwrap().encoded().0.at(30, 24)[0] - 0.5).abs() < 0.01);
+    }
+}
+
+#[test]
 fn white_and_opaque_are_65535_in_every_kind_of_pixels() {
     if !test_support::ffmpeg() {
         return;
