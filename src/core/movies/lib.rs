@@ -20,7 +20,7 @@ pub use info::Info;
 pub use movie::Movie;
 pub use process::{Tools, kill_group};
 pub use sequence::{Sequence, pictures};
-pub use series::Series;
+pub use series::{Series, listed};
 pub use source::{Source, is_movie, open};
 
 use imaging::{Encoded, Mask, Raster};

@@ -142,7 +142,7 @@ pub(super) fn missing_words(missing: &[RangeInclusive<u64>], of: impl Display) -
 }
 
 /// The first words, and the number of others.
-fn listed<T: AsRef<str>>(words: &[T]) -> String {
+pub fn listed<T: AsRef<str>>(words: &[T]) -> String {
     let shown: Vec<&str> = words.iter().take(MOST_NAMED).map(AsRef::as_ref).collect();
     match words.len().saturating_sub(MOST_NAMED) {
         0 => shown.join(", "),

@@ -159,6 +159,7 @@ pub fn plan_import(
     let shoot = &project.settings.shoot;
     shoot.check().map_err(|e| e.within(&said_in))?;
     let sizes = check_pictures(&project, progress)?;
+    super::left_out::notes(&project).into_iter().for_each(|note| progress.say(note));
     for doubt in super::uniform::doubts(&project) {
         progress.advise(
             format!(

@@ -11,6 +11,7 @@ mod framing;
 pub mod gathered;
 mod import;
 mod lamp_list;
+mod left_out;
 mod map;
 mod mattes;
 mod mended;

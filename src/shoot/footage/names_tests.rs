@@ -117,10 +117,19 @@ fn numbers_without_zeros_and_endings_in_any_case_are_the_same_shoot() {
 fn strays_are_left_out_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let shoot = stage(folder.path());
-    let clean = imported(&shoot).0.unwrap();
+    let (clean, said) = imported(&shoot);
+    assert!(!said.contains("left out"), "{said}");
+    let clean = clean.unwrap();
     let wanted = seen(&clean);
     let picture = shoot.join("interview/frame_000.png");
-    for stray in ["interview/thumb.png", "interview/a.jpg", "exemplars/pose00/thumb.png"] {
+    for stray in [
+        "interview/thumb.png",
+        "interview/a.jpg",
+        "exemplars/pose00/thumb.png",
+        "interview_masks/old.png",
+        "exemplar_masks/pose00 copy.png",
+        "exemplars/sheet.jpg",
+    ] {
         std::fs::copy(&picture, shoot.join(stray)).unwrap();
     }
     for clutter in [
@@ -142,9 +151,20 @@ fn strays_are_left_out_by_name() {
     let project = project.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(project.settings.shoot, clean.settings.shoot);
     assert!(is_same(&seen(&project), &wanted));
-    for words in ["a.jpg, thumb.png are left out", "frame_###.png", "thumb in exemplars/pose00"] {
+    for words in [
+        "a.jpg, thumb.png are left out",
+        "frame_###.png",
+        "thumb in exemplars/pose00",
+        "old.png is left out of",
+        "interview_masks: no frame has that name",
+        "pose00 copy.png is left out of",
+        "sheet.jpg is left out of",
+        // Files in the shoot's own folder are beside no picture.
+        "10 hidden or system files are left out, such as exemplars/.@__thumb\n",
+    ] {
         assert!(said.contains(words), "{words}: {said}");
     }
+    assert_eq!(said.matches("hidden").count(), 1, "{said}");
 }
 
 #[test]

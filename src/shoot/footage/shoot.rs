@@ -518,7 +518,7 @@ pub fn contents(folder: &Path) -> String {
 }
 
 /// A file name without its ending.
-fn stem(name: &str) -> &str {
+pub fn stem(name: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
