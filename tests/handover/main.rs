@@ -4,6 +4,7 @@ mod blender;
 mod exr_file;
 mod nuke;
 mod nuke_script;
+mod numbers;
 #[path = "../program/mod.rs"]
 mod program;
 mod refusals;

@@ -1,8 +1,8 @@
 //! Exports with the mouse only and with keys only, with a network trained for seconds.
 
 use super::{
-    Window, click_on, go, plain_drag, retype, scroll_to, snapshot, told_job, until, until_labelled,
-    until_said, until_shown, window,
+    Window, click_on, go, plain_drag, retype, scroll_to, snapshot, told_job, type_into, until,
+    until_labelled, until_said, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::color_config::ColorChoice;
@@ -188,6 +188,50 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     window.get_by_label("Clear finished").click();
     window.run_steps(4);
     assert!(window.state().exports().is_empty());
+}
+
+#[test]
+fn plates_keep_their_numbers_unless_another_first_number_is_typed() {
+    let (folder, project) = trained();
+    for inside in ["interview", "interview_masks"] {
+        for frame in 0..4 {
+            let file = |name: String| folder.path().join("shoot").join(inside).join(name);
+            let numbered = file(format!("plate.{}.png", 1001 + frame));
+            std::fs::rename(file(format!("frame_{frame:03}.png")), numbered).unwrap();
+        }
+    }
+    let rename = |project: &mut Project| {
+        let names = (1001..1005).map(|number| format!("plate.{number}"));
+        project.settings.shoot.frames = names.collect::<Vec<_>>().into();
+        Ok(())
+    };
+    Project::change(&project.root, rename).unwrap();
+    let project = Project::open(&project.root).unwrap();
+    let (mut window, root, _folder) = open(folder, project);
+    until_labelled(&mut window, "plate 1001");
+    go(&mut window, Key::ArrowRight, 1);
+    window.get_by_label("plate 1002");
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    type_name(&mut window, "exports/own");
+    window.get_by_label_contains("4 frames: own.1001.png … own.1004.png");
+    let first = (Role::SpinButton, "First number");
+    scroll_to(&mut window, "First number");
+    type_into(&mut window, first, "-1");
+    window.get_by_label_contains("4 frames: own.-001.png … own.0002.png");
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 1);
+    assert_eq!(window.state().exports()[0].name, "own.-001–0002.png");
+    let names = ["own.-001.png", "own.0000.png", "own.0001.png", "own.0002.png"];
+    assert_eq!(files(&root, "own"), names);
+    until_said(&mut window, "4 files with this name already exist");
+    window.get_by_role_and_label(Role::RadioButton, "First number Plate's").click();
+    window.run_steps(4);
+    window.get_by_label_contains("4 frames: own.1001.png … own.1004.png");
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 2);
+    assert_eq!(window.state().exports()[1].name, "own.1001–1004.png");
+    assert_eq!(files(&root, "own").len(), 8);
 }
 
 /// Presses the tab key until the control of this name has the focus.

@@ -55,8 +55,8 @@ struct ShotArgs {
     #[arg(long, value_name = "FILE")]
     certificate: Option<PathBuf>,
     /// Frame range required of a shot [default: from the first to the last frame found].
-    #[arg(long, value_name = "A-B", value_parser = range)]
-    frames: Option<(u64, u64)>,
+    #[arg(long, value_name = "A-B", allow_hyphen_values = true, value_parser = range)]
+    frames: Option<(i64, i64)>,
     /// Frame rate of a shot's time codes, in frames per second [default: from the file headers].
     #[arg(long, value_name = "FPS", value_parser = within(0.01..=1000.0))]
     rate: Option<f64>,
@@ -65,10 +65,12 @@ struct ShotArgs {
     allow_repeats: bool,
 }
 
-/// Parses the first and last frame, such as `1-240`.
-fn range(text: &str) -> std::result::Result<(u64, u64), String> {
-    let number = |s: &str| s.trim().parse::<u64>().ok();
-    let ends = text.split_once('-').unwrap_or((text, text));
+/// Parses the first and last frame, such as `1-240` or `-8-240`.
+fn range(text: &str) -> std::result::Result<(i64, i64), String> {
+    let number = |s: &str| s.trim().parse::<i64>().ok();
+    // The first hyphen may be the sign of the first number.
+    let hyphen = text.char_indices().skip(1).find(|(_, c)| *c == '-');
+    let ends = hyphen.map_or((text, text), |(at, _)| (&text[..at], &text[at + 1..]));
     match (number(ends.0), number(ends.1)) {
         (Some(from), Some(to)) if from <= to => Ok((from, to)),
         _ => Err("give the first and the last frame, such as 1-240".to_owned()),

@@ -8,8 +8,8 @@ use worker::Query;
 pub struct DestinationQuery {
     /// Destination, in the syntax of [`Destination::parse`].
     pub to: String,
-    /// First and last frame.
-    pub range: (usize, usize),
+    /// Numbers of the first and last file.
+    pub range: (i64, i64),
     /// Number of finished exports. Each may have written files.
     pub finished: usize,
 }

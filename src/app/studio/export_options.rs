@@ -49,6 +49,8 @@ pub struct ExportOptions {
     pub hand_over: Vec<HandOver>,
     /// Name of the files without frame number and extension: relative to the project's folder, or absolute.
     pub name: String,
+    /// Number of the interview's first frame in the names of stills; None for the plate's own.
+    pub first_number: Option<i64>,
     /// Replace existing files. If off, they are kept and a number is appended to the name.
     pub replace: bool,
     /// True to keep finished stills of a stopped export with the same settings, and replace the others.
@@ -222,6 +224,7 @@ impl ExportOptions {
             background: self.background.unwrap_or(look.background),
             files: Files {
                 to: self.to(&project.root),
+                first_number: self.first_number,
                 existing: if self.replaces() { Existing::Replace } else { Existing::Keep },
                 at: self.at,
                 size: self.size,
@@ -264,6 +267,7 @@ impl Default for ExportOptions {
             layers: false,
             hand_over: Vec::new(),
             name: "exports/relit".to_owned(),
+            first_number: None,
             replace: false,
             resume: false,
         }

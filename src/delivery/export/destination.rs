@@ -4,6 +4,7 @@ use super::codec::Container;
 use base::FileFormat;
 use base::error::{Error, Result};
 use scene::Output;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A destination for one picture or many.
@@ -26,7 +27,7 @@ pub struct Stills {
 
 impl Destination {
     /// Reads a path by its extension. A number is written as in printf: `%d`, or `%04d` for at least
-    /// four digits with leading zeros; `%%` is a percent sign.
+    /// four digits with leading zeros; `%%` is a percent sign. In a name without such a number `####` is one.
     ///
     /// # Errors
     /// When the extension is unknown, or the pattern is invalid.
@@ -59,21 +60,21 @@ impl Destination {
         }
     }
 
-    /// Files of frames `first` to `last`, in order.
-    pub fn files(&self, first: usize, last: usize) -> impl Iterator<Item = PathBuf> + '_ {
+    /// Files with the numbers `first` to `last`, in order.
+    pub fn files(&self, first: i64, last: i64) -> impl Iterator<Item = PathBuf> + '_ {
         let one = match self {
             Self::Clip(_) => true,
             Self::Stills(stills) => stills.digits.is_none(),
         };
-        let frames = first..=if one { first } else { last };
-        frames.map(move |frame| match self {
+        let numbers = first..=if one { first } else { last };
+        numbers.map(move |number| match self {
             Self::Clip(path) => path.clone(),
-            Self::Stills(stills) => stills.path(frame),
+            Self::Stills(stills) => stills.path(number),
         })
     }
 
-    /// Number of existing files among frames `first` to `last`.
-    pub fn taken(&self, first: usize, last: usize) -> usize {
+    /// Number of existing files with the numbers `first` to `last`.
+    pub fn taken(&self, first: i64, last: i64) -> usize {
         self.files(first, last).filter(|file| file.exists()).count()
     }
 
@@ -95,12 +96,12 @@ impl Destination {
     }
 }
 
-/// This destination, or the first with `_2`, `_3` … appended to the name under which no file of frames
+/// This destination, or the first with `_2`, `_3` … appended to the name under which no file with the numbers
 /// `first` to `last` exists yet.
 ///
 /// # Errors
 /// As [`Destination::parse`].
-pub fn untaken(text: &str, first: usize, last: usize) -> Result<String> {
+pub fn untaken(text: &str, first: i64, last: i64) -> Result<String> {
     let mut name = text.to_owned();
     let mut number = 1;
     while Destination::parse(&name)?.taken(first, last) > 0 {
@@ -124,7 +125,7 @@ fn numbered(text: &str, number: usize) -> String {
     let start = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
     let (folder, name) = text.split_at(start);
     // A literal percent sign does not end the name.
-    let pattern = name.replace("%%", "  ").find('%');
+    let pattern = name.replace("%%", "  ").find('%').or_else(|| Some(hashes(name)?.start));
     let end = pattern.or_else(|| name.rfind('.')).unwrap_or(name.len());
     let (stem, rest) = name.split_at(end);
     let kept = stem.trim_end_matches(['.', '_', '-']);
@@ -139,10 +140,18 @@ fn numbered(text: &str, number: usize) -> String {
     }
 }
 
+/// Place of the last run of two or more `#` in a file's name.
+fn hashes(name: &str) -> Option<Range<usize>> {
+    let start = name.rfind("##")?;
+    let start = name[..start].trim_end_matches('#').len();
+    let end = name.len() - name[start..].trim_start_matches('#').len();
+    Some(start..end)
+}
+
 impl Stills {
-    /// File of frame `frame`.
-    pub fn path(&self, frame: usize) -> PathBuf {
-        let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
+    /// File with the number `number`.
+    pub fn path(&self, number: i64) -> PathBuf {
+        let number = self.digits.map_or(String::new(), |digits| format!("{number:0digits$}"));
         PathBuf::from(format!("{}{number}{}", self.before, self.after))
     }
 
@@ -166,7 +175,7 @@ impl Stills {
         let wrong = |found: String| {
             Error::invalid(
                 format!(
-                    "the destination {text} has {found}; a name may have one number, written %d or %04d"
+                    "the destination {text} has {found}; a name may have one number, written %d, %04d or ####"
                 ),
                 "Write for example out.%04d.png; a percent sign itself is %%",
             )
@@ -193,6 +202,14 @@ impl Stills {
             );
         }
         stills.current().push_str(rest);
+        if stills.digits.is_none() {
+            let name = stills.before.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+            if let Some(number) = hashes(&stills.before[name..]) {
+                stills.digits = Some(number.len());
+                stills.after = stills.before.split_off(name + number.end);
+                stills.before.truncate(name + number.start);
+            }
+        }
         Ok(stills)
     }
 
@@ -206,7 +223,7 @@ impl Stills {
 mod tests {
     use super::*;
 
-    fn path(text: &str, frame: usize) -> String {
+    fn path(text: &str, frame: i64) -> String {
         match Destination::parse(text).unwrap() {
             Destination::Stills(stills) => stills.path(frame).display().to_string(),
             Destination::Clip(path) => panic!("{} is a clip", path.display()),
@@ -220,6 +237,12 @@ mod tests {
         assert_eq!(path("%3d.png", 1234), "1234.png");
         assert_eq!(path("100%%_%02d.png", 5), "100%_05.png");
         assert_eq!(path("one.png", 5), "one.png");
+        assert_eq!(path("out.%04d.png", -7), "out.-007.png");
+        assert_eq!(path("out.%d.png", -12), "out.-12.png");
+        assert_eq!(path("a##/out.####.png", 1001), "a##/out.1001.png");
+        assert_eq!(path("100%%_###_v2.exr", -7), "100%_-07_v2.exr");
+        assert_eq!(path("take #2.png", 5), "take #2.png");
+        assert_eq!(path("##.%d.png", 5), "##.5.png");
     }
 
     #[test]
@@ -262,6 +285,7 @@ mod tests {
             ("a/100%%_%d.png", "a/100%%_2_%d.png"),
             ("a/%d/b.exr", "a/%d/b_2.exr"),
             ("shot%d.png", "shot_2_%d.png"),
+            ("a##/shot.####.png", "a##/shot_2.####.png"),
         ] {
             assert_eq!(numbered(text, 2), wanted);
         }

@@ -3,9 +3,10 @@
 use super::codec::Codec;
 use super::colors::OutputSpace;
 use super::exr_settings::ExrSettings;
+use super::interview::Interview;
 use base::numbers::within;
 use color_config::ColorChoice;
-use footage::PictureSize;
+use footage::{FRAME_NUMBERS, PictureSize};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -196,9 +197,13 @@ pub enum Existing {
 /// Destination and format of an export.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct Files {
-    /// Files to write: stills as out.%04d.png, .tif or .exr, or a movie as clip.mp4, .mov, .mkv or .mxf.
+    /// Files to write: stills as out.%04d.png or out.####.png, .tif or .exr, or a movie as clip.mp4, .mov, .mkv or .mxf.
     #[arg(long)]
     pub to: String,
+    /// Number of the interview's first frame in the names of stills; also with --frames [default: the plate's own, such as
+    /// 1001, or 0].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = within(FRAME_NUMBERS))]
+    pub first_number: Option<i64>,
     /// Movie codec [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
     #[arg(long, value_enum)]
     pub codec: Option<Codec>,
@@ -244,5 +249,11 @@ impl Files {
     /// Pictures at the plate's size, 8 bits in PNGs.
     pub fn to(to: impl Into<String>) -> Self {
         Self { to: to.into(), ..Self::default() }
+    }
+
+    /// Numbers of the interview's frames `first` to `last` in the names of the files.
+    pub fn numbers(&self, interview: &Interview, (first, last): (usize, usize)) -> (i64, i64) {
+        let start = self.first_number.unwrap_or(interview.first_number);
+        (start + first as i64, start + last as i64)
     }
 }

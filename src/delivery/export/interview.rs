@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 pub struct Interview {
     /// In frames per second.
     pub frame_rate: f64,
+    /// Number of the first frame in the name of its file; 0 for a movie.
+    pub first_number: i64,
     /// Movie of the interview; None for stills.
     pub source: Option<Source>,
 }
@@ -29,9 +31,10 @@ impl Interview {
     /// Interview of a project: a movie, a sequence of pictures, or stills.
     ///
     /// # Errors
-    /// When the movie cannot be read, or its time code is none at its frame rate.
+    /// When the interview cannot be read, or a movie's time code is none at its frame rate.
     pub fn of(project: &Project) -> Result<Self> {
         let mut interview = Self::stills(project.settings.shoot.frame_rate);
+        interview.first_number = footage::first_number(project)?;
         if let Picture::Movie { file, frame } = project.frame_picture(0)
             && let movies::Source::Movie(movie) = &*movies::open(&file)?
         {
@@ -49,7 +52,7 @@ impl Interview {
 
     /// Stills, which have no sound.
     pub fn stills(frame_rate: f64) -> Self {
-        Self { frame_rate, source: None }
+        Self { frame_rate, first_number: 0, source: None }
     }
 
     /// Time code of frame `frame`: the movie's, or counted from the interview's first frame.

@@ -57,7 +57,7 @@ pub fn flawed_frames(
 ) -> Result<Vec<FlawedFrame>> {
     let look = Look::open(project, settings, progress)?;
     let provenance = look.provenance()?;
-    let files = FrameFiles::of(settings, folder)?;
+    let files = FrameFiles::of(settings, &Interview::of(project)?, folder)?;
     let (first, last) = look.frames;
     let count = (last - first + 1) as u64;
     let mut found = Vec::new();
@@ -96,25 +96,29 @@ pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
 
 /// Files of an export's frames.
 enum FrameFiles {
-    Stills(Destination),
+    /// Destination, and the number of the interview's first frame.
+    Stills(Destination, i64),
     Movie(MovieFrames),
 }
 
 impl FrameFiles {
-    fn of(settings: &RelightSettings, folder: &Path) -> Result<Self> {
+    fn of(settings: &RelightSettings, interview: &Interview, folder: &Path) -> Result<Self> {
         let files = &settings.files;
         Ok(match Destination::parse(&files.to)? {
             Destination::Clip(path) => {
                 let codec = Codec::of(files.codec, &path)?;
                 Self::Movie(MovieFrames::new(folder, codec, files.movie_alpha))
             }
-            stills => Self::Stills(stills),
+            stills => Self::Stills(stills, files.numbers(interview, (0, 0)).0),
         })
     }
 
     fn path(&self, frame: usize) -> PathBuf {
         match self {
-            Self::Stills(stills) => stills.files(frame, frame).next().unwrap_or_default(),
+            Self::Stills(stills, start) => {
+                let number = start + frame as i64;
+                stills.files(number, number).next().unwrap_or_default()
+            }
             Self::Movie(frames) => frames.path(frame),
         }
     }
@@ -132,7 +136,8 @@ pub fn join_movie(
     progress: &Progress,
 ) -> Result<String> {
     let (first, last) = frame_range(project, settings.frames)?;
-    let files = FrameFiles::of(settings, folder)?;
+    let interview = Interview::of(project)?;
+    let files = FrameFiles::of(settings, &interview, folder)?;
     let mut cleaned = PathBuf::new();
     for file in (first..=last).map(|frame| files.path(frame)) {
         if let Some(folder) = file.parent().filter(|folder| **folder != *cleaned) {
@@ -143,7 +148,6 @@ pub fn join_movie(
     let FrameFiles::Movie(frames) = files else {
         return Ok(settings.files.to.clone());
     };
-    let interview = Interview::of(project)?;
     let size = picture_size(project, settings.files.at)?;
     let written = (settings.files.size).map_or(size, |longest| fitted(size, longest));
     let mut writer =

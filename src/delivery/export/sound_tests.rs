@@ -26,13 +26,13 @@ fn interview(folder: &Path, sound_s: f64) -> Interview {
         .status();
     assert!(made.unwrap().success());
     Interview {
-        frame_rate: RATE,
         source: Some(Source {
             file,
             first_frame: 0,
             time_code: crate::TimeCode::parse("01:00:59;20", RATE),
             reel: Some("A007".to_owned()),
         }),
+        ..Interview::stills(RATE)
     }
 }
 
@@ -117,7 +117,7 @@ fn sound_under_uneven_frame_times_starts_at_the_first_frames_own_time() {
             .status();
         assert!(made.unwrap().success());
         let source = Source { file, first_frame: 0, time_code: None, reel: None };
-        let interview = Interview { frame_rate: 30.0, source: Some(source) };
+        let interview = Interview { source: Some(source), ..Interview::stills(30.0) };
         let beside = folder.path().join("clip.mov");
         // The tone begins at frame 7, 0.7 s after the first.
         for (first, last, begins, is_uneven) in

@@ -64,8 +64,9 @@ impl Writer {
         part: Option<&Part>,
         progress: &Progress,
     ) -> Result<Self> {
+        let numbers = files.numbers(interview, (first, last));
         let to = match files.existing {
-            Existing::Keep if part.is_none() => untaken(&files.to, first, last)?,
+            Existing::Keep if part.is_none() => untaken(&files.to, numbers.0, numbers.1)?,
             _ => files.to.clone(),
         };
         let destination = check(files, &to, last - first + 1)?;
@@ -76,7 +77,8 @@ impl Writer {
         let written = files.size.map_or(size, |longest| fitted(size, longest));
         // Leftovers of killed exports in this folder. With other workers around nothing is removed: another machine's
         // clock and locks cannot tell for sure whether their files are leftovers.
-        if let (None, Some(folder)) = (part, destination.files(first, last).next().and_then(folder))
+        if let (None, Some(folder)) =
+            (part, destination.files(numbers.0, numbers.1).next().and_then(folder))
         {
             remove_left_over(&folder);
         }
@@ -163,7 +165,7 @@ impl Writer {
         }
         match (&self.destination, &mut self.clip) {
             (Destination::Stills(stills), _) => {
-                let path = stills.path(frame);
+                let path = stills.path(self.number(frame));
                 let lights = lights.map(|lights| self.prepared(lights, &shown));
                 let about = About {
                     time_code: self.interview.time_code(frame),
@@ -205,6 +207,11 @@ impl Writer {
         Lights { layers, subject }
     }
 
+    /// Number of frame `frame` in the name of its file.
+    fn number(&self, frame: usize) -> i64 {
+        self.files.numbers(&self.interview, (frame, frame)).0
+    }
+
     /// True if each frame has its own file.
     pub fn writes_stills(&self) -> bool {
         matches!(self.destination, Destination::Stills(_)) || self.parts.is_some()
@@ -218,7 +225,7 @@ impl Writer {
     /// True if frame `frame` exists, is complete and has the same provenance; it then counts as written.
     pub fn keeps_frame(&mut self, frame: usize, made_of: &str) -> bool {
         let path = match (&self.destination, &self.parts) {
-            (Destination::Stills(stills), _) => stills.path(frame),
+            (Destination::Stills(stills), _) => stills.path(self.number(frame)),
             (Destination::Clip(_), Some(parts)) => parts.path(frame),
             (Destination::Clip(_), None) => return false,
         };

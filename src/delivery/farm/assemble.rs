@@ -75,7 +75,7 @@ pub fn assemble(
             .collect(),
         flawed,
         worker_seconds: chunks.iter().map(|chunk| chunk.seconds).sum(),
-        frame_bytes: frame_bytes(&work.settings.files.to, work.frames, folder)?,
+        frame_bytes: frame_bytes(&work.settings.files, work.frames, folder)?,
         chunks,
     };
     if !report.flawed.is_empty() {

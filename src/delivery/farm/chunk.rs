@@ -8,7 +8,7 @@ use base::files::open_own;
 use base::machine::Machine;
 use base::progress::Progress;
 use export::relight::{Part, relight_part};
-use export::{Destination, footage_print};
+use export::{Destination, Files, footage_print};
 use gpu::DeviceChoice;
 use project::Picture;
 use serde::Serialize;
@@ -84,7 +84,7 @@ pub fn run_chunk(
         seconds,
         start_seconds: (seconds - relit * report.ms_per_frame / 1e3).max(begun.as_secs_f64()),
         stages: report.stages,
-        bytes: frame_bytes(&work.settings.files.to, part.frames, folder)?,
+        bytes: frame_bytes(&work.settings.files, part.frames, folder)?,
         device: report.device,
         machine: Machine::this(),
     };
@@ -96,12 +96,18 @@ pub fn run_chunk(
 }
 
 /// Bytes of the existing files among frames `first` to `last` of the job in `folder`.
-pub(crate) fn frame_bytes(to: &str, (first, last): (usize, usize), folder: &Path) -> Result<u64> {
-    let destination = Destination::parse(to)?;
+pub(crate) fn frame_bytes(
+    files: &Files,
+    (first, last): (usize, usize),
+    folder: &Path,
+) -> Result<u64> {
+    let destination = Destination::parse(&files.to)?;
     let frames = folder.join(FRAMES);
+    // The job holds its first number.
+    let start = files.first_number.unwrap_or(0);
     let file = |frame| match &destination {
         Destination::Clip(_) => Some(export::movie_frame(&frames, frame)),
-        stills => stills.files(frame, frame).next(),
+        stills => stills.files(start + frame as i64, start + frame as i64).next(),
     };
     let files = (first..=last).filter_map(file);
     let found = files.filter_map(|file| file.metadata().ok());

@@ -9,7 +9,7 @@ use super::{open_job_description, slurm};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use export::relight::{Part, RelightSettings, frame_range, relight_part};
-use export::{Destination, Existing, footage_print, untaken};
+use export::{Destination, Existing, Interview, footage_print, untaken};
 use project::{Picture, Project};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -76,7 +76,9 @@ pub fn write_job(
     let (first, last) = frame_range(project, settings.frames)?;
     let frames = last - first + 1;
     settings.frames = Some((first, last));
-    settings.files = absolute_files(&settings, (first, last))?;
+    let interview = Interview::of(project)?;
+    settings.files.first_number = Some(settings.files.numbers(&interview, (0, 0)).0);
+    settings.files = absolute_files(&settings, settings.files.numbers(&interview, (first, last)))?;
     export::check_files(&settings.files, frames)?;
     settings.check()?;
     handover::check(project, &settings)?;
@@ -145,11 +147,11 @@ fn fill(
 }
 
 /// File settings with absolute paths, under a free name if existing files are kept.
-fn absolute_files(settings: &RelightSettings, frames: (usize, usize)) -> Result<export::Files> {
+fn absolute_files(settings: &RelightSettings, numbers: (i64, i64)) -> Result<export::Files> {
     let mut files = settings.files.clone();
     files.to = full_destination(&files.to)?;
     if files.existing == Existing::Keep {
-        files.to = untaken(&files.to, frames.0, frames.1)?;
+        files.to = untaken(&files.to, numbers.0, numbers.1)?;
         files.existing = Existing::Replace;
     }
     // Chunks always resume.

@@ -18,7 +18,7 @@ const SCRIPT: &str = include_str!("blender.py");
 /// Line of `blender.py` that the shot's numbers replace.
 const PLACE: &str = "SHOT = {}\n";
 /// Blender's largest frame number.
-const MOST_FRAMES: usize = 1_048_574;
+const MOST_FRAMES: i64 = 1_048_574;
 
 /// Numbers of the shot for the script. Lists over frames have one entry if nothing changes.
 #[derive(Serialize)]
@@ -28,7 +28,7 @@ struct Numbers<'a> {
     picture: String,
     /// 1 for a file for each frame, 0 for a single file.
     sequence: u8,
-    frames: [usize; 2],
+    frames: [i64; 2],
     rate: [f64; 2],
     size: [usize; 2],
     /// 1 for straight alpha.
@@ -80,20 +80,22 @@ struct World {
 /// Refuses files that Blender would not find.
 ///
 /// # Errors
-/// When layers are parts, frame numbers are too large, or the name ends in digits other than the frame number.
-pub fn check(media: &Media, (_, last): (usize, usize), place: LayerFiles) -> Result<()> {
+/// When layers are parts, frame numbers are negative or too large, or the name ends in digits other than the frame number.
+pub fn check(media: &Media, (first, last): (i64, i64), place: LayerFiles) -> Result<()> {
     if place == LayerFiles::Parts {
         return Err(Error::invalid(
             "Blender reads only the first part of an EXR, but the layers are separate parts",
             ("Write them as channels or as files", "--layer-files channels"),
         ));
     }
-    if last > MOST_FRAMES {
+    if first < 0 || last > MOST_FRAMES {
         return Err(Error::invalid(
-            format!("Blender counts frames up to {MOST_FRAMES}, but the last frame is {last}"),
+            format!(
+                "Blender counts frames from 0 to {MOST_FRAMES}, but the files have the numbers {first} to {last}"
+            ),
             (
-                "Export a part of the interview, or do not hand over to Blender",
-                "--frames, or leave blender out of --hand-over",
+                "Choose another first number, or do not hand over to Blender",
+                "--first-number, or leave blender out of --hand-over",
             ),
         ));
     }

@@ -181,7 +181,7 @@ mod tests {
             shot.rate = rate;
             shot.time_code = TimeCode::parse(start, shot.frame_rate()).unwrap();
             // Twenty hours at 60 frames a second precede it.
-            shot.frames = (4_320_000, 4_320_000 + count - 1);
+            shot.frames = (4_320_000, 4_320_000 + count as i64 - 1);
             let timeline = read(&python, &shot, ".otio", &crate::otio::timeline(&shot));
             let list = read(&python, &shot, ".edl", &list(&shot));
             for read in [&timeline, &list] {

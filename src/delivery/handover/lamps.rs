@@ -47,13 +47,13 @@ pub struct Rest {
 }
 
 impl Layers {
-    /// Reads the headers of frames `first` to `last`.
+    /// Reads the headers of the files with the numbers `first` to `last`.
     ///
     /// # Errors
     /// When a file cannot be read, or its layers do not match the lamps of the rig.
     pub fn read(
         stills: &Stills,
-        (first, last): (usize, usize),
+        (first, last): (i64, i64),
         rig: &Rig,
         progress: &Progress,
     ) -> Result<Self> {
@@ -86,7 +86,7 @@ impl Layers {
                 });
             }
         }
-        let frames = last - first + 1;
+        let frames = (last - first + 1) as usize;
         if with_rest > 0 && with_rest < frames {
             progress.say(format!(
                 "{with_rest} of {frames} frames have a layer rest; in the others it counts as black"

@@ -61,13 +61,14 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
     }
     let media = Media::of(&files.to, first_asked.name())?;
     let frames = export::relight::frame_range(project, settings.frames)?;
+    let numbers = files.numbers(&Interview::of(project)?, frames);
     let rate = rational_rate(project.settings.shoot.frame_rate);
     for program in &settings.hand_over {
         match program {
             HandOver::Nuke => nuke::check(&media)?,
-            HandOver::Blender => blender::check(&media, frames, files.exr.layers)?,
+            HandOver::Blender => blender::check(&media, numbers, files.exr.layers)?,
             HandOver::Edl => edl::check(rate)?,
-            HandOver::Otio => (),
+            HandOver::Otio => otio::check(&media, numbers)?,
         }
     }
     Ok(())

@@ -81,18 +81,18 @@ impl Media {
 }
 
 impl Stills {
-    /// File name of a frame.
-    pub fn name(&self, frame: usize) -> String {
-        let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
+    /// File name with the number `number`.
+    pub fn name(&self, number: i64) -> String {
+        let number = self.digits.map_or(String::new(), |digits| format!("{number:0digits$}"));
         format!("{}{number}{}", self.before, self.after)
     }
 
-    /// Names of further files per frame, given the name `name` for `frame`.
-    pub fn like(&self, name: &str, frame: usize) -> Self {
+    /// Names of further files per frame, given the name `name` for the number `number`.
+    pub fn like(&self, name: &str, number: i64) -> Self {
         let Some(digits) = self.digits else {
             return Self { before: name.to_owned(), ..self.clone() };
         };
-        let number = format!("{frame:0digits$}");
+        let number = format!("{number:0digits$}");
         let picture = format!("{}{number}", self.before);
         let (before, after) = match name.strip_prefix(&picture) {
             Some(after) => (self.before.as_str(), after),
@@ -135,7 +135,7 @@ mod tests {
     fn a_layers_files_are_numbered_like_the_pictures() {
         for to in ["shot.%04d.exr", "shot%d.exr", "%02d.exr", "shot.%03d.a.exr"] {
             let shot = stills(to);
-            let layer = |frame| {
+            let layer = |frame: i64| {
                 let path = export::beside(Path::new(&shot.name(frame)), "light_07");
                 path.to_str().unwrap().to_owned()
             };

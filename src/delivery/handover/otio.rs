@@ -2,10 +2,33 @@
 
 use crate::media::{Media, Stills};
 use crate::shot::Shot;
+use base::error::{Error, Result};
 use export::TimeCode;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
+
+/// Refuses numbers that OpenTimelineIO writes otherwise: it pads -5 with four digits to -0005, `%04d` to -005.
+///
+/// # Errors
+/// When the first of several padded numbers is below 0.
+pub fn check(media: &Media, (first, _): (i64, i64)) -> Result<()> {
+    match media {
+        Media::Stills(stills) if first < 0 && stills.digits.is_some_and(|digits| digits > 1) => {
+            Err(Error::invalid(
+                format!(
+                    "OpenTimelineIO does not find files with a padded number below 0, such as {}",
+                    stills.name(first)
+                ),
+                (
+                    "Number the files from 0 or above, or do not hand over to OTIO",
+                    "--first-number 0, or leave otio out of --hand-over",
+                ),
+            ))
+        }
+        _ => Ok(()),
+    }
+}
 
 /// Usual start of a timeline: 01:00:00:00.
 pub fn record_start(time_code: TimeCode) -> TimeCode {

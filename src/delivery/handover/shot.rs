@@ -15,8 +15,8 @@ use std::path::PathBuf;
 pub struct Shot {
     pub name: String,
     pub media: Media,
-    /// First and last frame, with the numbers of the files.
-    pub frames: (usize, usize),
+    /// Numbers of the first and the last file.
+    pub frames: (i64, i64),
     /// Frames per second as a fraction.
     pub rate: (i32, u32),
     /// Time code of the first frame.
@@ -47,7 +47,6 @@ impl Shot {
         let program = settings.hand_over.first().map_or("", |p| p.name());
         let media = Media::of(output, program)?;
         let frames = frame_range(project, settings.frames)?;
-        warn_of_uneven_times(interview, frames, progress)?;
         let has_sound = match &media {
             Media::Movie(path) => match &*movies::open(path)? {
                 movies::Source::Movie(movie) => movie.info().has_sound,
@@ -55,10 +54,15 @@ impl Shot {
             },
             Media::Stills(_) => false,
         };
+        // The export reported uneven times with its sound.
+        if !has_sound {
+            warn_of_uneven_times(interview, frames, progress)?;
+        }
+        let numbers = settings.files.numbers(interview, frames);
         let mut shot = Self {
             name: media.shot_name(),
             media,
-            frames,
+            frames: numbers,
             rate: rational_rate(interview.frame_rate),
             time_code: interview.time_code(frames.0),
             reel: interview.reel().map(str::to_owned),
@@ -72,7 +76,7 @@ impl Shot {
                 return Err(Error::bug(format!("{output} has no light layers")));
             };
             let rig = &Calibration::load(project)?.rig;
-            shot.layers = Some(Layers::read(stills, frames, rig, progress)?);
+            shot.layers = Some(Layers::read(stills, numbers, rig, progress)?);
             shot.light = Some(Light::of(project, settings, frames, rig)?);
         }
         Ok(shot)
@@ -85,7 +89,7 @@ impl Shot {
 
     /// Number of frames.
     pub fn count(&self) -> usize {
-        self.frames.1 - self.frames.0 + 1
+        (self.frames.1 - self.frames.0 + 1) as usize
     }
 
     /// In frames per second.

@@ -35,7 +35,7 @@ pub fn literal(text: &str) -> String {
 }
 
 /// A number over frames from `first` on: a constant if it does not change, otherwise a key per frame.
-pub fn animated(first: usize, values: impl Iterator<Item = f32> + Clone) -> String {
+pub fn animated(first: i64, values: impl Iterator<Item = f32> + Clone) -> String {
     let start = values.clone().next().unwrap_or(0.0);
     if values.clone().all(|value| value == start) {
         return start.to_string();

@@ -21,6 +21,7 @@ mod movement;
 mod movie_tests;
 #[cfg(test)]
 mod names_tests;
+mod numbers;
 mod parts;
 mod round;
 pub mod scan;
@@ -46,6 +47,7 @@ pub use import::{ImportSettings, import, plan_import};
 pub use mattes::{MatteSettings, MattesReport, make_mattes};
 pub use mended::report_mended;
 pub use motion::{Motion, PoseMotion, SeenIn};
+pub use numbers::{FRAME_NUMBERS, first_number};
 pub use strokes::{BrushSide, Stroke, Strokes};
 pub use tracking::TrackingFrames;
 pub use understood::{Understood, understood};

@@ -28,8 +28,8 @@ pub struct Exports {
 struct Ahead {
     id: u64,
     to: String,
-    /// First and last frame.
-    range: (usize, usize),
+    /// Numbers of the first and last file.
+    range: (i64, i64),
 }
 
 impl Exports {
@@ -59,14 +59,14 @@ impl Exports {
         finished.count()
     }
 
-    /// Destination of an export of frames `range` to `to`. Appends a number if files exist there, or will exist once
+    /// Destination of an export of files with the numbers `range` to `to`. Appends a number if files exist there, or will exist once
     /// the queue is written.
-    pub fn goes_to(&self, to: &str, range: (usize, usize)) -> String {
+    pub fn goes_to(&self, to: &str, range: (i64, i64)) -> String {
         let found = self.destination.found();
         let found = found.filter(|found| found.query.to == to && found.query.range == range);
         let free = found.map_or(to, |found| &found.free);
         let is_ahead = |to: &String| {
-            let meets = |other: (usize, usize)| other.0 <= range.1 && range.0 <= other.1;
+            let meets = |other: (i64, i64)| other.0 <= range.1 && range.0 <= other.1;
             let mut same = self.ahead.iter().filter(|ahead| ahead.to == *to);
             same.any(|ahead| is_movie(to) || meets(ahead.range))
         };
@@ -78,7 +78,7 @@ impl Exports {
     pub fn ask(&mut self, state: &State, root: &Path, wake: impl Fn() + Send + 'static) {
         let query = DestinationQuery {
             to: state.export_options.to(root),
-            range: state.range(),
+            range: state.numbers(),
             finished: self.finished(),
         };
         self.destination.ask(query, wake);
@@ -176,15 +176,15 @@ impl StudioApp {
             return;
         };
         let project = project.clone();
-        let frames = settings.frames.unwrap_or_default();
-        let name = move |to: &str| title(to, frames);
+        let range = self.state.numbers();
+        let name = move |to: &str| title(to, range);
         let to = match options.replaces() {
             true => settings.files.to.clone(),
-            false => self.exports.goes_to(&settings.files.to, frames),
+            false => self.exports.goes_to(&settings.files.to, range),
         };
         let id = worker.export(name(&to), move |progress| {
             let report = relight(&project, &settings, progress)?;
-            let (first, last) = frames;
+            let (first, last) = range;
             let file = Destination::parse(&report.output)?.files(first, last).next();
             let file = file.unwrap_or_default();
             Ok(WrittenExport {
@@ -193,14 +193,13 @@ impl StudioApp {
                 sentence: report.sentence(),
             })
         });
-        let range = frames;
         self.exports.queue = worker.exports();
         self.exports.ahead.push(Ahead { id, to, range });
     }
 }
 
 /// Title of an export: its file name, or its first and last still, such as `clay.0000–0007.png`.
-fn title(to: &str, (first, last): (usize, usize)) -> String {
+fn title(to: &str, (first, last): (i64, i64)) -> String {
     let name = Path::new(to).file_name().unwrap_or_default();
     let name = name.display().to_string();
     let stills = name.split_once('%').and_then(|(before, rest)| {
@@ -228,6 +227,7 @@ mod tests {
         assert_eq!(title("a/exports/clay.%04d.png", (0, 7)), "clay.0000–0007.png");
         assert_eq!(title("clay.%04d.exr", (3, 3)), "clay.0003.exr");
         assert_eq!(title("clay_%d.png", (8, 12)), "clay_8–12.png");
+        assert_eq!(title("clay.%04d.exr", (-2, 1001)), "clay.-002–1001.exr");
         assert_eq!(title("clay.mov", (0, 7)), "clay.mov");
         assert_eq!(title("50 %.png", (0, 7)), "50 %.png");
     }

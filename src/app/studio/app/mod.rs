@@ -351,7 +351,7 @@ impl StudioApp {
         let root = self.session.project.as_ref().map(|project| &project.root);
         let export_to = root.map(|root| {
             let to = self.state.export_options.to(root);
-            self.exports.goes_to(&to, self.state.range())
+            self.exports.goes_to(&to, self.state.numbers())
         });
         let export_to = export_to.unwrap_or_default();
         let context = PanelContext {

@@ -126,6 +126,12 @@ impl StudioApp {
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.status.say(it));
         self.looks.open(&project.root);
+        let of = project.clone();
+        // A folder that cannot be read is reported where its pictures are.
+        self.errand_here(
+            move || footage::first_number(&of),
+            |app, number| app.state.first_number = number.unwrap_or(0),
+        );
         if let Err(e) = (self.autosave).load_look(&project, mine, &mut self.state) {
             self.status.refuse(e.to_string());
         }

@@ -115,6 +115,8 @@ pub struct State {
     pub frame: usize,
     /// Number of frames in the interview.
     pub frames: usize,
+    /// Number of the interview's first frame in the names of its files; 0 without numbers, and until it is read.
+    pub first_number: i64,
     /// Frames per second.
     pub frame_rate: f64,
     pub playing: bool,
@@ -183,6 +185,7 @@ impl State {
             footage: FootageView::default(),
             frame: 0,
             frames,
+            first_number: 0,
             frame_rate,
             playing: false,
             loops: true,
@@ -257,6 +260,18 @@ impl State {
     /// First and last frame to play and export.
     pub fn range(&self) -> (usize, usize) {
         self.look.range_of(self.frames)
+    }
+
+    /// Numbers of the first and last exported file.
+    pub fn numbers(&self) -> (i64, i64) {
+        let start = self.export_options.first_number.unwrap_or(self.first_number);
+        let (first, last) = self.range();
+        (start + first as i64, start + last as i64)
+    }
+
+    /// Number of frame `frame` in the name of the interview's file; None if the numbers start at 0.
+    pub fn plate_number(&self, frame: usize) -> Option<i64> {
+        (self.first_number != 0).then(|| self.first_number + frame as i64)
     }
 
     pub fn can_undo(&self) -> bool {

@@ -3,6 +3,7 @@
 use super::frame::{Content, Frame};
 use super::time::time_codes;
 use super::{CertifySettings, Fault, Remark};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Most spans of frame numbers that a message names.
@@ -77,10 +78,10 @@ impl Findings {
     pub fn fault(
         &mut self,
         kind: &'static str,
-        frames: impl IntoIterator<Item = u64>,
+        frames: impl IntoIterator<Item = i64>,
         sentence: String,
     ) {
-        let frames: BTreeSet<u64> = frames.into_iter().collect();
+        let frames: BTreeSet<i64> = frames.into_iter().collect();
         self.faults.push(Fault { kind: kind.to_owned(), frames: spans(&frames), sentence });
     }
 
@@ -101,29 +102,29 @@ impl Findings {
             return;
         }
         let (from, to) = settings.frames.unwrap_or((first.number, last.number));
-        let mut names: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
+        let mut names: BTreeMap<i64, Vec<&str>> = BTreeMap::new();
         for frame in frames {
             names.entry(frame.number).or_default().push(&frame.file.name);
         }
         // A range may be far longer than the list of frames, so gaps are named by their ends.
-        let (mut gaps, mut count, mut next) = (Vec::new(), 0, from);
+        let (mut gaps, mut count, mut next) = (Vec::new(), 0u64, from);
         for number in names.keys().copied().filter(|n| (from..=to).contains(n)) {
             if number > next {
                 gaps.push(span(next, number - 1));
-                count += number - next;
+                count += number.abs_diff(next);
             }
             next = number.saturating_add(1);
         }
-        if next <= to && to != u64::MAX {
+        if next <= to && to != i64::MAX {
             gaps.push(span(next, to));
-            count += to - next + 1;
+            count = count.saturating_add(to.abs_diff(next)).saturating_add(1);
         }
         if count > 0 {
             let all = joined(&gaps);
             let verb = if count == 1 { "is" } else { "are" };
             self.faults.push(Fault {
                 kind: "missing".to_owned(),
-                sentence: format!("{count} of {from}-{to} {verb} missing: {all}"),
+                sentence: format!("{count} of {} {verb} missing: {all}", span(from, to)),
                 frames: all,
             });
         }
@@ -132,9 +133,9 @@ impl Findings {
             self.fault("double", [*number], sentence);
         }
         let outside = frames.iter().map(|frame| frame.number);
-        let outside: BTreeSet<u64> = outside.filter(|n| !(from..=to).contains(n)).collect();
+        let outside: BTreeSet<i64> = outside.filter(|n| !(from..=to).contains(n)).collect();
         if !outside.is_empty() {
-            let sentence = format!("outside the range {from}-{to}: {}", spans(&outside));
+            let sentence = format!("outside the range {}: {}", span(from, to), spans(&outside));
             self.fault("extra", outside, sentence);
         }
     }
@@ -145,7 +146,7 @@ impl Findings {
             let [(_, before), (_, after)] = [pair[0], pair[1]];
             before.pixels == after.pixels && !after.is_flat
         });
-        let same: BTreeSet<u64> = same.map(|pair| pair[1].0.number).collect();
+        let same: BTreeSet<i64> = same.map(|pair| pair[1].0.number).collect();
         if !same.is_empty() {
             let sentence = format!(
                 "same picture as the frame before: {} (if intended, use --allow-repeats)",
@@ -157,12 +158,12 @@ impl Findings {
 
     fn not_finite(&mut self, whole: &Whole) {
         let bad = whole.iter().filter(|(_, content)| content.not_finite > 0);
-        let bad: Vec<(u64, u64)> = bad.map(|(f, content)| (f.number, content.not_finite)).collect();
+        let bad: Vec<(i64, u64)> = bad.map(|(f, content)| (f.number, content.not_finite)).collect();
         if bad.is_empty() {
             return;
         }
         let count: u64 = bad.iter().map(|(_, count)| count).sum();
-        let numbers: BTreeSet<u64> = bad.iter().map(|(number, _)| *number).collect();
+        let numbers: BTreeSet<i64> = bad.iter().map(|(number, _)| *number).collect();
         let values = if count == 1 { "value is" } else { "values are" };
         let sentence = format!("{count} {values} NaN or infinite, in {}", spans(&numbers));
         self.fault("not_finite", numbers, sentence);
@@ -179,7 +180,7 @@ impl Findings {
             return;
         }
         let without = whole.iter().filter(|pair| !has(pair));
-        let without: BTreeSet<u64> = without.map(|(frame, _)| frame.number).collect();
+        let without: BTreeSet<i64> = without.map(|(frame, _)| frame.number).collect();
         if !without.is_empty() {
             let sentence =
                 format!("light layers are missing in {}; {with} frames have them", spans(&without));
@@ -255,7 +256,7 @@ impl Findings {
             let found = content.rate.and_then(rate_of);
             found.is_some_and(|found| (found - asked).abs() > 5e-3)
         });
-        let other: BTreeSet<u64> = other.map(|(frame, _)| frame.number).collect();
+        let other: BTreeSet<i64> = other.map(|(frame, _)| frame.number).collect();
         let found = whole.iter().find(|(frame, _)| other.contains(&frame.number));
         if let Some((_, content)) = found {
             let sentence = format!(
@@ -275,16 +276,16 @@ impl Findings {
         what: &str,
         words: impl Fn(&Content) -> String,
     ) {
-        let mut groups: HashMap<String, Vec<u64>> = HashMap::new();
+        let mut groups: HashMap<String, Vec<i64>> = HashMap::new();
         for (frame, content) in whole {
             groups.entry(words(content)).or_default().push(frame.number);
         }
-        let most = groups.iter().max_by_key(|(_, numbers)| (numbers.len(), u64::MAX - numbers[0]));
+        let most = groups.iter().max_by_key(|(_, numbers)| (numbers.len(), Reverse(numbers[0])));
         let Some((usual, _)) = most else { return };
         let mut others: Vec<_> = groups.iter().filter(|(found, _)| *found != usual).collect();
         others.sort_by_key(|(_, numbers)| numbers[0]);
         for (found, numbers) in others {
-            let numbers: BTreeSet<u64> = numbers.iter().copied().collect();
+            let numbers: BTreeSet<i64> = numbers.iter().copied().collect();
             let [found, usual] = difference(found, usual);
             let sentence =
                 format!("{what}: {found} in {}; {usual} in most frames", spans(&numbers));
@@ -312,7 +313,7 @@ impl Findings {
             Some(i128::from(frame.number) - made)
         };
         let offsets = whole.iter().filter_map(|(f, content)| Some((f.number, offset(f, content)?)));
-        let offsets: Vec<(u64, i128)> = offsets.collect();
+        let offsets: Vec<(i64, i128)> = offsets.collect();
         let mut counts: HashMap<i128, usize> = HashMap::new();
         for (_, offset) in &offsets {
             *counts.entry(*offset).or_default() += 1;
@@ -320,7 +321,7 @@ impl Findings {
         let usual = counts.iter().max_by_key(|(offset, count)| (**count, -offset.abs()));
         let Some((&usual, _)) = usual else { return };
         let moved = offsets.iter().filter(|(_, offset)| *offset != usual);
-        let moved: BTreeSet<u64> = moved.map(|(number, _)| *number).collect();
+        let moved: BTreeSet<i64> = moved.map(|(number, _)| *number).collect();
         if !moved.is_empty() {
             let sentence = format!(
                 "the frame number in the header differs from the file name in {}",
@@ -344,13 +345,18 @@ fn difference(found: &str, usual: &str) -> [String; 2] {
     })
 }
 
-fn span(from: u64, to: u64) -> String {
-    if from == to { from.to_string() } else { format!("{from}-{to}") }
+/// Frame numbers `from` to `to`: `7-9`, or `-2 to 3` below 0.
+pub(super) fn span(from: i64, to: i64) -> String {
+    match from {
+        _ if from == to => from.to_string(),
+        ..0 => format!("{from} to {to}"),
+        _ => format!("{from}-{to}"),
+    }
 }
 
 /// Frame numbers as spans: `3, 7-9`.
-pub(super) fn spans(numbers: &BTreeSet<u64>) -> String {
-    let mut spans: Vec<(u64, u64)> = Vec::new();
+pub(super) fn spans(numbers: &BTreeSet<i64>) -> String {
+    let mut spans: Vec<(i64, i64)> = Vec::new();
     for &number in numbers {
         match spans.last_mut() {
             Some((_, to)) if *to + 1 == number => *to = number,

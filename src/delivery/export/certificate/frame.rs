@@ -25,7 +25,7 @@ const MOST_BESIDE: u64 = 8 << 30;
 /// A frame of a shot.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
-    pub number: u64,
+    pub number: i64,
     pub file: FileHash,
     /// Content of the file, or the reason why it cannot be read.
     pub picture: std::result::Result<Content, String>,
@@ -71,7 +71,7 @@ pub(super) struct Color {
 
 impl Frame {
     /// Reads a file. Faults of the file are part of the result.
-    pub fn read(path: &Path, number: u64, name: &str) -> Self {
+    pub fn read(path: &Path, number: i64, name: &str) -> Self {
         let named = |bytes, sha256| FileHash { name: name.to_owned(), bytes, sha256 };
         let file = match ExrFile::open(path, REMEDY) {
             Ok(file) => file,

@@ -10,7 +10,7 @@ mod verify;
 pub use shot::names_frames;
 pub use verify::Verification;
 
-use self::faults::{Findings, judge, rate_words};
+use self::faults::{Findings, judge, rate_words, span};
 pub use self::frame::hash_file;
 use self::frame::{Content, Frame, hex};
 use self::shot::Shot;
@@ -32,7 +32,7 @@ const MOST_BYTES: u64 = 1 << 30;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CertifySettings {
     /// First and last required frame. None for the frames found.
-    pub frames: Option<(u64, u64)>,
+    pub frames: Option<(i64, i64)>,
     /// Frames per second. None for the rate in the headers.
     pub rate: Option<f64>,
     /// Allows equal pictures in neighbouring frames.
@@ -44,7 +44,7 @@ pub struct CertifySettings {
 pub struct Fault {
     /// Kind, such as `missing` or `time_code`.
     pub kind: String,
-    /// Frame numbers, such as `3, 7-9`.
+    /// Frame numbers, such as `3, 7-9`, or `-2 to 3` below 0.
     pub frames: String,
     pub sentence: String,
 }
@@ -68,7 +68,7 @@ pub struct FileHash {
 /// A frame's file in a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CertifiedFrame {
-    pub frame: u64,
+    pub frame: i64,
     #[serde(flatten)]
     pub file: FileHash,
     /// SHA-256 of the samples of all channels, independent of the compression; "" if the file could not be read.
@@ -88,7 +88,7 @@ pub struct CertifiedLayers {
     pub layers: usize,
     /// Largest difference of a channel, and the frame with it.
     pub residual: f32,
-    pub frame: u64,
+    pub frame: i64,
     /// Brightest light of that frame.
     pub brightest: f32,
 }
@@ -111,7 +111,7 @@ pub struct Certificate {
     /// File names, with `####` for the number.
     pub shot: String,
     /// First and last frame.
-    pub frames: [u64; 2],
+    pub frames: [i64; 2],
     /// Columns and rows, from the headers of most frames.
     pub size: Option<[i64; 2]>,
     pub rate: Option<(i32, u32)>,
@@ -151,12 +151,12 @@ impl Certificate {
     }
 
     fn of(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
-        let whole: Vec<(u64, &Content)> = (frames.iter())
+        let whole: Vec<(i64, &Content)> = (frames.iter())
             .filter_map(|frame| Some((frame.number, frame.picture.as_ref().ok()?)))
             .collect();
         let first = whole.first().map(|(_, content)| *content);
         let code =
-            |of: Option<&(u64, &Content)>| of.and_then(|(_, c)| c.time_code).map(time::words);
+            |of: Option<&(i64, &Content)>| of.and_then(|(_, c)| c.time_code).map(time::words);
         let layers = whole.iter().filter_map(|(number, content)| {
             let rebuild = content.layers.as_ref()?.as_ref().ok()?;
             Some(CertifiedLayers {
@@ -217,7 +217,7 @@ impl Certificate {
     fn words(&self) -> String {
         let mut parts = vec![match self.files.len() {
             1 => "1 frame".to_owned(),
-            count => format!("{count} frames {}-{}", self.frames[0], self.frames[1]),
+            count => format!("{count} frames {}", span(self.frames[0], self.frames[1])),
         }];
         parts.extend(self.size.map(|[width, height]| format!("{width} × {height}")));
         parts.extend(self.color.clone());

@@ -19,7 +19,7 @@ const MOST_READERS: usize = 16;
 /// # Errors
 /// When the user stops.
 pub(super) fn frames(shot: &Shot, progress: &Progress) -> Result<Vec<Frame>> {
-    let read = |(number, name): &(u64, String)| Frame::read(&shot.path(name), *number, name);
+    let read = |(number, name): &(i64, String)| Frame::read(&shot.path(name), *number, name);
     let Some((first, rest)) = shot.files.split_first() else {
         return Ok(Vec::new());
     };

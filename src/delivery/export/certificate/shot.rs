@@ -16,7 +16,7 @@ const UNFINISHED: &str = ".afterlight";
 pub(super) struct Shot {
     pub folder: PathBuf,
     /// Frame numbers and file names, in order. A number may occur twice.
-    pub files: Vec<(u64, String)>,
+    pub files: Vec<(i64, String)>,
     /// File names with `####` for the number.
     pub pattern: String,
     /// True if the names have numbers; otherwise frames are counted from 0.
@@ -69,7 +69,7 @@ impl Shot {
         let unfinished = names.iter().filter(|name| name.ends_with(UNFINISHED));
         let unfinished: Vec<String> = unfinished.cloned().collect();
         let pictures: BTreeSet<&str> = names.iter().map(String::as_str).filter(is_exr).collect();
-        let mut shots: BTreeMap<Around, Vec<(u64, String)>> = BTreeMap::new();
+        let mut shots: BTreeMap<Around, Vec<(i64, String)>> = BTreeMap::new();
         let mut plain = Vec::new();
         for name in pictures.iter().filter(|name| !is_layer(name, &pictures)) {
             let found = match &wanted {
@@ -171,17 +171,27 @@ fn split(pattern: &str) -> Option<Around> {
 }
 
 /// Frame number in a name that matches this pattern.
-fn between(name: &str, (before, after): &Around) -> Option<u64> {
+fn between(name: &str, (before, after): &Around) -> Option<i64> {
     let number = name.strip_prefix(&**before)?.strip_suffix(&**after)?;
+    let digits = number.strip_prefix('-').filter(|_| takes_sign(before)).unwrap_or(number);
     // `parse` accepts a sign, too.
-    let is_number = number.bytes().all(|b| b.is_ascii_digit());
+    let is_number = digits.bytes().all(|b| b.is_ascii_digit());
     is_number.then(|| number.parse().ok()).flatten()
 }
 
+/// True if a hyphen after this text is the sign of a number: at the start, and after a dot or underscore.
+fn takes_sign(before: &str) -> bool {
+    before.is_empty() || before.ends_with(['.', '_'])
+}
+
 /// Last number in a name, with the text before and after it.
-fn numbered(name: &str) -> Option<(Around, u64)> {
+fn numbered(name: &str) -> Option<(Around, i64)> {
     let (stem, _) = name.rsplit_once('.')?;
     let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let digits = &stem[before.len()..];
+    let unsigned =
+        before.strip_suffix('-').filter(|before| !digits.is_empty() && takes_sign(before));
+    let before = unsigned.unwrap_or(before);
     let number = stem[before.len()..].parse().ok()?;
     Some(((before.to_owned(), name[stem.len()..].to_owned()), number))
 }
@@ -247,6 +257,17 @@ mod tests {
         let named = ["shot.0009.exr", "shot.0010.exr", "shot.light_00.0009.exr"];
         assert_eq!(found(folder, &named).unwrap().files, whole.files);
         assert!(names_frames(folder) && names_frames(&folder.join("shot.####.exr")));
+        for (name, number) in [("s.-0002.exr", -2), ("s.-1.exr", -1), ("s.0000.exr", 0)] {
+            std::fs::write(folder.join(name), "").unwrap();
+            let found = found(folder, &[name]).unwrap();
+            assert_eq!((found.files[0].0, &*found.pattern), (number, "s.####.exr"));
+        }
+        let signed = found(folder, &["s.%04d.exr"]).unwrap().files;
+        assert_eq!(signed.iter().map(|(number, _)| *number).collect::<Vec<_>>(), [-2, -1, 0]);
+        // After a letter a hyphen joins.
+        std::fs::write(folder.join("take-0007.exr"), "").unwrap();
+        assert!(found(folder, &["take%04d.exr"]).is_err());
+        assert_eq!(found(folder, &["take-0007.exr"]).unwrap().files[0].0, 7);
         // One number in two spellings is a duplicate.
         std::fs::write(folder.join("shot.9.exr"), "").unwrap();
         let double = found(folder, &["shot.%04d.exr"]).unwrap().files;
@@ -260,7 +281,7 @@ mod tests {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
         let shot = found(folder.path(), &["50%%.%04d_v2.exr"]).unwrap();
-        let numbers: Vec<u64> = shot.files.iter().map(|(number, _)| *number).collect();
+        let numbers: Vec<i64> = shot.files.iter().map(|(number, _)| *number).collect();
         assert_eq!(numbers, [7, 8]);
         assert_eq!(shot.pattern, "50%.####_v2.exr");
     }

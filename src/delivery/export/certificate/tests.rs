@@ -7,7 +7,7 @@ use super::super::{
 use super::*;
 use compositor::Picture;
 
-const FRAMES: u64 = 6;
+const FRAMES: i64 = 6;
 
 /// Input for one frame's file.
 struct Take {
@@ -18,7 +18,7 @@ struct Take {
 }
 
 /// Correct frame `number`: two lamps whose weighted layers add up to the picture.
-fn take(number: u64) -> Take {
+fn take(number: i64) -> Take {
     let shade = 0.25 + number as f32 / 16.0;
     let layer = |color: [f32; 3], weight: f32| LightLayer {
         lamp: "lamp".to_owned(),
@@ -58,7 +58,7 @@ impl Take {
     }
 }
 
-fn file(folder: &Path, number: u64) -> PathBuf {
+fn file(folder: &Path, number: i64) -> PathBuf {
     folder.join(format!("shot.{number:04}.exr"))
 }
 
@@ -218,7 +218,7 @@ fn what_may_be_meant_so_is_a_remark() {
         let light = cropped.picture.linear.as_mut().unwrap();
         // The picture grows from frame to frame.
         for (i, pixel) in light.pixels.iter_mut().enumerate() {
-            if (i / 8) as u64 > number {
+            if (i / 8) as i64 > number {
                 *pixel = [0.0; 3];
                 cropped.picture.alpha.pixels[i] = 0.0;
             }
@@ -263,7 +263,10 @@ fn a_range_and_a_rate_that_are_asked_for_are_demanded() {
     let extra = asked(Some((2, 5)), None);
     assert_eq!((kinds(&extra), &*extra[0].frames), (vec!["extra"], "1, 6"));
     assert!(asked(None, Some(23.976)).iter().any(|fault| fault.kind == "rate"));
-    assert_eq!(asked(Some((0, u64::MAX)), None).len(), 1);
+    let below = asked(Some((-3, 8)), None);
+    assert_eq!((&*below[0].frames, below.len()), ("-3 to 0, 7-8", 1));
+    assert!(below[0].sentence.starts_with("6 of -3 to 8 are missing"), "{}", below[0].sentence);
+    assert_eq!(asked(Some((i64::MIN, i64::MAX)), None).len(), 1);
 }
 
 #[test]

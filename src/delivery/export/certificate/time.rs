@@ -17,7 +17,7 @@ pub(super) fn time_codes(
     settings: &CertifySettings,
 ) {
     let without = whole.iter().filter(|(_, content)| content.time_code.is_none());
-    let without: BTreeSet<u64> = without.map(|(frame, _)| frame.number).collect();
+    let without: BTreeSet<i64> = without.map(|(frame, _)| frame.number).collect();
     if without.len() == whole.len() {
         if !whole.is_empty() {
             found.remark("time_code", "No frame has a time code");
@@ -44,8 +44,7 @@ pub(super) fn time_codes(
         let Some(code) = content.time_code else {
             continue;
         };
-        let ahead = usize::try_from(frame.number - start_number.min(frame.number));
-        let ahead = ahead.unwrap_or(usize::MAX);
+        let ahead = frame.number.saturating_sub(start_number).max(0) as usize;
         let follows: Vec<TimeCode> = (starts.iter().copied())
             .filter(|start| is_same(start.plus(ahead).into(), code))
             .collect();
@@ -66,7 +65,7 @@ pub(super) fn time_codes(
     if jumps.is_empty() {
         return;
     }
-    let numbers: BTreeSet<u64> = jumps.iter().map(|(number, ..)| *number).collect();
+    let numbers: BTreeSet<i64> = jumps.iter().map(|(number, ..)| *number).collect();
     let named = jumps
         .iter()
         .take(NAMED)

@@ -56,7 +56,7 @@ pub struct RelightSettings {
     pub animation: Animation,
     #[command(flatten)]
     pub effects: Effects,
-    /// Frames A to B, both included [default: all].
+    /// Frames A to B, both included, counted from 0 whatever the plate's numbers [default: all].
     #[arg(long, value_name = "A-B", value_parser = range)]
     pub frames: Option<(usize, usize)>,
     /// Exposure in stops, −10 to 10.

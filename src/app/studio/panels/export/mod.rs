@@ -21,7 +21,7 @@ use egui::{
 };
 use export::{Destination, Files, Format, HandOver, PixelBits};
 use farm::Engine;
-use footage::PictureSize;
+use footage::{FRAME_NUMBERS, PictureSize};
 use project::Project;
 use scene::Background;
 use std::path::Path;
@@ -97,6 +97,9 @@ impl ExportPanel {
             layers_ui(ui, options);
             hand_over_ui(ui, options);
             name_ui(ui, options, out);
+            if !options.format.is_movie() {
+                first_number_ui(ui, options, context.state.first_number);
+            }
         });
         colors::sentence_ui(ui, context, options);
         files_ui(ui, context, options, &project.root);
@@ -324,9 +327,29 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
     ui.end_row();
 }
 
+fn first_number_ui(ui: &mut Ui, options: &mut ExportOptions, own: i64) {
+    let label = ui.label("First number");
+    ui.horizontal(|ui| {
+        let before = options.first_number.unwrap_or(own);
+        let mut number = before;
+        let field = computing(&mut number).range(FRAME_NUMBERS).speed(0.1);
+        let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
+        response
+            .labelled_by(label.id)
+            .on_hover_text("Number of the interview's first frame in the names of the files");
+        let hint = "The numbers of the interview's files; a movie counts from 0";
+        if choice_ui(ui, "First number", "Plate's", hint, options.first_number.is_none()) {
+            options.first_number = None;
+        } else if number != before {
+            options.first_number = Some(number);
+        }
+    });
+    ui.end_row();
+}
+
 /// The files that will be written, and whether existing ones are replaced.
 fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, root: &Path) {
-    let (first, last) = context.state.range();
+    let (first, last) = context.state.numbers();
     let to = options.to(root);
     let taken = context.existing_files.filter(|taken| taken.query.to == to);
     let taken = taken.filter(|taken| taken.files > 0);

@@ -333,6 +333,10 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     let seconds = state.frame as f64 / state.frame_rate;
     ui.label(format!("0–{last}")).on_hover_text(format!("{} frames", state.frames));
+    if let Some(number) = state.plate_number(state.frame) {
+        ui.label(format!("plate {number}"))
+            .on_hover_text("Number in the name of the interview's file");
+    }
     ui.label(RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
         .on_hover_text(format!("{} frames a second", state.frame_rate));
 }

@@ -62,7 +62,9 @@ pub fn scrub_ui(
     }
     if let Some(at) = response.hover_pos().filter(|_| !response.dragged()) {
         let frame = track.frame_at(at.x);
-        hovered_ui(ui, track, rect, frame);
+        let number = state.plate_number(frame);
+        let text = number.map_or(frame.to_string(), |number| format!("{frame} · plate {number}"));
+        hovered_ui(ui, rect, track.x(frame as f64), text);
         let unlike = trust.and_then(|report| {
             let found = report
                 .unlike()
@@ -123,10 +125,10 @@ fn overview_ui(ui: &Ui, track: &Track, rect: Rect) {
 }
 
 /// The number of the frame under the pointer, over the ruler.
-fn hovered_ui(ui: &Ui, track: &Track, rect: Rect, frame: usize) {
+fn hovered_ui(ui: &Ui, rect: Rect, x: f32, text: String) {
     let font = FontId::proportional(12.0);
-    let text = ui.painter().layout_no_wrap(frame.to_string(), font, theme::TEXT);
-    let middle = pos2(track.x(frame as f64), rect.top() + 0.5 * RULER);
+    let text = ui.painter().layout_no_wrap(text, font, theme::TEXT);
+    let middle = pos2(x, rect.top() + 0.5 * RULER);
     let place = Rect::from_center_size(middle, text.size());
     ui.painter().rect_filled(place.expand2(vec2(3.0, 1.0)), 2.0, theme::PANEL);
     ui.painter().galley(place.min, text, theme::TEXT);
