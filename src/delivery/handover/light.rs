@@ -198,7 +198,7 @@ pub mod tests {
 
     /// Settings for frames 10 to 14: a moving light, one that is off, and a fixed point light. The exposure
     /// rises by a stop per frame.
-    fn moving() -> RelightSettings {
+    pub fn moving() -> RelightSettings {
         let group =
             LightGroup { name: "Left".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
         let moves = PlacedLight { id: 1, group: group.name.clone(), ..PlacedLight::default() };

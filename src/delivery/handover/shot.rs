@@ -127,6 +127,10 @@ fn warn_of_uneven_times(
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use crate::light::tests::moving;
+    use base::progress::{Control, Report};
+    use std::process::Command;
+    use std::sync::Mutex;
 
     /// Five frames of a film, from frame 10 on.
     pub fn shot(media: Media) -> Shot {
@@ -141,6 +145,51 @@ pub mod tests {
             environment: "nave".to_owned(),
             layers: None,
             light: None,
+        }
+    }
+
+    #[test]
+    fn uneven_times_are_reported_once_for_a_movie_with_sound_by_its_sound() {
+        if !test_support::ffmpeg() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        // Two frames of three are left out in the first second.
+        let uneven = "-vf select='gte(n,30)+not(mod(n,3))' -fps_mode passthrough";
+        let sound = "-f lavfi -i sine=d=3 -c:a pcm_s16le";
+        for (name, more) in [("talk.mov", uneven), ("quiet.mov", ""), ("loud.mov", sound)] {
+            let made = Command::new("ffmpeg")
+                .args(["-v", "error", "-f", "lavfi", "-i", "testsrc2=s=64x48:r=30:d=3"])
+                .args(more.split_whitespace())
+                .args(["-c:v", "prores_ks"])
+                .arg(at(name))
+                .status();
+            assert!(made.unwrap().success(), "{name}");
+        }
+        let mut project = Project::without_shoot(folder.path());
+        project.settings.shoot.frame_rate = 30.0;
+        project.settings.shoot.frames = project::Frames::Clip(project::Clip {
+            movie: "talk.mov".into(),
+            first: 0,
+            count: 70,
+            alpha: false,
+        });
+        let interview = Interview::of(&project).unwrap();
+        let settings = RelightSettings { hand_over: vec![HandOver::Otio], ..moving() };
+        for (output, reports) in [("quiet.mov", 1), ("loud.mov", 0)] {
+            let said = Mutex::new(Vec::new());
+            let sink = |report| {
+                if let Report::Say(sentence) = report {
+                    said.lock().unwrap().push(sentence);
+                }
+            };
+            let progress = Progress::new(&sink, Control::default());
+            let output = at(output).display().to_string();
+            let shot = Shot::of(&project, &settings, &interview, &output, &progress).unwrap();
+            assert_eq!((shot.has_sound, shot.count()), (reports == 0, 70));
+            let said = said.into_inner().unwrap();
+            assert_eq!(said.len(), reports, "{said:?}");
         }
     }
 }
