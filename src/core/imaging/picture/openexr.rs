@@ -22,7 +22,12 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     refuse_new_compression(&mut source)?;
     let Source { path, file } = source;
     let broken = |cause: &dyn std::fmt::Display| super::broken(path, cause);
-    let reader = exr::block::read(file, false).map_err(|e| broken(&e))?;
+    let reader = exr::block::read(file, false).map_err(|e| match &e {
+        exr::error::Error::NotSupported(why) if why.contains("subsampling") => {
+            luminance_chroma(path)
+        }
+        _ => broken(&e),
+    })?;
     check_openexr(reader.headers()).map_err(|e| broken(&e))?;
     let mut notes = Vec::new();
     let choice = choose(path, reader.headers(), &mut notes)?;
@@ -242,17 +247,22 @@ fn chosen_layer(path: &Path) -> Option<String> {
     path.ancestors().find_map(|place| chosen.get(place).cloned())
 }
 
-/// Refuses luminance with chroma, whose Y alone is no grey picture.
-fn refuse_luminance_chroma(path: &Path, headers: &[Header]) -> Result<()> {
+/// True for luminance with chroma at full resolution, whose Y alone is no grey picture.
+fn has_chroma(headers: &[Header]) -> bool {
     let is_chroma = |name: &str| ["ry", "by"].contains(&name.rsplit('.').next().unwrap_or(name));
     let mut channels = headers.iter().flat_map(|header| &header.channels.list);
-    if channels.all(|channel| !is_chroma(&channel.name.to_string().to_lowercase())) {
-        return Ok(());
-    }
-    Err(Error::invalid(
-        format!("{} has luminance and chroma (Y, RY, BY), not R, G and B", path.display()),
+    channels.any(|channel| is_chroma(&channel.name.to_string().to_lowercase()))
+}
+
+/// Refusal of luminance with chroma, which the decoder names by its subsampling.
+fn luminance_chroma(path: &Path) -> Error {
+    Error::invalid(
+        format!(
+            "{} has luminance and chroma (Y, RY, BY) or other subsampled channels, not R, G and B",
+            path.display()
+        ),
         "Write it with the channels R, G and B, in the program that wrote it",
-    ))
+    )
 }
 
 /// Layers with red, green and blue.
@@ -341,7 +351,9 @@ fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<La
         let name = (count > 1).then(|| name.trim_matches('.').to_owned());
         return Ok(LayerChoice { layer: name.filter(|name| !name.is_empty()), ..choice });
     }
-    refuse_luminance_chroma(path, headers)?;
+    if has_chroma(headers) {
+        return Err(luminance_chroma(path));
+    }
     for (header, part) in headers.iter().enumerate().filter(|(_, part)| is_flat(part)) {
         let list = &part.channels.list;
         let last = |channel: &exr::meta::attribute::ChannelDescription| {
