@@ -94,8 +94,8 @@ pub fn check(media: &Media, (first, last): (i64, i64), place: LayerFiles) -> Res
                 "Blender counts frames from 0 to {MOST_FRAMES}, but the files have the numbers {first} to {last}"
             ),
             (
-                "Choose another first number, or do not hand over to Blender",
-                "--first-number, or leave blender out of --hand-over",
+                "Choose another first number, export a part of the interview, or do not hand over to Blender",
+                "--first-number or --frames, or leave blender out of --hand-over",
             ),
         ));
     }
@@ -289,6 +289,8 @@ mod tests {
         assert_eq!(said("shot_%04d.exr", 7, LayerFiles::Files), "");
         assert!(said("shot.%04d.exr", 4_320_000, LayerFiles::Files).contains("--frames"));
         assert!(said("shot.%04d.exr", 9, LayerFiles::Parts).contains("channels"));
+        let below = check(&stills("shot.%04d.exr"), (-1, 9), LayerFiles::Channels).unwrap_err();
+        assert!(below.to_string().contains("the numbers -1 to 9"), "{below}");
     }
 
     #[test]

@@ -195,4 +195,21 @@ mod tests {
             assert_eq!(media["target_url"], url);
         }
     }
+
+    #[test]
+    fn numbers_that_opentimelineio_pads_otherwise_are_refused_with_the_file() {
+        for (to, first, refused) in [
+            ("shot.%04d.exr", -5, Some("shot.-005.exr")),
+            ("shot.%04d.exr", 0, None),
+            ("shot.%d.exr", -5, None),
+            ("shot.mov", -5, None),
+        ] {
+            let checked = check(&Media::of(to, "OTIO").unwrap(), (first, 9));
+            match (checked, refused) {
+                (Ok(()), None) => (),
+                (Err(e), Some(file)) => assert!(e.to_string().contains(file), "{e}"),
+                (checked, _) => panic!("{to} from {first}: {checked:?}"),
+            }
+        }
+    }
 }

@@ -1,10 +1,10 @@
 //! Files in a shoot's folders that are no part of it: strays beside mattes and poses, and files of systems.
 
 use super::shoot::stem;
-use base::files::is_clutter;
+use base::files::{is_clutter, natural_order};
 use movies::listed;
 use project::{Frames, Picture, Project};
-use std::collections::BTreeSet;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Sentences on the files that an import leaves out, besides strays in the series of the interview and the lamps.
@@ -21,7 +21,7 @@ pub fn notes(project: &Project) -> Vec<String> {
     ];
     let strays = frames.into_iter().chain(poses).filter_map(|(inside, wanted, why)| {
         let folder = project.shoot_path(inside);
-        let wanted: BTreeSet<&str> = wanted.iter().map(String::as_str).collect();
+        let wanted: HashSet<&str> = wanted.iter().map(String::as_str).collect();
         let mut names = movies::pictures(&folder).ok()?;
         names.retain(|name| !wanted.contains(stem(name)));
         let verb = if names.len() == 1 { "is" } else { "are" };
@@ -33,8 +33,9 @@ pub fn notes(project: &Project) -> Vec<String> {
 
 /// Sentence on the files of systems and file managers beside the pictures.
 fn clutter(project: &Project) -> Option<String> {
-    let found: Vec<PathBuf> =
+    let mut found: Vec<PathBuf> =
         folders(project).iter().flat_map(|folder| clutter_in(folder)).collect();
+    found.sort_by(|a, b| natural_order(a, b));
     let root = project.shoot_path("");
     let first = found.first()?;
     let first = first.strip_prefix(&root).unwrap_or(first).display();
@@ -47,20 +48,19 @@ fn clutter(project: &Project) -> Option<String> {
 fn clutter_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name());
-    let mut names: Vec<_> = names.filter(|name| is_clutter(&name.to_string_lossy())).collect();
-    names.sort();
-    names.iter().map(|name| folder.join(name)).collect()
+    let names = names.filter(|name| is_clutter(&name.to_string_lossy()));
+    names.map(|name| folder.join(name)).collect()
 }
 
 /// Folders of the pictures, and those above them within the shoot.
-fn folders(project: &Project) -> BTreeSet<PathBuf> {
+fn folders(project: &Project) -> HashSet<PathBuf> {
     let poses = 0..project.settings.shoot.poses.len();
     let olats = poses.clone().map(|pose| project.olat_picture(pose, 0));
     let mattes = poses.map(|pose| project.exemplar_matte(pose)).chain([project.frame_matte(0)]);
     let mattes = mattes.map(|matte| matte.picture().clone());
     let pictures = [project.frame_picture(0)].into_iter().chain(olats).chain(mattes);
     let root = project.shoot_path("");
-    let mut folders = BTreeSet::new();
+    let mut folders = HashSet::new();
     for picture in pictures.chain(project.probe_pictures()) {
         let folder = folder_of(&picture);
         let above = folder.ancestors().skip(1);
