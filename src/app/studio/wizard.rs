@@ -3,7 +3,7 @@
 use base::files::plain;
 use footage::ImportSettings;
 use footage::candidate::{Candidate, Slot, expand};
-use footage::gathered;
+use footage::gathered::{self, Misfit};
 use footage::scan::{Line, Scan, scan};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -32,6 +32,8 @@ pub struct PlannedPart {
     pub path: PathBuf,
     /// Kind of part chosen by hand; None to guess it.
     pub slot: Option<Slot>,
+    /// True if a person overruled the judgement that it does not fit.
+    pub anyway: bool,
     /// Time of the drop in seconds of the window's clock, until the pointer's position is known.
     pub landed_s: Option<f64>,
 }
@@ -79,7 +81,7 @@ impl Plan {
     pub fn bring(&mut self, paths: Vec<PathBuf>, slot: Option<Slot>, landed_s: Option<f64>) {
         for path in paths {
             if !self.parts.iter().any(|part| part.path == path) {
-                self.parts.push(PlannedPart { path, slot, landed_s });
+                self.parts.push(PlannedPart { path, slot, anyway: false, landed_s });
             }
         }
     }
@@ -246,6 +248,14 @@ impl Wizard {
         }
     }
 
+    /// Reason that an added file does not fit its kind, unless a person overruled it.
+    pub fn misfit(&self, one: Brought) -> Option<Misfit> {
+        let parts = self.gathered();
+        let is_this = |(_, part): &(Slot, &Candidate)| part.path == one.part.path;
+        let misfit = gathered::misfit(&parts, parts.iter().position(is_this)?)?;
+        (!(misfit.is_guess && one.part.anyway)).then_some(misfit)
+    }
+
     /// Reason that no project can be made of the gathered parts.
     fn obstacle(&self) -> Option<&'static str> {
         if self.brought().any(|one| one.candidate.is_none()) {
@@ -254,11 +264,10 @@ impl Wizard {
         if self.brought().any(|one| one.slot().is_none()) {
             return Some("Choose what each file is: see the marks above");
         }
-        let parts = self.gathered();
-        if (0..parts.len()).any(|part| gathered::misfit(&parts, part).is_some()) {
+        if self.brought().any(|one| self.misfit(one).is_some()) {
             return Some("Something does not fit: see the marks above");
         }
-        Some(match gathered::missing(&parts)? {
+        Some(match gathered::missing(&self.gathered())? {
             Slot::Interview => "The interview is missing",
             Slot::InterviewBall => "The mirror ball in the interview's light is missing",
             Slot::Balls => "The mirror ball under each lamp is missing",

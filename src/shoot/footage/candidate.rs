@@ -3,7 +3,7 @@
 use super::lamp_list;
 use super::round;
 use super::scan::counted;
-use super::takes::mean_light;
+use super::takes::{frame_light, mean_light};
 use base::error::Result;
 use base::has_extension;
 use imaging::color::{linear_from_srgb, srgb_from_linear};
@@ -36,7 +36,7 @@ impl Slot {
     pub fn name(self) -> &'static str {
         match self {
             Self::Interview => "Interview",
-            Self::InterviewBall => "Ball in its light",
+            Self::InterviewBall => "Mirror ball, interview light",
             Self::Balls => "Mirror ball",
             Self::Pose => "Poses",
             Self::Lamps => "Lamps",
@@ -71,6 +71,9 @@ const THUMBNAIL: usize = 192;
 const JUMPS: f32 = 1.15;
 /// Largest median brightness ratio between frames of an interview.
 const STEADY: f32 = 1.05;
+/// Smallest median distance between the brightest spots of consecutive pictures of a mirror ball under single lamps, as
+/// a share of the longer side. A person sways by less from frame to frame.
+const SPOT_MOVES: f32 = 0.01;
 
 /// A file or folder that may contain a part of a shoot.
 #[derive(Clone, Debug, PartialEq)]
@@ -179,28 +182,34 @@ impl Candidate {
     fn look_at_light(&mut self, source: &Source) -> Result<()> {
         let some = self.frames.min(LOOKED_AT);
         let start = (self.frames - some) / 2;
-        let read = |from: u64, count: u64| -> Result<Vec<f32>> {
-            (from..from + count).map(|frame| mean_light(source, self.first + frame)).collect()
-        };
-        let light = read(start, some)?;
+        let read = |frame: u64| frame_light(source, self.first + frame);
+        let sampled: Vec<_> = (start..start + some).map(read).collect::<Result<_>>()?;
+        let (light, spots): (Vec<_>, Vec<_>) =
+            sampled.into_iter().map(|light| (light.mean, light.spot)).unzip();
+        let longer = source.size().0.max(source.size().1);
+        let spot_moves = typical_distance(&spots) > SPOT_MOVES.max(1.5 / longer as f32);
         let step = typical_step(&light);
         self.jumps = match step {
             step if step > JUMPS => Some(true),
             step if step < STEADY => Some(false),
             _ => None,
         };
-        let by_light = match self.jumps {
-            Some(false) => "the brightness hardly changes from frame to frame".to_owned(),
-            None => String::new(),
-            Some(true) if self.frames > MOST_OF_ROUND => {
-                "the brightness jumps from frame to frame, as in a lamp cycle".to_owned()
-            }
-            Some(true) => {
-                self.light = match some == self.frames {
-                    true => light,
-                    false => read(0, self.frames)?,
-                };
-                match round::find(&self.light, self.first, None) {
+        let mut by_light = match (self.jumps, spot_moves) {
+            (Some(true), _) => "the brightness jumps from frame to frame, as in a lamp cycle",
+            (_, true) => "the highlight moves from frame to frame, as on a mirror ball",
+            (Some(false), false) => "the brightness hardly changes from frame to frame",
+            (None, false) => "",
+        }
+        .to_owned();
+        if (self.jumps == Some(true) || spot_moves) && self.frames <= MOST_OF_ROUND {
+            self.light = match some == self.frames {
+                true => light,
+                false => {
+                    let all = 0..self.frames;
+                    all.map(|frame| mean_light(source, self.first + frame)).collect::<Result<_>>()?
+                }
+            };
+            let found = match round::find(&self.light, self.first, None) {
                     Ok(round) => {
                         // The first, middle and last frame may all be fully lit.
                         let lamps = &round.lamps;
@@ -213,11 +222,19 @@ impl Candidate {
                         text
                     }
                     Err(why) => why,
-                }
-            }
-        };
+                };
+            by_light = match self.jumps {
+                Some(true) => found,
+                _ => format!("{by_light}; {found}"),
+            };
+        }
         if self.guess.is_none() {
-            self.guess = self.jumps.map(|jumps| if jumps { Slot::Pose } else { Slot::Interview });
+            self.guess = match (self.jumps, spot_moves) {
+                (Some(true), _) => Some(Slot::Pose),
+                (_, true) => Some(Slot::Balls),
+                (Some(false), false) => Some(Slot::Interview),
+                (None, false) => None,
+            };
         }
         let reasons = [std::mem::take(&mut self.reason), by_light];
         let reasons: Vec<String> =
@@ -279,6 +296,19 @@ fn typical_step(light: &[f32]) -> f32 {
     let mut steps: Vec<f32> = light.windows(2).map(change).collect();
     steps.sort_by(f32::total_cmp);
     steps.get(steps.len() / 2).map_or(1.0, |step| step.exp())
+}
+
+/// Median distance between the brightest spots of consecutive frames, as a share of the longer side; 0 if fewer than
+/// half of them have one.
+fn typical_distance(spots: &[Option<[f32; 2]>]) -> f32 {
+    let distance = |pair: &[Option<[f32; 2]>]| {
+        let ([ax, ay], [bx, by]) = (pair[0]?, pair[1]?);
+        Some((ax - bx).hypot(ay - by))
+    };
+    let mut distances: Vec<f32> =
+        spots.windows(2).map(|pair| distance(pair).unwrap_or(0.0)).collect();
+    distances.sort_by(f32::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn thumbnails(source: &Source, frames: impl IntoIterator<Item = u64>) -> Result<Vec<Encoded>> {

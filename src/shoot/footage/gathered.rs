@@ -27,36 +27,54 @@ pub fn name(parts: &Gathered) -> Option<String> {
     Some(folder.to_string_lossy().into_owned())
 }
 
+/// Reason that a part does not fit its slot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misfit {
+    /// The reason, and the remedy.
+    pub sentence: String,
+    /// True for a judgement of its brightness, which a person may overrule; false for a fact.
+    pub is_guess: bool,
+}
+
 /// Reason why part `index` does not fit its slot; `None` if it fits.
-pub fn misfit(parts: &Gathered, index: usize) -> Option<String> {
+pub fn misfit(parts: &Gathered, index: usize) -> Option<Misfit> {
     let (slot, part) = parts[index];
+    let fact = |sentence: String| Some(Misfit { sentence, is_guess: false });
+    let guess = |sentence: String| Some(Misfit { sentence, is_guess: true });
     if let Some(failure) = &part.failure {
-        return Some(failure.clone());
+        return fact(failure.clone());
     }
     let earlier = parts[..index].iter().any(|(is, _)| *is == slot);
     if earlier && slot != Slot::Pose {
-        return Some(
+        return fact(
             "Already present: remove one of them, or choose another type for this one".to_owned(),
         );
     }
     let is_list = part.lamps.is_some();
     match slot {
-        Slot::Lamps => (!is_list).then(|| "Not a list of lamps (.lp)".to_owned()),
-        _ if is_list => Some("This is a list of lamps".to_owned()),
+        Slot::Lamps if !is_list => fact("Not a list of lamps (.lp)".to_owned()),
+        Slot::Lamps => None,
+        _ if is_list => fact("This is a list of lamps".to_owned()),
         Slot::InterviewBall => None,
-        Slot::Interview if part.frames < 2 => Some("An interview needs two or more".to_owned()),
-        Slot::Interview => (part.jumps == Some(true)).then(|| {
+        Slot::Interview if part.frames < 2 => fact("An interview needs two or more".to_owned()),
+        Slot::Interview if part.jumps == Some(true) => guess(
             "The brightness jumps from frame to frame, as in a lamp cycle: probably a pose"
-                .to_owned()
-        }),
-        Slot::Balls | Slot::Pose if part.light.is_empty() => Some(match part.jumps {
-            Some(true) => format!(
+                .to_owned(),
+        ),
+        Slot::Interview => None,
+        Slot::Balls | Slot::Pose if part.light.is_empty() => guess(match (part.jumps, slot) {
+            (Some(true), _) => format!(
                 "{} frames are too many for a lamp cycle. Trim it, or give the frames in a map (docs/movies.md)",
                 part.frames
             ),
+            (_, Slot::Balls) => {
+                "Neither the highlight nor the brightness changes as in a lamp cycle".to_owned()
+            }
             _ => "The brightness does not change as in a lamp cycle".to_owned(),
         }),
-        Slot::Balls | Slot::Pose => round::find(&part.light, part.first, lamps(parts)).err(),
+        Slot::Balls | Slot::Pose => {
+            fact(round::find(&part.light, part.first, lamps(parts)).err()?)
+        }
     }
 }
 
@@ -241,7 +259,9 @@ mod tests {
         let look = |file: &Path| Candidate::look(file);
         let (interview, pose, list) = (look(&files[0]), look(&files[1]), look(&list));
         let broken = look(&broken);
-        let said = |parts: &Gathered| misfit(parts, parts.len() - 1).unwrap_or_default();
+        let said = |parts: &Gathered| {
+            misfit(parts, parts.len() - 1).map_or_else(String::new, |misfit| misfit.sentence)
+        };
         for (parts, says) in [
             (&[(Slot::Interview, &pose)][..], "jumps"),
             (&[(Slot::Pose, &interview)], "does not change"),

@@ -3,7 +3,9 @@
 use super::round::{self, Round};
 use base::error::{Error, Result};
 use base::progress::Progress;
+use imaging::Raster;
 use imaging::color::{linear_from_srgb, luminance};
+use imaging::resample::resize_area;
 use movies::{Series, Source};
 use project::Take;
 use std::collections::{BTreeMap, HashMap};
@@ -152,9 +154,43 @@ pub(super) fn series_of(shoot: &Path, movie: &Path, progress: &Progress) -> Resu
 /// Largest number of frames searched in one movie. A cycle takes seconds.
 const MOST_SEARCHED: u64 = 100_000;
 
+/// Light of a frame, linear, assuming sRGB encoding.
+pub(super) struct FrameLight {
+    /// Mean of every third pixel of every third row.
+    pub mean: f32,
+    /// Middle of the brightest spot, as shares of the longer side, from the upper left corner; `None` for a frame without
+    /// a spot that is much brighter than the rest.
+    pub spot: Option<[f32; 2]>,
+}
+
+/// Smallest ratio of the brightest spot to the mean of its frame.
+const SPOT: f32 = 4.0;
+/// Number of spots along the longer side.
+const SPOTS: usize = 128;
+
+/// The mean light of a frame, and its brightest spot.
+pub(super) fn frame_light(source: &Source, frame: u64) -> Result<FrameLight> {
+    let picture = source.frame(frame)?.encoded().0;
+    let mean = mean_of(&picture);
+    let (width, height) = picture.size();
+    let longer = width.max(height);
+    let side = |side: usize| (side * SPOTS.min(longer) / longer).max(1);
+    let light = picture.map(|pixel| luminance(pixel.map(linear_from_srgb)));
+    let small = resize_area(&light, side(width), side(height));
+    let brightest = small.pixels.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+    let spot = brightest.filter(|&(_, &most)| most > SPOT * mean).map(|(i, _)| {
+        let at = [i % small.width, i / small.width];
+        at.map(|cell| (cell as f32 + 0.5) / SPOTS.min(longer) as f32)
+    });
+    Ok(FrameLight { mean, spot })
+}
+
 /// Mean linear light of a frame, assuming sRGB encoding.
 pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
-    let picture = source.frame(frame)?.encoded().0;
+    Ok(mean_of(&source.frame(frame)?.encoded().0))
+}
+
+fn mean_of(picture: &Raster<[f32; 3]>) -> f32 {
     // Every third pixel of every third row is enough.
     let (width, height) = picture.size();
     let rows = (0..height).step_by(3).flat_map(|y| (0..width).step_by(3).map(move |x| (x, y)));
@@ -163,13 +199,13 @@ pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
         sum += f64::from(luminance(picture.at(x, y).map(linear_from_srgb)));
         count += 1;
     }
-    Ok((sum / f64::from(count.max(1))) as f32)
+    (sum / f64::from(count.max(1))) as f32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::{Encoded, Raster};
+    use imaging::Encoded;
 
     #[test]
     fn pictures_are_matched_with_a_list_by_name_and_not_by_place() {

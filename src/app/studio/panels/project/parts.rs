@@ -11,7 +11,7 @@ use egui::{
     Button, ColorImage, ComboBox, Event, Id, Rect, RichText, Stroke, TextureHandle, Ui, vec2,
 };
 use footage::candidate::{Candidate, Slot};
-use footage::gathered;
+use footage::gathered::Misfit;
 use worker::SrgbPicture;
 
 /// Height of a thumbnail in points.
@@ -99,14 +99,10 @@ fn kind_ui(
         });
         ui.vertical(|ui| {
             ui.set_width(ui.available_width());
-            let parts = context.wizard.gathered();
             let mut any = false;
             for one in context.wizard.brought().filter(|one| one.slot() == Some(slot)) {
                 any = true;
-                let is_this = |(_, part): &(Slot, &Candidate)| part.path == one.part.path;
-                let misfit = parts.iter().position(is_this);
-                let misfit = misfit.and_then(|index| gathered::misfit(&parts, index));
-                brought_ui(ui, one, misfit, changed);
+                brought_ui(ui, one, context.wizard.misfit(one), changed);
             }
             if !any {
                 quiet_ui(ui, slot.wants());
@@ -124,7 +120,8 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
             Some(failure) => failure.clone(),
             None => "Choose what this is, on the right".to_owned(),
         });
-        brought_ui(ui, one, reason, changed);
+        let misfit = reason.map(|sentence| Misfit { sentence, is_guess: false });
+        brought_ui(ui, one, misfit, changed);
     }
     if !any {
         quiet_ui(ui, "Drop movies and folders here, one by one or all at once");
@@ -132,7 +129,7 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
 }
 
 /// One file: thumbnails, contents, the reason for its kind, and the reason why it does not fit.
-fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut Plan) {
+fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<Misfit>, changed: &mut Plan) {
     ui.horizontal_top(|ui| {
         if let Some(candidate) = one.candidate {
             thumbnails_ui(ui, candidate);
@@ -158,8 +155,16 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut P
                 quiet_ui(ui, &format!("{why}: {}", candidate.reason));
             }
             if let Some(misfit) = misfit {
-                let text = format!("{} {misfit}", icons::WARNING);
+                let text = format!("{} {}", icons::WARNING, misfit.sentence);
                 ui.add(egui::Label::new(RichText::new(text).color(theme::WARNING)).wrap());
+                let name = one.part.path.file_name().unwrap_or_default().to_string_lossy();
+                let words = format!("Use {name} anyway");
+                if misfit.is_guess
+                    && icons::named_ui(ui, true, Button::new("Use it anyway"), &words).clicked()
+                {
+                    let part = changed.parts.iter_mut().find(|part| part.path == one.part.path);
+                    part.into_iter().for_each(|part| part.anyway = true);
+                }
             }
         });
     });
@@ -191,7 +196,7 @@ fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
             .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, &words));
         if now != chosen {
             let part = changed.parts.iter_mut().find(|part| part.path == *path);
-            part.into_iter().for_each(|part| part.slot = now);
+            part.into_iter().for_each(|part| (part.slot, part.anyway) = (now, false));
         }
         let words = format!("Remove {name}");
         if icons::named_ui(ui, true, Button::new(icons::REMOVE), &words).clicked() {
