@@ -65,6 +65,38 @@ fn a_click_on_the_left_cheek_places_a_light_from_camera_left() {
 }
 
 #[test]
+fn a_tap_of_a_pen_places_a_light() {
+    let (mut window, _folder) = aiming_window();
+    let cheek = place(&window, 12.0, 32.0);
+    // All in one frame of the window.
+    window.input_mut().events.extend([
+        Event::PointerMoved(cheek),
+        super::press(cheek, true),
+        super::press(cheek, false),
+        Event::PointerGone,
+    ]);
+    window.run_steps(4);
+    until_lights(&mut window, 1);
+    assert!(lights(&window)[0].direction().x < -0.4);
+}
+
+#[test]
+fn escape_ends_light_by_the_face_before_a_message() {
+    let (mut window, _folder) = aiming_window();
+    super::drop_onto(&mut window, "notes.txt");
+    let hint = window.get_by_label_contains("Click where a light should fall").rect();
+    let note = window.get_by_label_contains("notes.txt cannot be used").rect();
+    assert!(!note.intersects(hint), "{note:?} {hint:?}");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!window.state().state().aims);
+    window.get_by_label_contains("notes.txt cannot be used");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert_eq!(window.state().status().refusal, None);
+}
+
+#[test]
 fn a_drag_over_the_face_moves_one_light_and_is_undone_at_once() {
     let (_folder, mut window) = crate::shown_window();
     window.get_by_label("Light by the face").click();

@@ -134,6 +134,12 @@ fn keys_alone_set_the_circle_and_show_each_lamp() {
         circle.radius_px - kept.radius_px - 1.0,
     ];
     assert!(differences.iter().all(|d| d.abs() < 1e-6), "{differences:?}");
+    window.get_by_label("Three points").click();
+    window.run_steps(2);
+    window.get_by_label("Click point 1 of 3");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    window.get_by_label("Three points");
     let interview = study(&window).picture.clone();
     window.key_press(Key::PageDown);
     window.run_steps(2);

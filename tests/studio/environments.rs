@@ -223,6 +223,27 @@ fn a_file_that_cannot_be_read_is_said_and_not_added() {
     assert!(kept.iter().all(|known| known.name != "damaged"));
 }
 
+#[test]
+fn all_panoramas_of_a_folder_are_added() {
+    let folder = crate::temporary();
+    let (home, yard) = project_and_yard(folder.path());
+    std::fs::copy(&yard, yard.with_file_name("park.exr")).unwrap();
+    std::fs::write(yard.with_file_name("licence.txt"), "CC0").unwrap();
+    let mut window = open(&home);
+    drop_onto(&mut window, yard.parent().unwrap());
+    until(&mut window, "panoramas of the folder", |app| {
+        let names = app.environments().iter().map(|entry| entry.listed.name.as_str());
+        names.filter(|name| ["park", "yard"].contains(name)).count() == 2
+    });
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "park");
+    let empty = folder.path().join("empty");
+    std::fs::create_dir(&empty).unwrap();
+    drop_onto(&mut window, &empty);
+    until(&mut window, "reason", |app| app.status().refusal.is_some());
+    window.get_by_label_contains("empty: no panorama");
+}
+
 /// In a process without a desktop: no test may open a dialog on screen.
 #[test]
 fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
@@ -252,6 +273,19 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     until_shown(&mut window);
     assert!(window.state().state().path.is_none());
     assert_eq!(window.state().relit().unwrap().environment, "yard");
+
+    window.get_by_label("Add…").click();
+    window.run_steps(2);
+    // A folder by its path.
+    let park = folder.path().join("park");
+    std::fs::create_dir(&park).unwrap();
+    std::fs::copy(&yard, park.join("lawn.exr")).unwrap();
+    window.event(egui::Event::Text(park.display().to_string()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    until(&mut window, "panorama of the folder", |app| {
+        app.relit().is_some_and(|relit| relit.environment == "lawn")
+    });
 
     window.get_by_label("Add…").click();
     window.run_steps(2);

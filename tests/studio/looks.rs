@@ -546,3 +546,19 @@ fn a_window_that_only_reads_stores_nothing() {
     drop(window);
     assert_eq!(files(&project.root), before);
 }
+
+#[test]
+fn a_look_stored_later_appears_among_the_four() {
+    let (_folder, mut window) = crate::new_window();
+    for _ in 0..2 {
+        window.key_press(Key::Num4);
+        window.run_steps(2);
+    }
+    assert_eq!(window.state().state().four.slots[1], FourSlot::Empty);
+    open_looks(&mut window);
+    store(&mut window, "Dusk", "Store");
+    window.key_press(Key::Num4);
+    window.run_steps(2);
+    let dusk = FourSlot::Stored(id(Shelf::Project, "Dusk"), None);
+    assert_eq!(window.state().state().four.slots[1], dusk);
+}

@@ -348,3 +348,36 @@ fn a_training_that_cannot_be_read_says_why() {
     let pane = Rect::from_x_y_ranges(12.0..=575.0, sentence.y_range());
     snapshot_without(&mut window, "studio_training_error", &[pane]);
 }
+
+#[test]
+fn a_training_whose_time_is_up_is_given_more_or_refused() {
+    let folder = crate::temporary();
+    let project = calibrated(folder.path());
+    let network = Preset::Quick.config().network(&project).init(0.2, &Device::flex());
+    let info = CheckpointInfo {
+        step: 6,
+        seconds: 601.0,
+        scale: 1.0,
+        training_frames: vec![0, 1, 2],
+        network: Preset::Quick.config().network(&project),
+        held_out: None,
+    };
+    let weights = checkpoint::weight_bytes(&network).unwrap();
+    let state =
+        TrainingState { average_weights: None, live_weights: weights.clone(), optimizer: weights };
+    checkpoint::save(&project.checkpoint_path(), &info, &network, &state).unwrap();
+    let opened = project.clone();
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    until(&mut window, "what is on disk", |app| app.training().records.is_some());
+    window.get_by_label("Time is up after 10 min.");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    window.run_steps(3);
+    assert!(window.state().status().job.is_none());
+    window.get_by_label_contains("Trained for 10 min: time is up. Raise Minutes");
+    window.get_by_label("Resume, +3 min").click();
+    window.run_steps(3);
+    let choice = window.state().state().look.training.unwrap();
+    assert_eq!((choice.preset, choice.minutes), (Preset::Quick, Some(13.1)));
+    until(&mut window, "job", |app| app.training().running || app.status().message.is_some());
+}

@@ -327,3 +327,23 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
         });
     }
 }
+
+#[test]
+fn the_zoom_is_in_pixels_of_the_screen_per_pixel_of_the_picture() {
+    let (_folder, mut window) = crate::shown_window();
+    let pane = window.get_by_label("Relit picture").rect();
+    // The picture has 64 by 64 pixels.
+    let fitted = 100.0 * (pane.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
+    window.get_by_label(&format!("{fitted:.0} %"));
+    window.key_press(Key::Num1);
+    window.run_steps(3);
+    window.get_by_label("100 %");
+    window.key_press(Key::F);
+    window.run_steps(3);
+    window.get_by_label(&format!("{fitted:.0} %"));
+    window.ctx.set_pixels_per_point(2.0);
+    window.run_steps(4);
+    window.key_press(Key::Num1);
+    window.run_steps(3);
+    window.get_by_label("100 %");
+}

@@ -233,9 +233,9 @@ pub enum WindowCommand {
     ToggleMachine,
     /// Zoom to one picture pixel per screen pixel.
     ActualSize,
-    /// Close or leave the first that applies: what covers the picture, full screen, the refusal as in
-    /// [`Self::DismissRefusal`], the four looks, an enlarged picture of a cell, the cell, the region, solo lamps, solo
-    /// lights, placing lights on the picture, the light selection.
+    /// Close or leave the first that applies: what covers the picture, full screen, the four looks, the three points of
+    /// the rim, placing lights on the picture if nothing narrows the view, the refusal as in [`Self::DismissRefusal`],
+    /// an enlarged picture of a cell, the cell, the region, solo lamps, solo lights, the light selection.
     Dismiss,
     /// Close the message about a refused command.
     DismissRefusal,

@@ -60,21 +60,27 @@ pub struct FourLooks {
     /// True if they replace the picture.
     pub on: bool,
     pub slots: [FourSlot; 4],
+    /// True once a person chose the look of a slot.
+    chosen: bool,
 }
 
 impl FourLooks {
     /// Names of the slots.
     pub const LETTERS: [&'static str; 4] = ["A", "B", "C", "D"];
 
-    /// Fills the empty slots: the current look, then stored looks.
+    /// Fills the slots with the current look and the stored looks, until a person chooses one.
     pub fn fill(&mut self, stored: impl Iterator<Item = LookId>) {
-        let is_empty = |slot: &FourSlot| *slot == FourSlot::Empty;
-        if self.slots.iter().all(is_empty) {
+        if self.on && !self.chosen {
             let stored = stored.map(|id| FourSlot::Stored(id, None));
-            let all = std::iter::once(FourSlot::Present).chain(stored);
-            for (slot, first) in self.slots.iter_mut().zip(all) {
-                *slot = first;
-            }
+            let mut all = std::iter::once(FourSlot::Present).chain(stored);
+            self.slots.fill_with(|| all.next().unwrap_or_default());
+        }
+    }
+
+    /// Shows this in a slot.
+    pub fn place(&mut self, place: usize, slot: FourSlot) {
+        if let Some(free) = self.slots.get_mut(place) {
+            (*free, self.chosen) = (slot, true);
         }
     }
 
@@ -152,16 +158,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_filled_once_and_follow_a_new_name() {
+    fn places_are_filled_until_one_is_chosen_and_follow_a_new_name() {
         let id = |name: &str| LookId { shelf: Shelf::Project, name: LookName::new(name).unwrap() };
-        let mut four = FourLooks::default();
+        let mut four = FourLooks { on: true, ..FourLooks::default() };
+        four.fill([].into_iter());
+        assert_eq!(four.slots[1], FourSlot::Empty);
         four.fill(["warm", "cold"].map(id).into_iter());
         let stored = |name| FourSlot::Stored(id(name), None);
         let filled = [FourSlot::Present, stored("warm"), stored("cold"), FourSlot::Empty];
-        assert_eq!(four.slots, filled);
-        four.slots[0] = FourSlot::Empty;
+        assert_eq!(four.slots, filled, "looks stored later appear");
+        four.place(0, FourSlot::Empty);
         four.fill(["other"].map(id).into_iter());
         assert_eq!(four.slots[0], FourSlot::Empty, "chosen slots stay");
+        assert_eq!(four.slots[1], stored("warm"));
         four.rename(&id("warm"), &id("noon"));
         assert_eq!(four.slots[1], stored("noon"));
     }

@@ -105,7 +105,6 @@ impl Palette {
             chosen
         });
         if shown.inner.is_some() || shown.should_close() {
-            (self.typed, self.chosen) = (String::new(), 0);
             out.push(Command::Window(WindowCommand::TogglePalette));
             out.extend(shown.inner);
         }

@@ -1,8 +1,9 @@
-//! Splits motion and buttons of the pointer into separate frames.
+//! Splits motion, presses and releases of the pointer into separate frames.
 //!
 //! In a slow frame, the system may report together that the pointer moved, was pressed and moved on. egui drags by all
 //! motion of a frame in which a button is down, including motion before the press, so that the dragged object would
-//! jump. It would also lose the last motion before a release.
+//! jump. It would also lose the last motion before a release, and a drag that is pressed and released in one frame: the
+//! tap of a pen.
 
 use egui::{Context, Event, Plugin, RawInput, Ui};
 
@@ -31,15 +32,15 @@ impl Plugin for PointerOrder {
     }
 }
 
-/// Number of leading events for one frame: up to a button after motion, or motion after a press.
+/// Number of leading events for one frame: up to a button after motion or a press, or motion after a press.
 fn first_frame(events: &[Event]) -> usize {
     let (mut moved, mut pressed) = (false, false);
     for (place, event) in events.iter().enumerate() {
         match event {
             Event::PointerMoved(_) if pressed => return place,
             Event::PointerMoved(_) => moved = true,
-            Event::PointerButton { .. } if moved => return place,
-            Event::PointerButton { pressed: down, .. } => pressed |= down,
+            Event::PointerButton { .. } if moved || pressed => return place,
+            Event::PointerButton { pressed: down, .. } => pressed = *down,
             _ => {}
         }
     }
@@ -82,6 +83,6 @@ mod tests {
         }
         assert_eq!(frames.concat(), all);
         let lengths: Vec<usize> = frames.iter().map(Vec::len).collect();
-        assert_eq!(lengths, [3, 1, 2, 2, 2]);
+        assert_eq!(lengths, [3, 1, 2, 2, 1, 1]);
     }
 }

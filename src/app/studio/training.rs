@@ -35,6 +35,9 @@ impl TrainChoice {
     }
 }
 
+/// Minutes added to a run whose time is up.
+pub const MORE_MINUTES: f64 = 3.0;
+
 /// Records on disk, and the running job.
 #[derive(Default)]
 pub struct Training {
@@ -173,6 +176,12 @@ impl Training {
                 fitting.name()
             )
         })
+    }
+
+    /// Minutes trained so far if these settings allow no more; None if a resumed run has time left.
+    pub fn spent(&self, choice: &TrainChoice) -> Option<f64> {
+        let trained = self.records.as_ref()?.present.as_ref()?.seconds / 60.0;
+        (choice.config().minutes? <= trained).then_some(trained)
     }
 
     /// Settings of the next run. A resumed run keeps its network.

@@ -54,6 +54,11 @@ impl Panels {
         &mut self.timeline
     }
 
+    /// Ends the choice of three points on the mirror ball's rim; returns false if there is none.
+    pub fn leave_points(&mut self) -> bool {
+        self.probe.leave_points()
+    }
+
     /// Moves the focus to the first control of a pane in the order of the Tab key.
     pub fn focus(&mut self, pane: Pane) {
         match pane {

@@ -206,23 +206,24 @@ impl Candidate {
                 true => light,
                 false => {
                     let all = 0..self.frames;
-                    all.map(|frame| mean_light(source, self.first + frame)).collect::<Result<_>>()?
+                    all.map(|frame| mean_light(source, self.first + frame))
+                        .collect::<Result<_>>()?
                 }
             };
             let found = match round::find(&self.light, self.first, None) {
-                    Ok(round) => {
-                        // The first, middle and last frame may all be fully lit.
-                        let lamps = &round.lamps;
-                        let shown = [1, 2, 3].map(|quarter| lamps[quarter * lamps.len() / 4]);
-                        self.thumbnails = thumbnails(source, shown)?;
-                        let mut text = counted(lamps.len(), "frame") + " each lit by one lamp";
-                        if !round.tracking.is_empty() {
-                            text += &format!(", {} fully lit", round.tracking.len());
-                        }
-                        text
+                Ok(round) => {
+                    // The first, middle and last frame may all be fully lit.
+                    let lamps = &round.lamps;
+                    let shown = [1, 2, 3].map(|quarter| lamps[quarter * lamps.len() / 4]);
+                    self.thumbnails = thumbnails(source, shown)?;
+                    let mut text = counted(lamps.len(), "frame") + " each lit by one lamp";
+                    if !round.tracking.is_empty() {
+                        text += &format!(", {} fully lit", round.tracking.len());
                     }
-                    Err(why) => why,
-                };
+                    text
+                }
+                Err(why) => why,
+            };
             by_light = match self.jumps {
                 Some(true) => found,
                 _ => format!("{by_light}; {found}"),

@@ -72,9 +72,7 @@ pub fn misfit(parts: &Gathered, index: usize) -> Option<Misfit> {
             }
             _ => "The brightness does not change as in a lamp cycle".to_owned(),
         }),
-        Slot::Balls | Slot::Pose => {
-            fact(round::find(&part.light, part.first, lamps(parts)).err()?)
-        }
+        Slot::Balls | Slot::Pose => fact(round::find(&part.light, part.first, lamps(parts)).err()?),
     }
 }
 
@@ -158,6 +156,7 @@ mod tests {
     use crate::candidate::expand;
     use crate::{ImportSettings, import};
     use base::progress::Progress;
+    use imaging::{Encoded, Raster};
     use test_support::shown;
     use virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 
@@ -243,6 +242,39 @@ mod tests {
             danger: "a pose is mistaken for the interview, or the next step is unclear",
             done: "names and brightness classify each, with the reason; a map of them is made and imported",
         );
+    }
+
+    #[test]
+    fn balls_of_one_brightness_are_known_by_their_moving_highlight() {
+        let folder = tempfile::tempdir().unwrap();
+        let frames = |name: &str, spot: &dyn Fn(usize) -> [usize; 2]| {
+            let folder = folder.path().join(name);
+            for i in 0..41 {
+                let [x, y] = spot(i);
+                let near = |u: usize, v: usize| u.abs_diff(x) < 2 && v.abs_diff(y) < 2;
+                let picture = Raster::from_fn(96, 64, |u, v| match near(u, v) {
+                    true => [0.9; 3],
+                    false => [0.02; 3],
+                });
+                let path = folder.join(format!("{i:02}.png"));
+                imaging::file::write_png(&path, &Encoded(picture)).unwrap();
+            }
+            Candidate::look(&folder)
+        };
+        // Lamps around the ball, and a person who sways.
+        let around = |i: usize| {
+            let turn = i as f32 * 0.6;
+            [48.0 + 20.0 * turn.cos(), 32.0 + 20.0 * turn.sin()].map(|at| at as usize)
+        };
+        let balls = frames("A003", &around);
+        assert_eq!((balls.guess, balls.jumps), (Some(Slot::Balls), Some(false)), "{balls:?}");
+        assert!(balls.reason.contains("41 frames each lit by one lamp"), "{}", balls.reason);
+        let parts = [(Slot::Balls, &balls)];
+        assert_eq!((misfit(&parts, 0), lamps(&parts)), (None, Some(41)));
+        let person = frames("A004", &|i| [40 + i / 8, 20]);
+        assert_eq!(person.guess, Some(Slot::Interview), "{person:?}");
+        let wrong = misfit(&[(Slot::Balls, &person)], 0).unwrap();
+        assert!(wrong.is_guess && wrong.sentence.contains("highlight"), "{wrong:?}");
     }
 
     #[test]

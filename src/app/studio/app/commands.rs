@@ -1,7 +1,7 @@
 //! Handler of each command.
 
 use super::StudioApp;
-use crate::command::{Command, LookCommand, ViewCommand};
+use crate::command::{Command, Dialog, LookCommand, ViewCommand};
 
 impl StudioApp {
     pub(super) fn apply(&mut self, command: Command) {
@@ -57,6 +57,10 @@ impl StudioApp {
             Command::Lights(command) => self.apply_to_lights(command),
             Command::Dialog(dialog) => self.open_dialog(dialog),
             Command::NewFile(dialog, path) => self.take_new_file(dialog, path),
+            Command::Chosen(Dialog::Environments, paths) => {
+                self.state.path = None;
+                self.add_environments(paths);
+            }
             Command::Chosen(dialog, paths) => {
                 self.state.path = None;
                 if let Some(command) = self.command_for(dialog, paths) {

@@ -4,8 +4,8 @@ use super::StudioApp;
 use super::drops::folder_of;
 use super::looks::ENDING;
 use crate::command::{
-    Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
-    ReviewCommand, ViewCommand,
+    Command, Dialog, ExportCommand, LooksCommand, MachineCommand, ProjectCommand, ReviewCommand,
+    ViewCommand,
 };
 use crate::comparison::{CompareSettings, Reference};
 use crate::state::{PathEntry, Wanted};
@@ -239,7 +239,7 @@ impl StudioApp {
     pub(super) fn command_for(&self, dialog: Dialog, paths: Vec<PathBuf>) -> Option<Command> {
         let first = paths.first().cloned()?;
         Some(match dialog {
-            Dialog::Environments => Command::Look(LookCommand::AddEnvironments(paths)),
+            Dialog::Environments => return None,
             Dialog::ComparisonTruth => Command::View(ViewCommand::Compare(CompareSettings {
                 on: true,
                 reference: Reference::Truth(first),

@@ -1,8 +1,9 @@
 //! Files and folders dropped onto the window.
 
 use super::StudioApp;
+use super::environments::is_panorama;
 use super::looks::ENDING;
-use crate::command::{Command, LookCommand, LooksCommand, ProjectCommand};
+use crate::command::{Command, Dialog, LookCommand, LooksCommand, ProjectCommand};
 use crate::layout::Pane;
 use crate::state::Wanted;
 use crate::status::Phase;
@@ -86,9 +87,12 @@ impl StudioApp {
                 _ => Command::Project(ProjectCommand::New(Some(path))),
             });
         }
+        if path.is_dir() {
+            return Some(Command::Chosen(Dialog::Environments, vec![path]));
+        }
         self.status.refuse(format!(
-            "{} cannot be used. Drop a panorama (.exr, .hdr, .png, .jpg, .tif), a look (.look.json), or the folder of a \
-             project or a shoot",
+            "{} cannot be used. Drop a panorama (.exr, .hdr, .png, .jpg, .tif), a look (.look.json), or the folder of \
+             panoramas, a project or a shoot",
             shown(&path)
         ));
         None
@@ -108,8 +112,4 @@ fn is_part(path: &Path) -> bool {
     let is_read =
         |format: FileFormat| format.is_movie() || format.is_picture() || format.is_sequence();
     path.is_dir() || has_extension(path, "lp") || FileFormat::of(path).is_some_and(is_read)
-}
-
-fn is_panorama(path: &Path) -> bool {
-    FileFormat::of(path).is_some_and(FileFormat::is_picture)
 }

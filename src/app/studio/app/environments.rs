@@ -3,6 +3,10 @@
 use super::StudioApp;
 use crate::command::{Command, EnvironmentsCommand, LookCommand};
 use crate::environment_groups;
+use base::FileFormat;
+use base::error::{Error, Result};
+use base::files::{shown, sorted_names};
+use std::path::{Path, PathBuf};
 
 impl StudioApp {
     pub(super) fn apply_to_environments(&mut self, command: EnvironmentsCommand) {
@@ -18,6 +22,21 @@ impl StudioApp {
             }
             EnvironmentsCommand::Search(words) => self.state.search = words,
         }
+    }
+
+    /// Adds panoramas, and all panoramas in folders.
+    pub(super) fn add_environments(&mut self, paths: Vec<PathBuf>) {
+        let add = |paths| Command::Look(LookCommand::AddEnvironments(paths));
+        if !paths.iter().any(|path| path.is_dir()) {
+            return self.apply(add(paths));
+        }
+        self.errand_here(
+            move || panoramas(paths),
+            move |app, found| match found {
+                Ok(paths) => app.apply(add(paths)),
+                Err(e) => app.status.refuse(e.to_string()),
+            },
+        );
     }
 
     /// Lights the subject with the entry `step` places further in the visible list.
@@ -41,4 +60,32 @@ impl StudioApp {
         let used: Vec<_> = used.collect();
         self.library.use_light(&used);
     }
+}
+
+/// True for a file that may be a panorama.
+pub(super) fn is_panorama(path: &Path) -> bool {
+    FileFormat::of(path).is_some_and(FileFormat::is_picture)
+}
+
+/// The files, and the panoramas in the folders, in order of their names.
+fn panoramas(paths: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            found.push(path);
+            continue;
+        }
+        let fail = |e| Error::io("open", &path, e, "Check that it is there");
+        let names = sorted_names(&path).map_err(fail)?;
+        let files = names.iter().map(|name| path.join(name));
+        let before = found.len();
+        found.extend(files.filter(|file| is_panorama(file) && file.is_file()));
+        if found.len() == before {
+            return Err(Error::missing(
+                format!("{}: no panorama (.exr, .hdr, .png, .jpg, .tif)", shown(&path)),
+                "Choose a folder of panoramas, a project or a shoot",
+            ));
+        }
+    }
+    Ok(found)
 }

@@ -2,6 +2,7 @@
 
 use super::StudioApp;
 use crate::command::{CalibrationCommand, Dialog, JobCommand, LookCommand, TrainingCommand};
+use crate::panels::training_time as duration;
 use calibration::{CalibrateSettings, Circle};
 use std::time::Instant;
 use worker::{Job, Need};
@@ -68,6 +69,10 @@ impl StudioApp {
         let choice = training.choice(self.state.look.training, project);
         if let (Some(refusal), false) = (training.refusal(&choice, project), fresh) {
             return Err(refusal);
+        }
+        if let (Some(spent), false) = (training.spent(&choice), fresh) {
+            let spent = duration(60.0 * spent);
+            return Err(format!("Trained for {spent}: time is up. Raise Minutes, or start over"));
         }
         let settings = training.settings(&choice, fresh, self.device);
         self.session.run(|project| Job::Train { project: project.root.clone(), settings })

@@ -87,9 +87,7 @@ impl StudioApp {
                 self.state.four.fill(self.looks.ids());
             }
             LooksCommand::Place(place, slot) => {
-                if let Some(free) = self.state.four.slots.get_mut(place) {
-                    *free = slot;
-                }
+                self.state.four.place(place, slot);
             }
             LooksCommand::Pick(place) => self.pick_look(place)?,
         }
@@ -246,6 +244,7 @@ impl StudioApp {
                 LookNews::Unreadable(sentence) => self.status.say(sentence),
             }
         }
+        self.state.four.fill(self.looks.ids());
         self.draw_look();
     }
 

@@ -59,6 +59,11 @@ impl WindowView {
         self.panels.timeline().is_hovered()
     }
 
+    /// Ends the choice of three points on the mirror ball's rim; returns false if there is none.
+    pub fn leave_points(&mut self) -> bool {
+        self.panels.leave_points()
+    }
+
     /// Moves the focus to the first control of a pane.
     pub fn focus(&mut self, pane: Pane) {
         self.panels.focus(pane);
@@ -108,6 +113,8 @@ impl WindowView {
         }
         if state.palette {
             self.palette.ui(ui, context, out);
+        } else {
+            self.palette = Palette::default();
         }
         if let Some(entry) = &state.path {
             self.path.ui(ui, entry, out);

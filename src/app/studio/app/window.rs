@@ -39,24 +39,8 @@ impl StudioApp {
             WindowCommand::TogglePalette => state.palette = !state.palette,
             WindowCommand::ToggleMachine => state.machine = !state.machine,
             WindowCommand::ActualSize => self.show_actual_size(),
-            WindowCommand::Dismiss if !state.closing.is_empty() || state.leaving.is_some() => {
-                self.keep_open();
-            }
-            WindowCommand::Dismiss if state.path.is_some() => leave_path(state),
-            WindowCommand::Dismiss if state.palette => state.palette = false,
-            WindowCommand::Dismiss if state.keys => state.keys = false,
-            WindowCommand::Dismiss if state.machine => state.machine = false,
-            WindowCommand::Dismiss if state.full_screen => self.fill_screen(false),
-            WindowCommand::Dismiss if self.status.refusal.is_none() && state.four.on => {
-                state.four.on = false;
-            }
-            WindowCommand::Dismiss
-                if self.status.refusal.is_none() && state.aims && !looks_closely(state) =>
-            {
-                self.apply_to_aim(AimCommand::Toggle);
-            }
-            WindowCommand::Dismiss if self.status.refusal.is_none() => leave(state),
-            WindowCommand::Dismiss | WindowCommand::DismissRefusal => self.status.refusal = None,
+            WindowCommand::Dismiss => self.dismiss(),
+            WindowCommand::DismissRefusal => self.status.refusal = None,
             WindowCommand::Close => self.ctx.send_viewport_cmd(ViewportCommand::Close),
             WindowCommand::ClosePath => state.path = None,
             WindowCommand::KeepOpen => self.keep_open(),
@@ -64,6 +48,32 @@ impl StudioApp {
             WindowCommand::TellSaved => self.tell_saved(),
             WindowCommand::DismissMessage => self.status.message = None,
             WindowCommand::ClearLog => self.status.log.clear(),
+        }
+    }
+
+    /// Closes or leaves the first that applies.
+    fn dismiss(&mut self) {
+        let state = &mut self.state;
+        if !state.closing.is_empty() || state.leaving.is_some() {
+            self.keep_open();
+        } else if state.path.is_some() {
+            leave_path(state);
+        } else if state.palette {
+            state.palette = false;
+        } else if state.keys {
+            state.keys = false;
+        } else if state.machine {
+            state.machine = false;
+        } else if state.full_screen {
+            self.fill_screen(false);
+        } else if state.four.on {
+            state.four.on = false;
+        } else if self.view.leave_points() {
+            // The mode was left.
+        } else if state.aims && !looks_closely(state) {
+            self.apply_to_aim(AimCommand::Toggle);
+        } else if self.status.refusal.take().is_none() {
+            leave(state);
         }
     }
 

@@ -63,6 +63,7 @@ pub use status::StatusPanel;
 pub use tabs::TabsPanel;
 pub use timeline::TimelinePanel;
 pub use training::TrainingPanel;
+pub use training::controls::duration as training_time;
 pub use viewport::ViewportPanel;
 
 use super::command::{Command, WindowCommand};

@@ -39,6 +39,11 @@ pub struct ProbePanel {
 }
 
 impl ProbePanel {
+    /// Forgets the points clicked on the rim; returns false without any to click.
+    pub fn leave_points(&mut self) -> bool {
+        self.photograph.points.take().is_some()
+    }
+
     /// The photograph, in the middle of the window.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
@@ -136,7 +141,7 @@ impl ProbePanel {
                 Some(points) => format!("Click point {} of 3", points.len() + 1),
                 None => "Three points".to_owned(),
             };
-            let hint = "Click three points on the rim, far apart";
+            let hint = "Click three points on the rim, far apart. Esc ends this";
             let button = Button::selectable(by_points, text).frame_when_inactive(true);
             if ui.add(button).on_hover_text(hint).clicked() {
                 by_points = !by_points;

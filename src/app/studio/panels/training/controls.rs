@@ -6,7 +6,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::job;
 use crate::panels::numbers::{computing, is_reset};
 use crate::theme;
-use crate::training::TrainChoice;
+use crate::training::{MORE_MINUTES, TrainChoice};
 use egui::{Button, RichText, Sense, Ui, WidgetInfo, vec2};
 use project::Project;
 use training::{Preset, RunCost};
@@ -198,15 +198,29 @@ impl Buttons {
         }
         let choice = context.training.choice(context.state.look.training, project);
         let refusal = context.training.refusal(&choice, project);
+        let spent = context.training.spent(&choice);
         ui.horizontal(|ui| {
-            let words = format!("{} Resume", icons::PLAY);
+            let name = match spent {
+                Some(_) => format!("Resume, +{MORE_MINUTES} min"),
+                None => "Resume".to_owned(),
+            };
+            let words = format!("{} {name}", icons::PLAY);
             let resume = theme::main_button(refusal.is_none(), words).min_size(BUTTON);
-            let hint = format!("Continues from step {}. Key: Ctrl+Enter", present.step);
-            if icons::named_ui(ui, refusal.is_none(), resume, "Resume")
+            let hint = match spent {
+                Some(_) => format!("Continues from step {} with more time", present.step),
+                None => format!("Continues from step {}. Key: Ctrl+Enter", present.step),
+            };
+            if icons::named_ui(ui, refusal.is_none(), resume, &name)
                 .on_hover_text(hint)
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
                 .clicked()
             {
+                if let Some(spent) = spent {
+                    // The field has one decimal.
+                    let minutes = Some((10.0 * (spent + MORE_MINUTES)).ceil() / 10.0);
+                    let longer = TrainChoice { minutes, ..choice };
+                    out.push(Command::Look(LookCommand::Training(longer)));
+                }
                 out.push(Command::Training(TrainingCommand::Start { fresh: false }));
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
@@ -217,8 +231,7 @@ impl Buttons {
                 self.confirming = true;
             }
         });
-        let over = (choice.config().minutes).filter(|minutes| 60.0 * minutes <= present.seconds);
-        let complete = over.map(|_| "Time is up. Raise Minutes to continue.".to_owned());
+        let complete = spent.map(|spent| format!("Time is up after {}.", duration(60.0 * spent)));
         for sentence in refusal.into_iter().chain(complete) {
             ui.label(RichText::new(sentence).size(12.0).color(theme::QUIET));
         }

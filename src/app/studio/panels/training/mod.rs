@@ -1,7 +1,7 @@
 //! Training: curves and pictures, presets and their cost, and the checkpoints to go back to.
 
 pub mod checkpoints;
-mod controls;
+pub mod controls;
 mod curves;
 mod figures;
 mod pictures;

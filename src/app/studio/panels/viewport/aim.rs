@@ -11,6 +11,8 @@ use egui::{
 use light::aim::LEAST_MATTE;
 use worker::PreviewPicture;
 
+/// Height in points of the hint and its margin.
+pub const HINT: f32 = 32.0;
 /// Radius in points of the dot where the light falls.
 const DOT: f32 = 6.0;
 /// Reach in points around the place where a light falls: a press within it grabs that light.

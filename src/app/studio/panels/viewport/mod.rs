@@ -193,7 +193,8 @@ impl ViewportPanel {
                     }
                 }
                 let means = &mut self.means;
-                readout::strip_ui(ui, below, context, &shown.relit, self.second, means, out);
+                let drawn = (self.second, fit * context.state.view.zoom);
+                readout::strip_ui(ui, below, context, &shown.relit, drawn, means, out);
                 if context.state.inspection == Inspection::FalseColor {
                     // Below the sign of the viewing settings.
                     readout::legend_ui(ui, rect.with_min_y(rect.top() + viewing::SIGN));
@@ -209,9 +210,10 @@ impl ViewportPanel {
                     let edge = Stroke::new(3.0, theme::ACCENT);
                     (ui.painter()).rect_stroke(rect, 0.0, edge, StrokeKind::Inside);
                 }
-                let mut below = rect;
+                // Above the hint of "Light by the face".
+                let mut below = rect.with_max_y(rect.bottom() - if aims { aim::HINT } else { 0.0 });
                 if let Some(sentence) = overlay(context, &shown.relit) {
-                    below.max.y = note_ui(ui, rect, &sentence, false, out).top() + GAP;
+                    below.max.y = note_ui(ui, below, &sentence, false, out).top() + GAP;
                 }
                 if let Some(refusal) = &context.status.refusal {
                     note_ui(ui, below, refusal, true, out);

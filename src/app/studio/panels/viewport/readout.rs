@@ -204,13 +204,14 @@ fn append(job: &mut LayoutJob, text: &str, color: Color32) {
     job.append(text, 0.0, format);
 }
 
-/// The strip below the picture: frame, light, and the region or the pixel in both pictures. The one under the cursor is bright.
+/// The strip below the picture: frame, light, and the region or the pixel in both pictures. The one under the cursor is bright:
+/// the `second` of two, or the first. `scale` is in points per pixel of the picture.
 pub fn strip_ui(
     ui: &mut Ui,
     rect: Rect,
     context: &PanelContext,
     relit: &Arc<PreviewPicture>,
-    second: bool,
+    (second, scale): (bool, f32),
     means: &mut RegionReadings,
     out: &mut Vec<Command>,
 ) {
@@ -286,11 +287,11 @@ pub fn strip_ui(
         hint += &format!(". The difference is shown × {gain}");
     }
     response.on_hover_text(hint);
-    buttons_ui(ui, buttons, context, out);
+    buttons_ui(ui, buttons, scale, context, out);
 }
 
-/// Loop, zoom and fit buttons, at the right end of the strip.
-fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+/// Loop, zoom and fit buttons, at the right end of the strip. `scale` is in points per pixel of the picture.
+fn buttons_ui(ui: &mut Ui, rect: Rect, scale: f32, context: &PanelContext, out: &mut Vec<Command>) {
     // Beside the first line only.
     let rect = rect.with_max_y(rect.top() + LINE + 3.0).shrink2(vec2(GAP, 1.0));
     ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
@@ -319,9 +320,9 @@ fn buttons_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Com
             if response.on_hover_text(hint).clicked() {
                 out.push(Command::View(ViewCommand::ToggleLoop));
             }
-            let zoom = format!("{:.0} %", 100.0 * context.state.view.zoom);
+            let zoom = format!("{:.0} %", 100.0 * scale * ui.ctx().pixels_per_point());
             ui.label(RichText::new(zoom).size(12.0).color(theme::QUIET))
-                .on_hover_text("Zoom relative to the fitted picture");
+                .on_hover_text("Pixels of the screen per pixel of the picture");
         });
     });
 }
