@@ -1,6 +1,6 @@
 //! The badge in the status bar, and its checks.
 
-use super::{SHOOT, Window, click_on, snapshot, until, window};
+use super::{SHOOT, Window, click_on, snapshot, until, until_said, window};
 use afterlight::calibration::Calibration;
 use afterlight::check::{Level, Subject};
 use afterlight::gpu::DeviceChoice;
@@ -69,6 +69,11 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
     window.run_steps(3);
     let state = window.state().state();
     assert_eq!((state.workspace, state.active), (Workspace::Calibrate, Pane::Probe));
+    // The same words there lead back to the checks.
+    until_said(&mut window, "do not show 1 of 12 lamps");
+    window.get_by_label_contains("do not show 1 of 12 lamps").click();
+    window.run_steps(3);
+    assert_eq!(window.state().state().active, Pane::Checks);
 
     // A calibration that sees the lamp is checked again.
     found.rig.lamps[3].confidence = 0.9;

@@ -175,7 +175,7 @@ fn the_keys_of_every_program_are_known() {
     window.run_steps(2);
     window.key_press(Key::Questionmark);
     window.run_steps(3);
-    for listed in ["New project…", "Open project…", "Is everything saved?"] {
+    for listed in ["New project…", "Open project…", "Save state"] {
         window.get_by_label(listed);
     }
     window.key_press(Key::Escape);

@@ -166,7 +166,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     // The same export again gets a new name, unless it may replace the files.
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
     let before = bytes(first[0]);
-    until_said(&mut window, "2 files with this name already exist");
+    until_said(&mut window, "Will be written as mouse_2");
     window.get_by_label_contains("mouse_2.0000.png");
     // A different light.
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
@@ -178,9 +178,10 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(files(&root, "mouse").len(), 4);
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
-    until_said(&mut window, "2 files with this name already exist");
+    until_said(&mut window, "Will be written as mouse_3");
     window.get_by_label("Replace existing files").click();
     window.run_steps(2);
+    window.get_by_label("2 files will be replaced");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 3);
     assert_eq!(files(&root, "mouse").len(), 4);
@@ -642,7 +643,7 @@ fn an_export_that_failed_looks_as_it_did() {
         ))
     });
     until_exported(&mut window, 1);
-    until_said(&mut window, "2 files with this name already exist");
+    until_said(&mut window, "Will be written as clay_2");
     snapshot(&mut window, "studio_export_error");
     click_on(&mut window, "Remove clay.0000–0007.png");
     until(&mut window, "empty line", |app| app.exports().is_empty());

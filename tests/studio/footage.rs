@@ -70,6 +70,48 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     until(&mut window, "a pose's matte", file("exemplar_masks/pose00.png"));
     window.get_by_label("Matte overlay").click();
     until(&mut window, "a pose", file("exemplars/pose00/olat_00.png"));
+    // What is removed is red: the corner, and not the person in the middle.
+    window.run_steps(3);
+    let shot = window.render().unwrap();
+    let square = window.get_by_label("Framing square").rect();
+    let redness = |at: egui::Pos2| {
+        let [r, g, b, _] = shot.get_pixel(at.x as u32, at.y as u32).0.map(f32::from);
+        r - 0.5 * (g + b)
+    };
+    let corner = square.left_top() + vec2(12.0, 12.0);
+    let [corner, middle] = [corner, square.center()].map(redness);
+    assert!(corner > 60.0 && middle < 40.0, "{corner} {middle}");
+}
+
+#[test]
+fn mattes_that_a_shoot_lacks_are_listed_and_made_by_a_button() {
+    let folder = crate::temporary();
+    let shoot = super::project::shoot(folder.path());
+    std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
+    let mut window = window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu));
+    super::drop_onto(&mut window, &shoot);
+    until(&mut window, "look at the shoot", |app| app.wizard().scan().is_some());
+    window.get_by_label("Mattes: not needed");
+    window.get_by_label_contains("Missing for interview: the studio makes them");
+    window.get_by_label("Make project").click();
+    until(&mut window, "opened project", needs(Some(Need::Mattes)));
+    window.run_steps(3);
+    window.get_by_label("No mattes yet");
+    // The status line leads there from any workspace.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    window.run_steps(3);
+    window.get_by_label("Action needed").click();
+    window.run_steps(3);
+    assert!(!window.state().state().machine);
+    window.get_by_label("Make the mattes").click();
+    until(&mut window, "mattes", needs(Some(Need::Calibration)));
+    let made = window
+        .state()
+        .status()
+        .log
+        .iter()
+        .any(|line| line.sentence.starts_with("3 interview mattes made."));
+    assert!(made, "{:?}", window.state().status().log);
 }
 
 #[test]

@@ -94,6 +94,23 @@ fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
     let shown = shown.split_off(begun);
     let steady = (0..shown.len()).map(|step| (1 + step) % clay::FRAMES);
     assert_eq!(shown, steady.collect::<Vec<_>>());
+    window.get_by_label_contains("4 of 4 fps");
+    // A slow machine shows fewer frames.
+    for _ in 0..8 {
+        let now = window.ctx.input(|input| input.time);
+        window.input_mut().time = Some(now + 0.9);
+        window.step();
+        until(&mut window, "the played frame", |app| {
+            app.relit().is_some_and(|relit| relit.scene.frame == app.state().frame)
+        });
+    }
+    window.input_mut().time = None;
+    assert!(window.query_by_label_contains("4 of 4 fps").is_none());
+    window.get_by_label_contains(" of 4 fps");
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert!(window.query_by_label_contains(" of 4 fps").is_none());
+    window.get_by_label_contains(", 4 fps");
 }
 
 /// Waits until no frame is requested.

@@ -329,6 +329,18 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
 }
 
 #[test]
+fn the_matte_is_shown_whatever_the_background_is() {
+    let (_folder, mut window) = crate::shown_window();
+    let background = window.state().state().look.background;
+    assert_eq!(background, afterlight::scene::Background::Environment);
+    press(&mut window, Key::A, 1);
+    let shown = picture(&window);
+    let [least, most] = [shown.iter().min(), shown.iter().max()].map(|code| *code.unwrap());
+    assert!(least < 10 && most > 245, "the background is black, the subject white: {least} {most}");
+    assert_eq!(window.state().state().look.background, background, "the look stays");
+}
+
+#[test]
 fn the_zoom_is_in_pixels_of_the_screen_per_pixel_of_the_picture() {
     let (_folder, mut window) = crate::shown_window();
     let pane = window.get_by_label("Relit picture").rect();

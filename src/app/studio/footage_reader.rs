@@ -31,7 +31,7 @@ pub struct FootageView {
 pub enum MatteView {
     #[default]
     Off,
-    /// Over the picture, in red.
+    /// Over the picture: what is removed in red.
     Over,
     /// Instead of the picture.
     Alone,
@@ -221,7 +221,7 @@ impl FootageRequest {
                 let mut over: Image = resize_area(&picture, width, height);
                 for (pixel, coverage) in over.pixels.iter_mut().zip(&matte.pixels) {
                     for c in 0..3 {
-                        pixel[c] += 0.5 * coverage * (RED[c] - pixel[c]);
+                        pixel[c] += 0.5 * (1.0 - coverage) * (RED[c] - pixel[c]);
                     }
                 }
                 Ok((SrgbPicture::of(&Encoded(over)), picture.size()))

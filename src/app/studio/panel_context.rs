@@ -40,6 +40,8 @@ pub struct PanelContext<'a> {
     pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<PreviewPicture>>,
+    /// Frames shown per second during playback; None while nothing plays.
+    pub played: Option<f64>,
     /// Light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
     /// Reason that a click on the picture placed no light.

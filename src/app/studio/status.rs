@@ -19,9 +19,10 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// True while the project waits for its calibration. Its footage can already be read.
+    /// True while the project waits for its mattes or its calibration. Its footage can already be read.
     pub fn waits_for_job(&self) -> bool {
-        matches!(self, Self::Blocked(blocked) if blocked.need == Some(Need::Calibration))
+        let needs = [Some(Need::Mattes), Some(Need::Calibration)];
+        matches!(self, Self::Blocked(blocked) if needs.contains(&blocked.need))
     }
 }
 

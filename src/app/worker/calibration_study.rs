@@ -37,8 +37,10 @@ pub struct ProbeView {
     /// Visibility of the rim at this circle, and the circle found in the photographs. Sentences if there is none.
     pub rim: std::result::Result<Silhouette, String>,
     pub found: std::result::Result<Silhouette, String>,
-    /// Faults of the lamps found by the calibration, a sentence each.
+    /// Reasons that this circle shows no lamps, a sentence each.
     pub findings: Vec<String>,
+    /// Checks of the calibration's lamps, as in the project check; none before the first calibration.
+    pub checks: Vec<check::Check>,
     /// Light of the photograph as a lat-long panorama, as bright as the photograph.
     pub panorama: SrgbPicture,
     /// Number of ball pixels with a clipped channel, and their centres in the photograph.
@@ -218,7 +220,7 @@ impl CalibrationStudy {
         };
         let (_, lamps) = &*self.lamps.insert((circle, lamps));
         findings.extend(lamps.as_ref().err().cloned());
-        findings.extend(calibration.map_or_else(Vec::new, |c| c.rig_findings));
+        let checks = calibration.as_ref().map_or_else(Vec::new, check::lamp_checks);
         let size = encoded.0.size();
         let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
         let light = Photograph::from_encoded(encoded, &response);
@@ -244,6 +246,7 @@ impl CalibrationStudy {
             },
             found,
             findings,
+            checks,
             panorama: SrgbPicture::as_exposed(&probe.panorama),
             clipped_pixels: probe.clipped_pixels,
             clipped_at,

@@ -40,6 +40,8 @@ pub struct Blocked {
 pub enum Need {
     /// The shoot is not at its recorded place.
     Shoot,
+    /// Mattes of the interview or of poses.
+    Mattes,
     Calibration,
 }
 

@@ -102,8 +102,15 @@ pub fn open_project(
     let blocked = |need| move |e: Error| Blocked { sentence: e.to_string(), need };
     project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
     // A new calibration repairs any fault of an existing one.
-    let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
-    let Exemplars { transfer, detail } = kept.read(project, &calibration).map_err(blocked(None))?;
+    let unless_matte = |need| {
+        move |e: Error| match footage::missing_matte(project) {
+            Some(lack) => blocked(Some(Need::Mattes))(lack),
+            None => blocked(need)(e),
+        }
+    };
+    let calibration = Calibration::load(project).map_err(unless_matte(Some(Need::Calibration)))?;
+    let Exemplars { transfer, detail } =
+        kept.read(project, &calibration).map_err(unless_matte(None))?;
     // A network that cannot be used is not replaced without a request.
     let predictor = compute
         .guarded(|| OlatPredictor::with_transfer(transfer, project, &compute.device))

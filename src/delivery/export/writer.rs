@@ -257,6 +257,7 @@ impl Writer {
     /// Message on the files that remain if the export ends now.
     pub fn keeps(&self) -> String {
         match self.writes_stills() {
+            true if self.done == 0 => "nothing was written".to_owned(),
             true => {
                 let are = if self.done == 1 { "is" } else { "are" };
                 format!("{} {are} kept: {}", counted(self.done, "frame"), self.to)

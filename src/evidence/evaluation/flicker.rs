@@ -194,7 +194,7 @@ impl ClipFlicker {
             format!("still {smoothed:.2} % with smoothing at 1")
         };
         format!(
-            "Flicker, frames {first} to {last}: the plate {plate:.2} %, relit {relit:.2} %; {beyond:.2} % from the prediction, {rest}"
+            "The network adds {beyond:.2} % flicker, {rest} (frames {first} to {last}: plate {plate:.2} %, relit {relit:.2} %)"
         )
     }
 }

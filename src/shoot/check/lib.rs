@@ -231,6 +231,11 @@ impl CheckReport {
     }
 }
 
+/// The checks of a calibration's lamps.
+pub fn lamp_checks(calibration: &Calibration) -> Vec<Check> {
+    lamps::checks(calibration)
+}
+
 impl Evidence {
     /// Reads a project. Read errors become part of the checks that need the data.
     ///

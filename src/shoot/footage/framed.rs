@@ -6,7 +6,7 @@ use base::error::{Error, Result};
 use imaging::color::luminance;
 use imaging::picture::{self, About, Coding};
 use imaging::{Encoded, Image, Mask, Raster, Response, file};
-use project::{Framing, Framings, Matte, Padding, Picture};
+use project::{Framing, Framings, Matte, Padding, Picture, Project};
 use std::path::Path;
 
 /// Reads a full picture of 8 or 16 bits, or a frame of a movie.
@@ -76,6 +76,15 @@ pub fn read_matte(matte: &Matte) -> Result<Mask> {
             alpha.ok_or_else(|| no_matte(file))
         }
     }
+}
+
+/// The first matte of a pose or frame whose file does not exist, as an error with its remedy.
+pub fn missing_matte(project: &Project) -> Option<Error> {
+    let shoot = &project.settings.shoot;
+    let poses = (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose));
+    let frames = (0..shoot.frames.len()).map(|frame| project.frame_matte(frame));
+    let lack = poses.chain(frames).find(|matte| !matte.file().exists())?;
+    Some(no_matte(lack.file()))
 }
 
 pub(super) fn no_matte(file: &Path) -> Error {

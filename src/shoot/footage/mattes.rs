@@ -3,6 +3,7 @@
 use super::damaged::{offer, stand_in};
 use super::frame_mattes::{FindPerson, FrameMattes, about};
 use super::framed::{read_matte, read_picture};
+use super::scan::counted;
 use super::steady::Steady;
 use super::strokes::Strokes;
 use base::error::{Error, Result};
@@ -75,34 +76,43 @@ pub struct MattesReport {
 impl MattesReport {
     /// Summary sentence.
     pub fn sentence(&self) -> String {
-        let mut text = format!(
-            "{} mattes of frames and {} of poses made, {} kept",
-            self.frames, self.poses, self.kept
-        );
-        if let (Some(screen), Some([r, g, b])) = (self.screen, self.screen_color) {
-            text += &format!("; the screen is {screen} ({r} {g} {b})");
+        let made: Vec<String> = [(self.frames, "interview matte"), (self.poses, "pose matte")]
+            .into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, name)| counted(count, name))
+            .collect();
+        let mut text = match made.is_empty() {
+            true => "No matte is missing.".to_owned(),
+            false => format!("{} made.", made.join(" and ")),
+        };
+        if let Some(screen) = self.screen {
+            text += &format!(" {}{} screen found.", screen[..1].to_uppercase(), &screen[1..]);
         }
         if self.guessed > 0 {
             text += &format!(
-                "; without a screen, a network found the person in {} frames: check their mattes",
-                self.guessed
+                " Without a screen, a network found the person in {}: check their mattes.",
+                counted(self.guessed, "frame")
             );
         }
         if let Some(uncertain) = self.uncertain {
-            text += &format!("; {:.1} % of their pixels are edges", 100.0 * uncertain);
+            text += &format!(" {:.1} % of their pixels are edges.", 100.0 * uncertain);
         }
         if let (Some(after), Some(before)) = (self.flicker, self.flicker_before) {
             text +=
-                &format!("; edges flicker by {after:.4} ({before:.4} before averaging over time)");
+                &format!(" Edges flicker by {after:.4} ({before:.4} before averaging over time).");
         }
         if self.painted + self.followed > 0 {
             text += &format!(
-                "; strokes were used on {} frames, {} follow their neighbours",
-                self.painted, self.followed
+                " Strokes were used on {}, {} follow their neighbours.",
+                counted(self.painted, "frame"),
+                self.followed
             );
         }
         if self.painted_kept > 0 {
-            text += &format!("; {} frames with strokes kept their old mattes", self.painted_kept);
+            text += &format!(
+                " {} with strokes kept their old mattes.",
+                counted(self.painted_kept, "frame")
+            );
         }
         text
     }

@@ -193,10 +193,14 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
         Frames::Named(names) => &names[..],
         Frames::Clip(_) => &[],
     };
-    for (inside, wanted) in [("exemplar_masks", &poses[..]), ("interview_masks", frames)] {
+    let mut later = Vec::new();
+    for (inside, of, wanted) in
+        [("exemplar_masks", "poses", &poses[..]), ("interview_masks", "interview", frames)]
+    {
         let there = pictures(folder, inside);
         // `afterlight matte` makes all of them, but does not fill gaps in a shoot's own mattes.
         if !folder.join(inside).exists() {
+            later.extend((!wanted.is_empty()).then_some(of));
             continue;
         }
         found += wanted.iter().filter(|&name| there.contains(name)).count();
@@ -207,13 +211,18 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
         0 if missing.is_empty() => "none yet".to_owned(),
         found => counted(found, "matte"),
     };
-    needed(
-        "Mattes",
-        found,
-        fault(listing, Part::Mattes).or_else(|| {
-            absent(&missing, "The mattes mark the subject, the only part that is learnt and relit")
-        }),
-    )
+    let wrong = fault(listing, Part::Mattes).or_else(|| {
+        absent(&missing, "The mattes mark the subject, the only part that is learnt and relit")
+    });
+    match (wrong, &later[..]) {
+        (None, [_, ..]) => Line {
+            part: "Mattes",
+            found,
+            lack: Some(format!("Missing for {}: the studio makes them", later.join(" and "))),
+            needed: false,
+        },
+        (wrong, _) => needed("Mattes", found, wrong),
+    }
 }
 
 /// Names of the pictures in a folder of the shoot; empty if it cannot be read.

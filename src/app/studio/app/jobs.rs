@@ -4,6 +4,7 @@ use super::StudioApp;
 use crate::command::{CalibrationCommand, Dialog, JobCommand, LookCommand, TrainingCommand};
 use crate::panels::training_time as duration;
 use calibration::{CalibrateSettings, Circle};
+use footage::MatteSettings;
 use std::time::Instant;
 use worker::{Job, Need};
 
@@ -90,30 +91,36 @@ impl StudioApp {
                 self.open_dialog(Dialog::ShootLocation);
                 Ok(())
             }
+            JobCommand::Provide(Need::Mattes) => self.session.run(|project| Job::Matte {
+                project: project.root.clone(),
+                settings: MatteSettings::default(),
+            }),
             JobCommand::Provide(Need::Calibration) => self.calibrate(CalibrateSettings::default()),
-            JobCommand::Pause => self.pause_job(),
-            JobCommand::Stop => self.stop_job(),
+            JobCommand::Pause => {
+                self.pause_job();
+                Ok(())
+            }
+            JobCommand::Stop => {
+                self.stop_job();
+                Ok(())
+            }
         };
         self.refuse_unless(done);
     }
 
-    /// Pauses or resumes the running job.
-    fn pause_job(&mut self) -> Result<(), String> {
-        let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) else {
-            return Err("No job is running".to_owned());
-        };
-        let pause = !job.is_paused();
-        job.pause(pause, Instant::now());
-        worker.pause(pause);
-        Ok(())
+    /// Pauses or resumes the running job, if there is one.
+    fn pause_job(&mut self) {
+        if let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) {
+            let pause = !job.is_paused();
+            job.pause(pause, Instant::now());
+            worker.pause(pause);
+        }
     }
 
-    fn stop_job(&mut self) -> Result<(), String> {
-        let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) else {
-            return Err("No job is running".to_owned());
-        };
-        job.stopping = true;
-        worker.cancel();
-        Ok(())
+    fn stop_job(&mut self) {
+        if let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) {
+            job.stopping = true;
+            worker.cancel();
+        }
     }
 }

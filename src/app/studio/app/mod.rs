@@ -362,6 +362,7 @@ impl StudioApp {
             environments: self.library.entries(),
             shown: &self.shown,
             relit: self.preview.relit.as_ref(),
+            played: self.preview.played(self.ctx.input(|input| input.time)),
             texel: self.readers.inspector.texel(),
             no_aim: self.readers.aim.refusal(),
             proposed: self.readers.aim.proposed(),

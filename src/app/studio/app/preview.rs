@@ -13,6 +13,9 @@ use std::sync::Arc;
 use std::time::Duration;
 use worker::{Comparison, LookView, Origin, PreviewPicture, PreviewRequest, Worker};
 
+/// Weight of the newest frame time in the mean.
+const NEWEST: f64 = 0.25;
+
 /// The newest picture, and the last request.
 #[derive(Default)]
 pub struct Preview {
@@ -22,6 +25,8 @@ pub struct Preview {
     shares_gpu: bool,
     /// Time of the next frame during playback, in seconds of the window's clock.
     due: f64,
+    /// Time of the last advance during playback, in seconds of the window's clock, and the mean time between advances.
+    advanced: Option<(f64, f64)>,
 }
 
 /// Request for the picture of a state.
@@ -126,6 +131,13 @@ impl Preview {
         }
     }
 
+    /// Frames shown per second during playback; None while nothing plays.
+    pub fn played(&self, now: f64) -> Option<f64> {
+        let (last, mean) = self.advanced?;
+        // A frame that is late already counts.
+        Some(1.0 / mean.max(now - last))
+    }
+
     /// Advances to the next frame when it is due and the current one has been shown.
     pub fn play(&mut self, ctx: &Context, state: &mut State) {
         let period = 1.0 / state.frame_rate;
@@ -134,9 +146,12 @@ impl Preview {
         let seen = relit.is_some_and(|relit| relit.scene.frame == state.frame);
         if !state.playing {
             self.due = now + period;
+            self.advanced = None;
         } else if seen {
             if now >= self.due {
                 state.advance();
+                let (before, mean) = self.advanced.unwrap_or((now - period, period));
+                self.advanced = Some((now, mean + NEWEST * (now - before - mean)));
                 // Late frames are not caught up: they would play faster than filmed.
                 self.due = (self.due + period).max(now);
             }

@@ -112,7 +112,7 @@ pub const BINDINGS: &[Binding] = &[
     on(CTRL, Key::Num5, workspace(Workspace::Export), "Export workspace"),
     on(CTRL, Key::N, NEW, "New project…"),
     on(CTRL, Key::O, OPEN, "Open project…"),
-    on(CTRL, Key::S, SAVED, "Is everything saved?"),
+    on(CTRL, Key::S, SAVED, "Save state"),
     on(Modifiers::ALT, Key::ArrowRight, NEXT_ENVIRONMENT, "Next environment"),
     on(Modifiers::ALT, Key::ArrowLeft, PREVIOUS_ENVIRONMENT, "Previous environment"),
     on(CTRL, Key::ArrowRight, step_key(1), "Next key"),

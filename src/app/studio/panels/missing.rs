@@ -1,6 +1,7 @@
 //! Buttons for the missing step before the first relit picture.
 
-use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
+use crate::command::{Command, Dialog, JobCommand, ProjectCommand, WindowCommand};
+use crate::layout::Workspace;
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
@@ -16,6 +17,25 @@ pub fn why(blocked: &Blocked) -> Option<&str> {
     }
 }
 
+/// Opens the place where a `need` is provided.
+pub fn place(need: Option<Need>) -> Command {
+    match need {
+        Some(Need::Shoot) => Command::Dialog(Dialog::ShootLocation),
+        // The picture's place says what is missing, with its button.
+        _ => Command::Window(WindowCommand::Workspace(Workspace::Relight)),
+    }
+}
+
+/// Hint of a button for [`place`].
+pub fn hint(need: Option<Need>) -> &'static str {
+    match need {
+        Some(Need::Shoot) => "The shoot is missing: locate it",
+        Some(Need::Mattes) => "No mattes yet: opens Relight, where they are made",
+        Some(Need::Calibration) => "Not calibrated yet: opens Relight, where it is done",
+        None => "Cannot be relit: opens Relight, with the reason",
+    }
+}
+
 /// The buttons that provide a `need`, or "Try again" if the window cannot provide it.
 pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
     match need {
@@ -26,6 +46,9 @@ pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
         Some(Need::Calibration) => {
             let calibrate = Command::Job(JobCommand::Provide(Need::Calibration));
             main_ui(ui, "Calibrate", calibrate, out);
+        }
+        Some(Need::Mattes) => {
+            main_ui(ui, "Make the mattes", Command::Job(JobCommand::Provide(Need::Mattes)), out);
         }
         None => button_ui(ui, "Try again", Command::Project(ProjectCommand::Reopen), out),
     }

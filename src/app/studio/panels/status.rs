@@ -3,6 +3,7 @@
 
 use super::checks::{color, dot_ui, verdict};
 use super::job::{JobPanel, job_ui};
+use super::missing;
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
@@ -58,14 +59,28 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         Phase::Blocked(_) => "Action needed",
         Phase::Ready { device } => device,
     });
-    if ui.button(device).on_hover_text("Performance of this machine").clicked() {
-        out.push(Command::Window(WindowCommand::ToggleMachine));
+    let (hint, command) = match &context.status.phase {
+        Phase::Blocked(blocked) if context.status.job.is_none() => {
+            (missing::hint(blocked.need), missing::place(blocked.need))
+        }
+        _ => ("Performance of this machine", Command::Window(WindowCommand::ToggleMachine)),
+    };
+    if ui.button(device).on_hover_text(hint).clicked() {
+        out.push(command);
     }
     let Some(project) = context.project else {
         return;
     };
     // 24000 / 1001 has endless decimals.
     let rate = (1e3 * project.settings.shoot.frame_rate).round() / 1e3;
+    let rate = match context.played {
+        // Steps of a tenth, and no more frames than there are.
+        Some(played) => {
+            let played = (10.0 * played.min(rate)).round() / 10.0;
+            format!("{played} of {rate}")
+        }
+        None => rate.to_string(),
+    };
     match context.relit {
         Some(relit) => figure_ui(ui, &format!("{} × {}, {rate} fps", relit.width, relit.height)),
         None => figure_ui(ui, &format!("{rate} fps")),

@@ -21,7 +21,7 @@ use color_config::ColorChoice;
 use evaluation::review::Metric;
 use light::Lighting;
 use project::Project;
-use scene::{Inspection, Output, Scene, Viewing};
+use scene::{Background, Channel, Inspection, Output, Scene, Viewing};
 use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
@@ -236,7 +236,11 @@ impl State {
             lighting: look.lighting.clone(),
             effects,
             exposure_stops: look.exposure_stops,
-            background: look.background,
+            // A background covers everything: the matte is shown without it.
+            background: match effects.inspection {
+                Inspection::Channel(Channel::Alpha) => Background::None,
+                _ => look.background,
+            },
             output: Output::Display,
             viewing: self.viewing.clone().bounded(),
         }

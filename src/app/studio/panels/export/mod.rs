@@ -21,6 +21,7 @@ use egui::{
 };
 use export::{Destination, Files, Format, HandOver, PixelBits};
 use farm::Engine;
+use footage::scan::counted;
 use footage::{FRAME_NUMBERS, PictureSize};
 use project::Project;
 use scene::Background;
@@ -233,7 +234,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<C
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         let hint = "Not resized";
-        if choice_ui(ui, "Size", "As it is", hint, options.size.is_none()) {
+        if choice_ui(ui, "Size", "Original size", hint, options.size.is_none()) {
             options.size = None;
         } else if size != before {
             options.size = Some(size);
@@ -375,11 +376,14 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
         ui.add(quiet(text)).on_hover_text(written);
     }
     if let Some(taken) = taken {
-        let there = match taken.files {
-            1 => "1 file with this name already exists".to_owned(),
-            files => format!("{files} files with this name already exist"),
+        let (there, color) = match options.replaces() || options.resume {
+            true if options.resume => {
+                ("The export goes on in the same files".to_owned(), theme::QUIET)
+            }
+            true => (counted(taken.files, "file") + " will be replaced", theme::WARNING),
+            false => (format!("Will be written as {}", name(Path::new(written))), theme::QUIET),
         };
-        ui.label(RichText::new(there).size(13.0).color(theme::WARNING));
+        ui.label(RichText::new(there).size(13.0).color(color));
         ui.checkbox(&mut options.replace, "Replace existing files")
             .on_hover_text("Off: the new files get a number");
         if !options.format.is_movie() {

@@ -19,7 +19,6 @@ use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
 use footage::scan::counted;
 use project::{Framing, Padding, Project};
 use square::Square;
-use worker::Need;
 
 /// Width of the column of numbers, and height of the strip of thumbnails.
 const COLUMN: f32 = 272.0;
@@ -189,7 +188,7 @@ impl FootagePanel {
             );
         }
         let computed = match &context.status.phase {
-            Phase::Blocked(blocked) => blocked.need != Some(Need::Calibration),
+            phase @ Phase::Blocked(_) => !phase.waits_for_job(),
             _ => true,
         };
         ui.horizontal(|ui| {

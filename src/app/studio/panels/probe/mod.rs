@@ -3,14 +3,17 @@
 mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
-use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand, WindowCommand};
+use crate::layout::Pane;
 use crate::panel_context::PanelContext;
+use crate::panels::checks::color;
 use crate::panels::number_ui;
 use crate::panels::numbers::computing;
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use calibration::silhouette::Silhouette;
-use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
+use check::Level;
+use egui::{Button, Color32, Label, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use footage::scan::counted;
 use photograph::Photograph;
 use std::sync::Arc;
@@ -94,7 +97,7 @@ impl ProbePanel {
             ui.vertical(|ui| figures_ui(ui, context, &study));
         });
         self.circle_ui(ui, context, &study, out);
-        findings_ui(ui, &study);
+        findings_ui(ui, &study, out);
         chosen = chosen.or(lamps_ui(ui, &study, context.state.photograph));
         if let Some(lamp) = chosen {
             out.push(Command::View(ViewCommand::Photograph(Some(lamp))));
@@ -269,11 +272,13 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
     });
 }
 
-/// Problems found with the lamps.
-fn findings_ui(ui: &mut Ui, study: &ProbeView) {
+/// Problems found with the lamps, in the levels and words of the project check.
+fn findings_ui(ui: &mut Ui, study: &ProbeView, out: &mut Vec<Command>) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
-    if study.findings.is_empty() {
+    let found = study.checks.iter().filter(|check| check.level != Level::Good);
+    let found: Vec<_> = found.map(|check| (check.sentence.as_str(), color(check.level))).collect();
+    if study.findings.is_empty() && found.is_empty() {
         return;
     }
     egui::ScrollArea::vertical()
@@ -281,8 +286,13 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView) {
         .max_height(HEIGHT)
         .auto_shrink([false, true])
         .show(ui, |ui| {
-            for sentence in &study.findings {
-                ui.label(RichText::new(sentence).size(12.0).color(theme::WARNING));
+            let wrong = study.findings.iter().map(|finding| (finding.as_str(), theme::WARNING));
+            for (sentence, color) in wrong.chain(found) {
+                let text = RichText::new(sentence).size(12.0).color(color);
+                let line = ui.add(Label::new(text).sense(Sense::click()));
+                if line.on_hover_text("Opens Checks, with the remedy").clicked() {
+                    out.push(Command::Window(WindowCommand::ShowPane(Pane::Checks)));
+                }
             }
         });
 }

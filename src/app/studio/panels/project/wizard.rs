@@ -151,21 +151,23 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         }
     });
     row_ui(ui, "", |ui, _| quiet_ui(ui, &cost(scan, plan)));
-    row_ui(ui, "Lamps", |ui, name| {
-        let half = scan.lamps.div_ceil(2).max(1);
-        let mut all = plan.lamps.is_none();
-        if ui.checkbox(&mut all, format!("All {}", scan.lamps)).changed() {
-            changed.lamps = (!all).then_some(half);
-        }
-        if let Some(count) = &mut changed.lamps {
-            let most = scan.lamps.saturating_sub(1).max(1);
-            let field = ui.add(computing(count).range(1..=most)).labelled_by(name);
-            if is_reset(ui, &field) {
-                *count = half;
+    if scan.lamps > 0 {
+        row_ui(ui, "Lamps", |ui, name| {
+            let half = scan.lamps.div_ceil(2).max(1);
+            let mut all = plan.lamps.is_none();
+            if ui.checkbox(&mut all, format!("All {}", scan.lamps)).changed() {
+                changed.lamps = (!all).then_some(half);
             }
-            quiet_ui(ui, "spread evenly; calibration still uses the others");
-        }
-    });
+            if let Some(count) = &mut changed.lamps {
+                let most = scan.lamps.saturating_sub(1).max(1);
+                let field = ui.add(computing(count).range(1..=most)).labelled_by(name);
+                if is_reset(ui, &field) {
+                    *count = half;
+                }
+                quiet_ui(ui, "spread evenly; calibration still uses the others");
+            }
+        });
+    }
     row_ui(ui, "Name", |ui, name| {
         let field =
             TextEdit::singleline(&mut changed.name).hint_text(&scan.name).desired_width(240.0);

@@ -19,6 +19,7 @@ use base::files::shown;
 use chosen::ChosenUi;
 use egui::{Button, RichText, ScrollArea, Ui};
 use evaluation::review::{Means, Metric, Review};
+use footage::scan::counted;
 use worker::SavedReview;
 
 /// Length of the list of largest errors.
@@ -194,10 +195,18 @@ fn metrics_ui(ui: &mut Ui, chosen: Metric, out: &mut Vec<Command>) {
 /// The means over all cells.
 fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
     let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
-    for (what, cases) in [("not seen in training", unseen), ("seen in training", seen)] {
+    for (what, cases) in [("unseen frame", unseen), ("frame", seen)] {
         if let Some(means) = Means::of(&cases) {
             let figure = metric.text(metric.of(&means.over_cells));
-            let text = format!("Mean {figure} of {} {what}", means.cases);
+            let mut count = counted(means.cases, what);
+            if what == "frame" {
+                count += " seen in training";
+            }
+            let text = match metric {
+                Metric::Flip => format!("FLIP {figure} on {count} (0 is perfect)"),
+                Metric::Psnr => format!("PSNR {figure} on {count}"),
+                Metric::Ssim => format!("SSIM {figure} on {count} (1 is perfect)"),
+            };
             ui.label(RichText::new(text).color(theme::QUIET));
         }
     }

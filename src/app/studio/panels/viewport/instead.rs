@@ -53,6 +53,7 @@ fn blocked_ui(ui: &mut Ui, blocked: &Blocked, out: &mut Vec<Command>) {
         ui,
         match blocked.need {
             Some(Need::Shoot) => "The shoot is missing",
+            Some(Need::Mattes) => "No mattes yet",
             Some(Need::Calibration) => "Not calibrated yet",
             None => "Cannot be relit",
         },
