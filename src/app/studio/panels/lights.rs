@@ -11,8 +11,8 @@ use crate::look::MOST_LETTERS;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Event, Id, Key, Layout, Modifiers, Rect, Response, RichText, Role, TextEdit, Ui,
-    WidgetInfo, pos2, vec2,
+    Align, Button, Event, Id, Key, Label, Layout, Modifiers, Rect, Response, RichText, Role,
+    TextEdit, Ui, WidgetInfo, pos2, vec2,
 };
 use light::{LightGroup, Lighting, PlacedLight, placed, white};
 use scene::{LightSetting, Setting};
@@ -65,14 +65,16 @@ pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if toggle_ui(ui, aims, icons::AIM, "Light by the face", hint).clicked() {
         out.push(Command::Aim(AimCommand::Toggle));
     }
+    // Beside the buttons, where it moves nothing.
+    if let Some(names) = solo_names(&context.state.look.lighting) {
+        let text = RichText::new(format!("Solo: {names}")).color(theme::ACCENT);
+        ui.add(Label::new(text).truncate());
+    }
 }
 
 /// All lights: those without a group, then each group with its own.
 pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lighting = &context.state.look.lighting;
-    if let Some(names) = solo_names(lighting) {
-        ui.label(RichText::new(format!("Solo: {names}")).color(theme::ACCENT));
-    }
     let mut edit =
         Edit { lighting: lighting.clone(), chosen: context.state.chosen_light(), removed: None };
     // Commands that name a group or act on one light; applied after the changes in `edit`.

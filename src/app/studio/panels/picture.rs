@@ -1,7 +1,6 @@
 //! The picture: exposure, background, view transform and effects.
 
 use crate::command::{Command, LookCommand};
-use crate::icons;
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::panels::bar_ui;
@@ -24,7 +23,7 @@ impl PicturePanel {
         Heading::of(Group::Picture, context).ui(
             ui,
             out,
-            |ui, out| undo_ui(ui, context, out),
+            |_, _| {},
             |ui, out| {
                 grid("picture").show(ui, |ui| {
                     exposure_ui(ui, context, out);
@@ -42,21 +41,6 @@ impl PicturePanel {
                 animated_ui(ui, context, Group::Effects);
             },
         );
-    }
-}
-
-fn undo_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
-    for (icon, name, can, key, command) in [
-        (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Look(LookCommand::Redo)),
-        (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Look(LookCommand::Undo)),
-    ] {
-        if icons::named_ui(ui, can, icons::alone(icon), name)
-            .on_hover_text(format!("{name}. Key: {key}"))
-            .clicked()
-        {
-            out.push(command);
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The workspaces, the panes that can be opened, and the layout.
 
-use crate::command::{Command, Dialog, ExportCommand, ProjectCommand, WindowCommand};
+use crate::command::{Command, Dialog, ExportCommand, LookCommand, ProjectCommand, WindowCommand};
 use crate::icons;
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
@@ -61,6 +61,22 @@ fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Project"));
 }
 
+/// Undo and redo of settings, from the right.
+fn undo_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
+    for (icon, name, can, key, command) in [
+        (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Look(LookCommand::Redo)),
+        (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Look(LookCommand::Undo)),
+    ] {
+        if icons::named_ui(ui, can, icons::alone(icon), name)
+            .on_hover_text(format!("{name}. Key: {key}"))
+            .clicked()
+        {
+            out.push(command);
+        }
+    }
+}
+
 impl TabsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
@@ -106,6 +122,7 @@ impl TabsPanel {
                 });
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
                 project_ui(ui, context, out);
+                undo_ui(ui, context, out);
                 if let Some(why) = context.read_only {
                     read_only_ui(ui, why, out);
                 }

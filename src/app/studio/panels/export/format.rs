@@ -43,8 +43,10 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
             .on_hover_text("The sound of the interview's movie, cut to the exported frames");
     });
     ui.end_row();
-    if options.format.codec().is_some_and(Codec::has_alpha) {
-        ui.label("Matte");
+    // Rows keep their places: nothing under the pointer moves.
+    let has_alpha = options.format.codec().is_some_and(Codec::has_alpha);
+    ui.label("Matte");
+    ui.add_enabled_ui(has_alpha, |ui| {
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in [
                 (MovieAlpha::Straight, "Straight", "Not times alpha, as most editors expect"),
@@ -55,8 +57,8 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
                 }
             }
         });
-        ui.end_row();
-    }
+    });
+    ui.end_row();
 }
 
 fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
@@ -95,26 +97,28 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
             .on_hover_text("Write only the rectangle that is not empty, as the file's data window");
     });
     ui.end_row();
-    if options.layers {
-        ui.label("Layers in");
-        ui.horizontal(|ui| {
-            let places = [
-                (LayerFiles::Channels, "Channels", "light_00.R … beside the picture's channels"),
-                (LayerFiles::Parts, "Parts", "A part of the file for each lamp"),
-                (LayerFiles::Files, "Files", "A file for each lamp beside the picture's"),
-            ];
-            segments_ui(ui, |ui| {
-                for (layers, name, hint) in places {
-                    if choice_ui(ui, "Layers in", name, hint, exr.layers == layers) {
-                        exr.layers = layers;
-                    }
+    ui.label("Layers in");
+    ui.add_enabled_ui(options.layers, |ui| {
+        let places = [
+            (LayerFiles::Channels, "Channels", "light_00.R … beside the picture's channels"),
+            (LayerFiles::Parts, "Parts", "A part of the file for each lamp"),
+            (LayerFiles::Files, "Files", "A file for each lamp beside the picture's"),
+        ];
+        segments_ui(ui, |ui| {
+            for (layers, name, hint) in places {
+                if choice_ui(ui, "Layers in", name, hint, exr.layers == layers) {
+                    exr.layers = layers;
                 }
-            });
-            ui.checkbox(&mut exr.weights, "JSON of weights")
-                .on_hover_text("A JSON file with the layers' weights beside each picture");
+            }
         });
-        ui.end_row();
-    }
+    });
+    ui.end_row();
+    ui.label("");
+    ui.add_enabled_ui(options.layers, |ui| {
+        ui.checkbox(&mut exr.weights, "JSON of weights")
+            .on_hover_text("A JSON file with the layers' weights beside each picture");
+    });
+    ui.end_row();
 }
 
 fn hint(compression: ExrCompression) -> &'static str {

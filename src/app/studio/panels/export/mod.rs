@@ -89,6 +89,7 @@ impl ExportPanel {
             if std::mem::take(&mut self.focus) {
                 first.request_focus();
             }
+            name_ui(ui, options, out);
             format::ui(ui, options);
             colors::ui(ui, context, options);
             picture_ui(ui, options);
@@ -97,7 +98,6 @@ impl ExportPanel {
             background_ui(ui, options);
             layers_ui(ui, options);
             hand_over_ui(ui, options);
-            name_ui(ui, options, out);
             if !options.format.is_movie() {
                 first_number_ui(ui, options, context.state.first_number);
             }
@@ -375,26 +375,31 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
         };
         ui.add(quiet(text)).on_hover_text(written);
     }
-    if let Some(taken) = taken {
-        let (there, color) = match options.replaces() || options.resume {
-            true if options.resume => {
-                ("The export goes on in the same files".to_owned(), theme::QUIET)
-            }
-            true => (counted(taken.files, "file") + " will be replaced", theme::WARNING),
-            false => (format!("Will be written as {}", name(Path::new(written))), theme::QUIET),
-        };
-        ui.label(RichText::new(there).size(13.0).color(color));
-        ui.checkbox(&mut options.replace, "Replace existing files")
-            .on_hover_text("Off: the new files get a number");
-        if !options.format.is_movie() {
-            ui.checkbox(&mut options.resume, "Resume a stopped export").on_hover_text(
-                "Writes only the frames that are missing or were made with other settings",
-            );
+    // Lines keep their places: nothing under the pointer moves.
+    let (there, color) = match taken {
+        None => (String::new(), theme::QUIET),
+        Some(_) if options.resume => ("Goes on in the existing files".to_owned(), theme::QUIET),
+        Some(taken) if options.replaces() => {
+            (counted(taken.files, "file") + " will be replaced", theme::WARNING)
         }
-    } else {
-        options.replace = false;
-        options.resume = false;
-    }
+        Some(_) => (format!("Will be written as {}", name(Path::new(written))), theme::QUIET),
+    };
+    ui.label(RichText::new(there).size(13.0).color(color));
+    options.replace &= taken.is_some();
+    options.resume &= taken.is_some();
+    ui.add_enabled_ui(taken.is_some(), |ui| {
+        ui.checkbox(&mut options.replace, "Replace existing files")
+            .on_hover_text("Off: the new files get a number")
+            .on_disabled_hover_text("No file has this name");
+    });
+    let resumes = taken.is_some() && !options.format.is_movie();
+    ui.add_enabled_ui(resumes, |ui| {
+        ui.checkbox(&mut options.resume, "Resume a stopped export")
+            .on_hover_text(
+                "Writes only the frames that are missing or were made with other settings",
+            )
+            .on_disabled_hover_text("For pictures that exist already");
+    });
 }
 
 /// Height of the export buttons, and width of the farm's button with its gap, in points.
