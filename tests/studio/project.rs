@@ -155,6 +155,9 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     window.run_steps(2);
     drop_onto(&mut window, filmed.join("interview.mov"));
     window.hover_at(egui::pos2(5.0, 5.0));
+    until(&mut window, "look at the interview again", known(2));
+    window.get_by_role_and_label(Role::TextInput, "Name");
+    assert!(window.query_by_label("All 0").is_none(), "no lamps to choose from yet");
     for name in ["probes.mov", "probes/interview.png", "exemplars"] {
         drop_onto(&mut window, filmed.join(name));
         window.hover_at(egui::pos2(5.0, 6.0));

@@ -342,20 +342,26 @@ fn the_matte_is_shown_whatever_the_background_is() {
 
 #[test]
 fn the_zoom_is_in_pixels_of_the_screen_per_pixel_of_the_picture() {
-    let (_folder, mut window) = crate::shown_window();
-    let pane = window.get_by_label("Relit picture").rect();
-    // The picture has 64 by 64 pixels.
-    let fitted = 100.0 * (pane.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
-    window.get_by_label(&format!("{fitted:.0} %"));
-    window.key_press(Key::Num1);
-    window.run_steps(3);
-    window.get_by_label("100 %");
-    window.key_press(Key::F);
-    window.run_steps(3);
-    window.get_by_label(&format!("{fitted:.0} %"));
-    window.ctx.set_pixels_per_point(2.0);
-    window.run_steps(4);
-    window.key_press(Key::Num1);
-    window.run_steps(3);
-    window.get_by_label("100 %");
+    for pixels_per_point in [1.0, 2.0] {
+        let folder = crate::temporary();
+        let project = clay::project(folder.path(), clay::environments(folder.path()));
+        let mut window = Harness::builder()
+            .with_size(vec2(1280.0, 720.0))
+            .with_pixels_per_point(pixels_per_point)
+            .with_step_dt(0.25)
+            .with_max_steps(60)
+            .build_eframe(|cc| StudioApp::over(&cc.egui_ctx, project, clay::source));
+        until(&mut window, "the first picture", |app| app.relit().is_some());
+        window.run_steps(4);
+        let pane = window.get_by_label("Relit picture").rect();
+        // The picture has 64 by 64 pixels.
+        let points = (pane.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
+        let fitted = format!("{:.0} %", 100.0 * points * pixels_per_point);
+        window.get_by_label(&fitted);
+        for (key, percent) in [(Key::Num1, "100 %"), (Key::F, &fitted)] {
+            window.key_press(key);
+            window.run_steps(3);
+            window.get_by_label(percent);
+        }
+    }
 }
