@@ -71,8 +71,8 @@ const THUMBNAIL: usize = 192;
 const JUMPS: f32 = 1.15;
 /// Largest median brightness ratio between frames of an interview.
 const STEADY: f32 = 1.05;
-/// Smallest median distance between the brightest spots of consecutive pictures of a mirror ball under single lamps, as
-/// a share of the longer side. A person sways by less from frame to frame.
+/// Smallest distance between the brightest spots of three in four pairs of consecutive pictures of a mirror ball under
+/// single lamps, as a share of the longer side. A person sways by less from frame to frame.
 const SPOT_MOVES: f32 = 0.01;
 
 /// A file or folder that may contain a part of a shoot.
@@ -299,8 +299,8 @@ fn typical_step(light: &[f32]) -> f32 {
     steps.get(steps.len() / 2).map_or(1.0, |step| step.exp())
 }
 
-/// Median distance between the brightest spots of consecutive frames, as a share of the longer side; 0 if fewer than
-/// half of them have one.
+/// Distance between the brightest spots that three in four pairs of consecutive frames exceed, as a share of the longer
+/// side. A frame without a spot counts as unmoved.
 fn typical_distance(spots: &[Option<[f32; 2]>]) -> f32 {
     let distance = |pair: &[Option<[f32; 2]>]| {
         let ([ax, ay], [bx, by]) = (pair[0]?, pair[1]?);
@@ -309,7 +309,7 @@ fn typical_distance(spots: &[Option<[f32; 2]>]) -> f32 {
     let mut distances: Vec<f32> =
         spots.windows(2).map(|pair| distance(pair).unwrap_or(0.0)).collect();
     distances.sort_by(f32::total_cmp);
-    distances.get(distances.len() / 2).copied().unwrap_or(0.0)
+    distances.get(distances.len() / 4).copied().unwrap_or(0.0)
 }
 
 fn thumbnails(source: &Source, frames: impl IntoIterator<Item = u64>) -> Result<Vec<Encoded>> {

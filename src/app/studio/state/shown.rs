@@ -5,8 +5,8 @@ use crate::command::{LookCommand, ViewCommand};
 use crate::comparison::{CellPicture, GAINS};
 use scene::{Inspection, Viewing};
 
-/// Zoom range of the fitted picture.
-const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
+/// Zoom range of the fitted picture. A picture of 64 pixels fills a large pane at 30 times its size.
+const ZOOM: std::ops::RangeInclusive<f32> = 0.02..=64.0;
 
 /// Zoom and position of the picture in the viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
