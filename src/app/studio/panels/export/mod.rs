@@ -375,31 +375,31 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
         };
         ui.add(quiet(text)).on_hover_text(written);
     }
-    // Lines keep their places: nothing under the pointer moves.
-    let (there, color) = match taken {
-        None => (String::new(), theme::QUIET),
-        Some(_) if options.resume => ("Goes on in the existing files".to_owned(), theme::QUIET),
-        Some(taken) if options.replaces() => {
-            (counted(taken.files, "file") + " will be replaced", theme::WARNING)
-        }
-        Some(_) => (format!("Will be written as {}", name(Path::new(written))), theme::QUIET),
+    let Some(taken) = taken else {
+        (options.replace, options.resume) = (false, false);
+        return;
+    };
+    let (there, color) = if options.resume {
+        ("Goes on in the existing files".to_owned(), theme::QUIET)
+    } else if options.replace {
+        (counted(taken.files, "file") + " will be replaced", theme::WARNING)
+    } else {
+        (format!("Will be written as {}", stem(&name(Path::new(written)))), theme::QUIET)
     };
     ui.label(RichText::new(there).size(13.0).color(color));
-    options.replace &= taken.is_some();
-    options.resume &= taken.is_some();
-    ui.add_enabled_ui(taken.is_some(), |ui| {
-        ui.checkbox(&mut options.replace, "Replace existing files")
-            .on_hover_text("Off: the new files get a number")
-            .on_disabled_hover_text("No file has this name");
-    });
-    let resumes = taken.is_some() && !options.format.is_movie();
-    ui.add_enabled_ui(resumes, |ui| {
-        ui.checkbox(&mut options.resume, "Resume a stopped export")
-            .on_hover_text(
-                "Writes only the frames that are missing or were made with other settings",
-            )
-            .on_disabled_hover_text("For pictures that exist already");
-    });
+    ui.checkbox(&mut options.replace, "Replace existing files")
+        .on_hover_text("Off: the new files get a number");
+    if !options.format.is_movie() {
+        ui.checkbox(&mut options.resume, "Resume a stopped export").on_hover_text(
+            "Writes only the frames that are missing or were made with other settings",
+        );
+    }
+}
+
+/// A file's name without frame number and extension.
+fn stem(name: &str) -> &str {
+    let numbered = name.find('%').map(|at| name[..at].trim_end_matches('.'));
+    numbered.or_else(|| Some(name.rsplit_once('.')?.0)).unwrap_or(name)
 }
 
 /// Height of the export buttons, and width of the farm's button with its gap, in points.
@@ -458,4 +458,21 @@ fn farm_ui(ui: &mut Ui, out: &mut Vec<Command>) {
         }
     });
     menu.response.on_hover_text(hint);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stem;
+
+    #[test]
+    fn a_stem_has_neither_frame_number_nor_extension() {
+        for (name, wanted) in [
+            ("stage_2.%04d.png", "stage_2"),
+            ("day.1_2.%06d.exr", "day.1_2"),
+            ("stage_2.mov", "stage_2"),
+            ("stage", "stage"),
+        ] {
+            assert_eq!(stem(name), wanted);
+        }
+    }
 }
