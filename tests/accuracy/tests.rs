@@ -150,7 +150,8 @@ fn ladder(folder: &Path) -> Result<Ledger> {
     };
     virtual_stage::write_shoot(&shoot, &stage, &silent)?;
     let root = folder.join("film");
-    let mut project = import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
+    let mut project =
+        import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
     let found =
         calibration::calibrate(&mut project, &calibration::CalibrateSettings::default(), &silent)?;
     found.save(&project)?;

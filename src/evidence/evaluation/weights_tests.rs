@@ -29,7 +29,8 @@ fn shoot() -> Option<&'static Shoot> {
     let stage = shared("data/stage")?;
     let shoot = SHOOT.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let (settings, silent) = (ImportSettings { size: 256, seed: 0, layer: None }, Progress::silent());
+        let (settings, silent) =
+            (ImportSettings { size: 256, seed: 0, layer: None }, Progress::silent());
         let mut project = import(folder.path(), &stage, &settings, &silent).unwrap();
         let settings = CalibrateSettings::default();
         Shoot {

@@ -17,7 +17,8 @@ fn project(folder: &Path) -> Result<Project> {
     let stage = StageSettings { frames: 3, size: 32, lamps: 8, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent)?;
     let root = folder.join("film");
-    let mut project = import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
+    let mut project =
+        import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
     calibrate(&mut project, &CalibrateSettings::default(), &silent)?.save(&project)?;
     Project::open(&root)
 }
