@@ -19,7 +19,7 @@ pub struct DualGamma {
 
 impl DualGamma {
     /// Range of camera exponents: from linear to far beyond any video standard.
-    pub const BOUNDS: RangeInclusive<f32> = 1.0..=4.0;
+    pub const BOUNDS: RangeInclusive<f32> = 0.8..=4.0;
 
     /// A curve with two exponents.
     ///
@@ -82,7 +82,7 @@ impl DualGamma {
         x as f32
     }
 
-    /// d linear / d encoded at an encoded value: 0 at black (1 when γ1 = 1) and γ2 at white.
+    /// d linear / d encoded at an encoded value: at black 0 (1 when γ1 = 1, infinite when γ1 < 1), at white γ2.
     pub fn slope(&self, encoded: f32) -> f32 {
         self.value_and_slope(f64::from(unit(encoded))).1 as f32
     }

@@ -1,3 +1,4 @@
+mod beside_lamps;
 mod doubt;
 mod small_shoot;
 mod study;
