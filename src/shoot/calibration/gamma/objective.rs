@@ -106,6 +106,8 @@ pub(super) struct Objective<'a> {
     ball_count: f64,
     /// Variance of the light on the interview's ball that is not a sum of lamps; see [`Probes::profile`].
     pub remainder: f64,
+    /// True if part of the interview's light is no sum of the lamps, so that misfits say nothing about the response.
+    pub beside_lamps: bool,
     /// Assumption about the exposure.
     pub exposure: ExposurePrior,
     /// Weight of the pictures against the priors, 0 to 1: below 1 where they pull beyond the range of curves.
@@ -126,6 +128,7 @@ impl<'a> Objective<'a> {
             pixel_count: BLOCKS as f64,
             ball_count: subject.lamps as f64,
             remainder: 0.0,
+            beside_lamps: false,
             exposure: ExposurePrior::LeftAlone,
             trust: 1.0,
             rounding: code_values::rounding(subject.frames.iter().flatten()),
@@ -159,9 +162,11 @@ impl<'a> Objective<'a> {
             noise / square.max(noise)
         };
         self.remainder = best.ball.remainder();
+        self.beside_lamps =
+            self.remainder > 0.0 || self.probes.fit(&best.table).residual > LARGEST_MISFIT;
         let ball = self.probes.profile(&best.table, self.remainder);
         let pixels = self.probes.profile_pixels() as f64;
-        let others = if self.remainder > 0.0 { 0.0 } else { pixels.min(self.subject.lamps as f64) };
+        let others = if self.beside_lamps { 0.0 } else { pixels.min(self.subject.lamps as f64) };
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals have their
         // stated probability.
         let own = noise_share(self.ball_square(&ball), ball.noise, ball.rounding).powf(1.5);
@@ -191,7 +196,7 @@ impl<'a> Objective<'a> {
             let pixels = (best.pairs.values.len() / 3) as f64;
             self.pixel_count = own * pixels + (1.0 - own) * pixels.min(BLOCKS as f64);
             // Light beside the lamps errs alike in neighbouring pixels, and the errors of a picture look like noise.
-            if self.remainder > 0.0 {
+            if self.beside_lamps {
                 self.pixel_count = self.pixel_count.min((BLOCKS * self.matched.len()) as f64);
             }
         }
@@ -410,6 +415,8 @@ const MODEL_ERROR: f64 = 0.0015;
 /// pixels of the balls share that error, so their number does not average it out. The factor on σ² holds at I =
 /// 0.2.
 const NOISE_BIAS: f64 = 3.0;
+/// Largest relative misfit of the interview's ball that moved or dusty balls cause; a larger one is light beside the lamps.
+const LARGEST_MISFIT: f32 = 0.12;
 /// Number of pixels that compare all poses with their frames.
 const MATCHED_PIXELS: usize = 2000;
 /// Number of groups of compared pixels with independent errors.
