@@ -106,6 +106,13 @@ mod tests {
     use imaging::Raster;
 
     #[test]
+    fn rounding_is_that_of_the_file() {
+        let of = |codes: &[CodeValues]| rounding(codes.iter()).sqrt() * 12f64.sqrt();
+        assert!((of(&[[0, 16, 4080], [32, 32, 32]]) - 1.0 / 255.0).abs() < 1e-12);
+        assert!((of(&[[0, 16, 4080], [32, 33, 32]]) - 1.0 / 4080.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_table_agrees_with_the_curve() {
         let curve = DualGamma::new(2.6, 2.1).unwrap();
         let table = ResponseTable::new(&curve);
