@@ -159,7 +159,7 @@ fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
     if !require(Need::GpuF16, f16, &compute.description) {
         return;
     }
-    let [full, half] = both(&compute, Precision::Half);
+    let [full, half] = both(&compute, Precision::Mixed);
     let [full, half] = [full, half].map(|p| p.predict(&frame()).unwrap().values);
     let largest = full.iter().fold(0.0f32, |m, v| m.max(v.abs()));
     let apart = full.iter().zip(&half).map(|(a, b)| (a - b).abs());

@@ -141,7 +141,7 @@ fn collapsed_and_saturated(
     storages: &[Storage],
 ) {
     let cpu = Device::flex();
-    for precision in [Precision::Full, Precision::Half] {
+    for precision in [Precision::Full, Precision::Mixed] {
         for &(normalization, statistics) in kinds {
             let config = config(normalization, statistics, precision);
             let network = config.init(0.3, &cpu).materialize();

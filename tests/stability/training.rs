@@ -90,7 +90,7 @@ fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began()
     for (name, codes) in kinds {
         paint(&project, codes);
         for (normalization, precision) in
-            [(Normalization::Group, Precision::Full), (Normalization::Batch, Precision::Half)]
+            [(Normalization::Group, Precision::Full), (Normalization::Batch, Precision::Mixed)]
         {
             let (device, silent) = (Device::flex(), Progress::silent());
             let settings = settings(normalization, precision);
