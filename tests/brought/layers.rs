@@ -74,7 +74,7 @@ fn a_layer_chosen_at_import_is_read_ever_after() {
     (0..2).for_each(|_| report_mended(&progress));
     let said = said.into_inner().unwrap();
     assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("frame_000.exr"), "{said:?}");
+    assert!(said[0].contains("frame_%03d.exr and another picture: 2 pixels"), "{said:?}");
     assert!(said[0].contains("NaN or infinite: filled from their neighbours"), "{said:?}");
 
     let job = Job::Import {

@@ -96,6 +96,7 @@ impl SmallShoot {
                 shoot: Shoot {
                     folder: PathBuf::from("shoot"),
                     frame_rate: 25.0,
+                    layer: None,
                     poses: names("pose", 4),
                     lamps: names("olat_", dome().len() - self.unlisted),
                     other_lamps: vec![],
