@@ -160,7 +160,7 @@ fn strays_are_left_out_by_name() {
         "pose00 copy.png is left out of",
         "sheet.jpg is left out of",
         // Files in the shoot's own folder are beside no picture.
-        "10 hidden or system files are left out, such as exemplars/.@__thumb\n",
+        "10 hidden or system files are left out, such as exemplars/@eaDir\n",
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
