@@ -181,7 +181,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     until_said(&mut window, "Will be written as mouse_3");
     window.get_by_label("Replace existing files").click();
     window.run_steps(2);
-    window.get_by_label("2 files will be replaced");
+    until_said(&mut window, "2 files will be replaced");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 3);
     assert_eq!(files(&root, "mouse").len(), 4);
@@ -225,7 +225,7 @@ fn plates_keep_their_numbers_unless_another_first_number_is_typed() {
     assert_eq!(window.state().exports()[0].name, "own.-001–0002.png");
     let names = ["own.-001.png", "own.0000.png", "own.0001.png", "own.0002.png"];
     assert_eq!(files(&root, "own"), names);
-    until_said(&mut window, "4 files with this name already exist");
+    until_said(&mut window, "Will be written as own_2");
     window.get_by_role_and_label(Role::RadioButton, "First number Plate's").click();
     window.run_steps(4);
     window.get_by_label_contains("4 frames: own.1001.png … own.1004.png");

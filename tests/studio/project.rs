@@ -402,7 +402,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
     drop(window);
 
     for (text, says) in
-        [(Some("name = \"film\"\nsize = x"), "Correct the line"), (None, "cannot be used")]
+        [(Some("name = \"film\"\nsize = x"), "Correct the line"), (None, "no panorama")]
     {
         let mut window = opened();
         until(&mut window, "opened project", needs(Some(Need::Calibration)));
