@@ -86,6 +86,7 @@ mod registers {
     ///
     /// # Safety
     /// As [`sum`], and the rows are a tile's.
+    #[expect(clippy::needless_range_loop, reason = "iterators keep checks: see below")]
     #[target_feature(enable = "avx512f,avx512bf16")]
     #[inline]
     unsafe fn rows<const ROWS: usize, const TILES: usize>(
