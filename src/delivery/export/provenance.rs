@@ -77,6 +77,7 @@ impl Provenance {
         // The destination does not change the pixels.
         let plain = Files {
             to: String::new(),
+            first_number: None,
             existing: super::Existing::default(),
             resume: false,
             lut: None,
