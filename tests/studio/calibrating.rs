@@ -1,6 +1,8 @@
 //! Calibration workspaces, driven with the mouse only and with keys only.
 
-use super::{SHOOT, Window, lines_with, plain_drag, snapshot, snapshot_without, until, window};
+use super::{
+    SHOOT, Window, lines_with, plain_drag, scroll_to, snapshot, snapshot_without, until, window,
+};
 use afterlight::calibration::Calibration;
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::Response;
@@ -199,6 +201,7 @@ fn a_response_is_tried_wiped_and_kept() {
     window.run_steps(2);
     assert_eq!(window.state().state().wipe, 0.5);
 
+    scroll_to(&mut window, "Reset");
     window.get_by_label("Reset").click();
     until_tried(&mut window);
     assert_eq!(view(&window).trial, first.calibrated);

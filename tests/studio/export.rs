@@ -179,6 +179,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
     until_said(&mut window, "Will be written as mouse_3");
+    scroll_to(&mut window, "Replace existing files");
     window.get_by_label("Replace existing files").click();
     window.run_steps(2);
     until_said(&mut window, "2 files will be replaced");
