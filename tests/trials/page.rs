@@ -144,8 +144,6 @@ const GROUPS: &[(&str, Belongs)] = &[
     ("exposure changed", |r| r.exposure_change != 1.0),
     ("dual gamma", |r| r.response == "dual"),
     ("sRGB", |r| r.response == "srgb"),
-    ("Rec. 709", |r| r.response == "rec709"),
-    ("linear", |r| r.response == "linear"),
     ("log-like", |r| r.response == "log"),
     ("balls not clipped", |r| r.ball_exposure <= 1.0),
     ("balls clipped", |r| r.ball_exposure > 1.0),
@@ -179,8 +177,8 @@ continues, and `FRESH=1` calibrates again. The calibration was not tuned on thes
 {count} shoots of {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} were refused. Together {minutes:.0} minutes.
 
 Random settings: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; a tint; a bright room),
-whether the exposure was changed after the balls (one in five, up to a stop), the response (γ from 1 to 3.2, sRGB,
-Rec. 709, linear, log-like), noise, JPEG, skin, hair, glasses, hands, where the subject sits and how it sways, dust on the ball, a room and a
+whether the exposure was changed after the balls (one in five, up to a stop), the response (γ from 1.2 to 3.2, sRGB,
+log-like), noise, JPEG, skin, hair, glasses, hands, where the subject sits and how it sways, dust on the ball, a room and a
 photographer in it, balls that clip. For other responses the true γ is that of the nearest dual gamma. In {named}
 shoots the calibration found a standard curve, which has no interval.
 

@@ -8,8 +8,8 @@ use calibration::gamma::Interval;
 use calibration::{CalibrateSettings, Calibration};
 use footage::ImportSettings;
 use glam::Vec3;
+use imaging::Image;
 use imaging::file::{read_linear, read_mask};
-use imaging::{Image, Response};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
@@ -29,22 +29,8 @@ pub fn settings(seed: u64, size: usize) -> StageSettings {
         seed,
         // From 9 to 24, in a patternless order (a multiplicative hash after Knuth).
         lamps: 9 + (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60) as usize,
-        trouble: TroubleSettings {
-            trouble: true,
-            response: response(seed),
-            ..TroubleSettings::NONE
-        },
+        trouble: TroubleSettings { trouble: true, ..TroubleSettings::NONE },
         ..StageSettings::default()
-    }
-}
-
-/// A response that the stage does not draw itself, for three of eight seeds: linear, Rec. 709, and powers of 1 to 1.2.
-fn response(seed: u64) -> Option<Response> {
-    match seed % 8 {
-        0 => Some(Response::Linear),
-        2 => Some(Response::Rec709),
-        4 => Some(Response::Power(1.0 + 0.1 * ((seed / 8) % 3) as f32)),
-        _ => None,
     }
 }
 
@@ -161,7 +147,7 @@ impl Truth {
         let number = |key: &str| trouble[key].as_f64().unwrap_or(0.0);
         let response = &trouble["response"];
         let kind = match (&response["curve"], &response["log"]) {
-            (Value::String(name), _) if name != "power" => name.as_str(),
+            (Value::String(name), _) => name.as_str(),
             (_, Value::Number(_)) => "log",
             _ => "dual",
         };

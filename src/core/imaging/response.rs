@@ -139,9 +139,7 @@ impl Response {
         let x = f64::from(unit(encoded));
         let slope = match self {
             Self::Dual(curve) => return curve.slope(encoded),
-            Self::Power(gamma) => {
-                return DualGamma { gamma1: *gamma, gamma2: *gamma }.slope(encoded);
-            }
+            Self::Power(gamma) => f64::from(*gamma) * x.powf(f64::from(*gamma) - 1.0),
             Self::Srgb if x <= 0.040_45 => 1.0 / 12.92,
             Self::Srgb => 2.4 / 1.055 * ((x + 0.055) / 1.055).powf(1.4),
             Self::Rec709 if x <= 4.5 * BETA => 1.0 / 4.5,

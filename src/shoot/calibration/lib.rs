@@ -47,10 +47,6 @@ pub const PROVISIONAL: Response = Response::Power(2.2);
 /// higher.
 const CLIPPED_DEVIATION: f32 = 0.05;
 
-/// The same where the balls show less than half of the lamps: the relit poses rest on guessed light, so the response is as
-/// uncertain as before the fit.
-const UNSEEN_DEVIATION: f32 = 0.6;
-
 /// Result of the calibration, stored in `calibration.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
@@ -168,8 +164,7 @@ fn calibrate_within(
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
     let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
-    let mut fit = None;
-    let mut found = match &settings.trial {
+    let found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None if is_scene_linear(project)? => {
             progress.say(
@@ -179,11 +174,11 @@ fn calibrate_within(
             ChosenResponse::by_files(&subject, &probes)
         }
         None => {
-            let fit = fit.insert(gamma::fit(&subject, &probes, settings.comparison, progress)?.fit);
+            let mut fit = gamma::fit(&subject, &probes, settings.comparison, progress)?.fit;
             if clipped_pixels > 0 {
                 fit.widen(CLIPPED_DEVIATION);
             }
-            ChosenResponse::fitted(fit, shoot)
+            ChosenResponse::fitted(&fit, shoot)
         }
     };
     if let Some(sentence) = found.evidence.same_poses_sentence() {
@@ -192,11 +187,6 @@ fn calibrate_within(
     let table = ResponseTable::of(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy, two_balls) = second_ball::rig(project, &probes, &table, progress)?;
-    let seen = rig.lamps.iter().filter(|lamp| lamp.confidence > 0.5).count();
-    if let Some(mut fit) = fit.filter(|_| 2 * seen < rig.lamps.len()) {
-        fit.widen(UNSEEN_DEVIATION);
-        found = ChosenResponse::fitted(&fit, shoot);
-    }
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }

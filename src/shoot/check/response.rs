@@ -29,20 +29,11 @@ pub(super) fn response(calibration: &Calibration) -> Check {
             .remedy("Calibrate without a response set by hand to compare it with the pictures");
     }
     if let Some(curve) = &evidence.better_curve {
-        let (level, sentence) = if calibration.gamma_deviation == [0.0; 2] {
-            (Level::Good, format!("{curve}, with a probability above 99 %"))
-        } else {
-            let sentence = format!(
-                "{curve} explains the pictures better than any dual gamma, and is used, but other curves are possible"
-            );
-            (Level::Doubtful, sentence)
-        };
-        return beside_lamps(
-            calibration,
-            level,
-            sentence,
-            "If the camera records another curve, set it by hand in the Gamma workspace",
+        let sentence = format!(
+            "{curve} explains the pictures better than any dual gamma, and is used. Its uncertainty is unknown"
         );
+        return check(Level::Doubtful, sentence)
+            .remedy("If the camera records another curve, set it by hand in the Gamma workspace");
     }
     let ninety = (evidence.intervals.iter()).find(|i| (i.probability - 0.9).abs() < 1e-3);
     let (intervals, says) = match (ninety, calibration.response.exponents()) {
@@ -88,23 +79,15 @@ pub(super) fn response(calibration: &Calibration) -> Check {
             "; the interview is {exposure:.2} times as bright as expected from the mirror balls, as if the exposure was changed"
         );
     }
-    beside_lamps(calibration, level, sentence, remedy)
-}
-
-/// The check of the response, lowered to the level of the interview's light: the fit assumes that the lamps explain it.
-fn beside_lamps(
-    calibration: &Calibration,
-    level: Level,
-    mut sentence: String,
-    mut remedy: &'static str,
-) -> Check {
+    // The intervals assume that the lamps explain the interview's light.
     let [doubtful, bad] = UNEXPLAINED;
     let light = Level::of(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
-        sentence += "; but the lamps do not explain all of the interview's light, so the response may be wrong";
+        level = level.worst(light);
+        sentence += "; but the lamps do not explain all of the interview's light, so both figures may be wrong";
         remedy = "Fix the interview's light first";
     }
-    Check::new(Subject::Response, level.worst(light), sentence).remedy(remedy)
+    check(level, sentence).remedy(remedy)
 }
 
 /// Checks the share of the interview's light that is not a sum of the lamps.
@@ -122,13 +105,6 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
              sum of the lamps is off by {misfit:.0} %"
         )
     };
-    // An unknown response makes the ball's light unknown too.
-    let [gamma1, gamma2] = calibration.gamma_deviation;
-    let is_unknown = larger(gamma1, gamma2) >= Evidence::UNDETERMINED;
-    let response = if is_unknown { Level::Bad } else { Level::Good };
-    if is_unknown {
-        sentence += "; but the camera's response is not known, so these figures may be wrong";
-    }
     let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
                       was changed. Otherwise the relit poses and the frames differ in light";
     if missed >= doubtful {
@@ -136,7 +112,7 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
             &format!("; the lamps that the network learns miss it by {:.0} %", 100.0 * missed);
         remedy = "Let the network learn more lamps";
     }
-    Check::new(Subject::InterviewLight, level.worst(response), sentence).remedy(remedy)
+    Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)
 }
 
 /// Share of the light on the interview's ball that the lamps do not explain.

@@ -155,21 +155,6 @@ fn each_doubt_turns_its_own_check() {
     assert_eq!(level(Response, &|c| c.probe_residual = 0.08), Doubtful);
     assert_eq!(level(Response, &|c| c.uncovered_energy = 0.5), Bad);
     assert_eq!(level(Response, &|c| c.probe_residual = f32::NAN), Unknown);
-    let linear = |deviation: f32, residual: f32| {
-        move |c: &mut Calibration| {
-            c.gamma_evidence.better_curve = Some("linear".into());
-            c.gamma_deviation = [deviation; 2];
-            c.probe_residual = residual;
-        }
-    };
-    assert_eq!(level(Response, &linear(0.0, 0.01)), Level::Good, "certain");
-    assert_eq!(level(Response, &linear(0.05, 0.01)), Doubtful);
-    for (residual, same) in [(0.08, Doubtful), (0.5, Bad)] {
-        assert_eq!(level(Response, &linear(0.0, residual)), same);
-        assert_eq!(level(InterviewLight, &linear(0.0, residual)), same);
-    }
-    let unknown = |c: &mut Calibration| c.gamma_deviation = [0.6; 2];
-    assert_eq!(level(InterviewLight, &unknown), Bad);
     let hidden = found(Fault::BehindBall, "olat_01: hidden. Check it");
     assert_eq!(level(LampsHidden, &hidden), Level::Good, "a small part is not a doubt");
 }

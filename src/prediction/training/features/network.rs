@@ -15,7 +15,7 @@ const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 
 const RELU: Activation = Activation::LeakyRelu(0.0);
 /// Precision whose error is far below the differences between features.
-const PRECISION: Precision = Precision::Auto;
+const PRECISION: Precision = Precision::Full;
 
 /// Architecture, recognised by its tensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -42,14 +42,10 @@ impl Covariance {
         whitened
     }
 
-    /// χ² of observed errors relative to their number.
-    pub fn ratio(&self, errors: &[f64]) -> f64 {
-        self.whitened(errors).iter().map(|w| w * w).sum::<f64>() / self.size as f64
-    }
-
-    /// Widens the covariance by Birge's ratio of χ² to the number of errors.
-    pub fn widen(&mut self, ratio: f64) {
-        self.wider *= ratio.sqrt();
+    /// Widens the covariance until it explains the observed errors: by Birge's ratio of χ² to their number.
+    pub fn widen(&mut self, errors: &[f64]) {
+        let square: f64 = self.whitened(errors).iter().map(|w| w * w).sum();
+        self.wider *= (square / self.size as f64).max(1.0).sqrt();
     }
 
     /// −2·ln of the probability of errors whose whitened squares add up to `square`, up to a constant, and its

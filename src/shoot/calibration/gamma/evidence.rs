@@ -166,8 +166,8 @@ impl Evidence {
         if let Some(curve) = &self.better_curve {
             // Warnings about the dual gamma's fit would only follow from this one.
             return vec![format!(
-                "the camera encodes like {curve}, which explains the pictures better than any dual gamma, and is used. \
-                 If you know better, set the response by hand"
+                "the camera encodes like {curve}, which no dual gamma matches, so {curve} is used. If you know \
+                 better, set a dual gamma by hand"
             )];
         }
         let is_other =

@@ -77,7 +77,8 @@ impl Objective<'_> {
         }
         let shared = DVec3::ONE.dot(errors.brightness * DVec3::ONE) / 9.0;
         errors.brightness += ONES * (shared * SHARED_BRIGHTNESS.powi(2));
-        let largest = if self.beside_lamps { WEIGHT_ERROR_BESIDE_REMAINDER } else { 1.0 };
+        let is_sum = self.remainder <= 0.0;
+        let largest = if is_sum { 1.0 } else { WEIGHT_ERROR_BESIDE_REMAINDER };
         for (lamp, other) in linear.ball.weights.iter().enumerate() {
             let mut change = vec![[0.0; 3]; linear.weights.len()];
             change[lamp] = [0, 1, 2].map(|c: usize| {

@@ -255,16 +255,8 @@ pub(super) fn fit<'a>(
 /// Fits γ1, γ2 and the exposure by one comparison.
 fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<InspectableFit<'a>> {
     // The cost has valleys, so searches start from the three best places of a grid.
-    const GRID: [f64; 6] = [1.0, 1.4, 1.8, 2.3, 2.8, 3.3];
-    const STANDARDS: [Response; 5] = [
-        Response::Srgb,
-        Response::Rec709,
-        Response::Linear,
-        Response::Log(12.0),
-        Response::Log(40.0),
-    ];
+    const GRID: [f64; 6] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.3];
     const WALKS: usize = 3;
-    const ROUNDS: usize = 3;
     let total = (GRID.len() + WALKS) as u64;
     let mut grid = Vec::new();
     for (row, gamma1) in GRID.into_iter().enumerate() {
@@ -275,25 +267,13 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
             places.into_iter().filter_map(|place| Some((place, objective.linearize(place)?))),
         );
     }
-    let mut standards = STANDARDS.map(|response| objective.linearize_by(&response));
-    // The expected errors are those under the best curve, and which is best depends on them.
-    let mut last = None;
-    for _ in 0..ROUNDS {
-        let duals = grid.iter().map(|(place, linear)| (linear, gamma_prior(*place)));
-        let all = || grid.iter().map(|(_, linear)| linear).chain(&standards);
-        let costs = duals
-            .chain(standards.iter().map(|linear| (linear, 0.0)))
-            .map(|(linear, prior)| objective.score(linear).cost + prior);
-        let best = costs.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
-        if best == last {
-            break;
-        }
-        if let Some(linear) = best.and_then(|best| all().nth(best)) {
-            objective.weigh(linear, all());
-        }
-        last = best;
-        objective.profile_again(grid.iter_mut().map(|(_, linear)| linear).chain(&mut standards));
+    let best_ball = |a: &&([f64; 2], LinearPictures), b: &&([f64; 2], LinearPictures)| {
+        objective.ball_square(&a.1.ball).total_cmp(&objective.ball_square(&b.1.ball))
+    };
+    if let Some((_, best)) = grid.iter().min_by(best_ball) {
+        objective.weigh(best);
     }
+    objective.profile_again(&mut grid);
     let mut starts: Vec<([f64; 2], f64)> = grid
         .iter()
         .map(|(place, linear)| (*place, objective.score(linear).cost + gamma_prior(*place)))
@@ -308,29 +288,28 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
             best = found;
         }
     }
-    // The best place of the grid gives a rough noise estimate; the best search gives a good one, unless a standard curve
-    // is better.
-    let standard = standards
-        .iter()
-        .map(|linear| (linear, objective.score(linear).cost))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, cost)| *cost < best.1);
-    let found = objective.linearize(best.0);
-    if let Some(here) = standard.map(|(linear, _)| linear).or(found.as_ref()) {
-        let all = grid.iter().map(|(_, linear)| linear).chain(&standards).chain(&found);
-        objective.weigh(here, all);
+    // The best place of the grid gives a rough noise estimate; the best search gives a good one.
+    if let Some(linear) = objective.linearize(best.0) {
+        objective.weigh(&linear);
     }
-    objective.profile_again(grid.iter_mut().map(|(_, linear)| linear));
-    let cases = loop {
-        let cases = cases(&mut objective, &grid, best.0, progress)?;
-        // Pictures that pull beyond the range contradict every curve: they count less until the answer lies inside.
-        let likelier = if cases[1].1.cost < cases[0].1.cost { &cases[1].1 } else { &cases[0].1 };
-        if objective.trust < LEAST_TRUST || !likelier.is_at_a_bound() {
-            break cases;
+    objective.profile_again(&mut grid);
+    // Each case has its own best place, which the grid may show better than the search under the other case.
+    let mut cases = Vec::new();
+    for prior in [ExposurePrior::LeftAlone, ExposurePrior::Changed] {
+        progress.check("nothing was changed")?;
+        objective.exposure = prior;
+        let of = |gammas: [f64; 2], linear: &LinearPictures| {
+            objective.score(linear).cost + gamma_prior(gammas)
+        };
+        let mut start = (best.0, objective.total(best.0));
+        for (place, linear) in &grid {
+            let cost = of(*place, linear);
+            if cost < start.1 {
+                start = (*place, cost);
+            }
         }
-        objective.trust /= 4.0;
-    };
-    let mut cases = cases;
+        cases.push((prior, Posterior::find(&objective, start.0)?));
+    }
     let odds_alone = (0.5 * (cases[1].1.cost - cases[0].1.cost)).exp();
     let changed_exposure = doubted(1.0 / (1.0 + odds_alone));
     if changed_exposure > 0.5 {
@@ -363,32 +342,6 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     let mut fitted = InspectableFit { objective, fit };
     fitted.compare_rivals([found.cost, other.cost]);
     Ok(fitted)
-}
-
-/// Weight of the pictures below which the priors alone decide.
-const LEAST_TRUST: f64 = 1e-5;
-
-/// Each case of the exposure with its most probable curves. Each has its own best place, which the grid may show better
-/// than the search under the other case.
-fn cases(
-    objective: &mut Objective,
-    grid: &[([f64; 2], LinearPictures)],
-    best: [f64; 2],
-    progress: &Progress,
-) -> Result<[(ExposurePrior, Posterior); 2]> {
-    let mut case = |prior: ExposurePrior| {
-        progress.check("nothing was changed")?;
-        objective.exposure = prior;
-        let mut start = (best, objective.total(best));
-        for (place, linear) in grid {
-            let cost = objective.score(linear).cost + gamma_prior(*place);
-            if cost < start.1 {
-                start = (*place, cost);
-            }
-        }
-        Ok((prior, Posterior::find(objective, start.0)?))
-    };
-    Ok([case(ExposurePrior::LeftAlone)?, case(ExposurePrior::Changed)?])
 }
 
 /// Probability of one of two cases, allowing for a wrong model in one of fifty shoots.

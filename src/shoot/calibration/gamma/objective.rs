@@ -1,7 +1,7 @@
 //! Cost of a response: the distance from the relit poses to the interview, and from the sum of the lamps' balls to
 //! the interview's ball.
 
-use super::super::code_values::{self, ResponseTable, STEPS};
+use super::super::code_values::{ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
 use super::GAMMA_PRIOR;
 use super::brightness::{Brightness, ExposurePrior, LocalCost, ball_errors};
@@ -11,6 +11,11 @@ use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use glam::{DMat3, DVec3};
 use imaging::{DualGamma, Response};
+
+/// Root-mean-square rounding error of 8 bits, the smallest measurable distance.
+pub(super) fn rounding() -> f64 {
+    1.0 / 255.0 / 12f64.sqrt()
+}
 
 /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the channels of
 /// pixels.
@@ -106,14 +111,8 @@ pub(super) struct Objective<'a> {
     ball_count: f64,
     /// Variance of the light on the interview's ball that is not a sum of lamps; see [`Probes::profile`].
     pub remainder: f64,
-    /// True if part of the interview's light is no sum of the lamps, so that misfits say nothing about the response.
-    pub beside_lamps: bool,
     /// Assumption about the exposure.
     pub exposure: ExposurePrior,
-    /// Weight of the pictures against the priors, 0 to 1: below 1 where they pull beyond the range of curves.
-    pub trust: f64,
-    /// Mean square of the rounding errors of the interview's codes.
-    rounding: f64,
 }
 
 impl<'a> Objective<'a> {
@@ -128,10 +127,7 @@ impl<'a> Objective<'a> {
             pixel_count: BLOCKS as f64,
             ball_count: subject.lamps as f64,
             remainder: 0.0,
-            beside_lamps: false,
             exposure: ExposurePrior::LeftAlone,
-            trust: 1.0,
-            rounding: code_values::rounding(subject.frames.iter().flatten()),
             matched,
         };
         if objective.matched.is_empty() {
@@ -148,28 +144,18 @@ impl<'a> Objective<'a> {
     /// by noise counts as an independent error per pixel. The rest, such as a moved ball, is one error per lamp; if
     /// the interview's light is not a sum of the lamps, it carries no information about the response. The pixels of
     /// a pose and its frame are treated likewise, with one error for each of [`BLOCKS`].
-    ///
-    /// A curve of `all` that explains the subject says how large its errors are: only what none explains widens them.
-    /// If `best` explains the subject worse, balls and subject contradict each other, and the balls count less by as
-    /// much.
-    pub fn weigh<'l>(
-        &mut self,
-        best: &LinearPictures,
-        all: impl Iterator<Item = &'l LinearPictures>,
-    ) {
-        let noise_share = |square: f64, noise: f64, rounding: f64| {
-            let noise = noise.max(rounding);
+    pub fn weigh(&mut self, best: &LinearPictures) {
+        let noise_share = |square: f64, noise: f64| {
+            let noise = noise.max(rounding().powi(2));
             noise / square.max(noise)
         };
         self.remainder = best.ball.remainder();
-        self.beside_lamps =
-            self.remainder > 0.0 || self.probes.fit(&best.table).residual > LARGEST_MISFIT;
         let ball = self.probes.profile(&best.table, self.remainder);
         let pixels = self.probes.profile_pixels() as f64;
-        let others = if self.beside_lamps { 0.0 } else { pixels.min(self.subject.lamps as f64) };
+        let others = if self.remainder > 0.0 { 0.0 } else { pixels.min(self.subject.lamps as f64) };
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals have their
         // stated probability.
-        let own = noise_share(self.ball_square(&ball), ball.noise, ball.rounding).powf(1.5);
+        let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
         let count = own * pixels + (1.0 - own) * others;
         let shared = NOISE_BIAS * ball.noise.sqrt();
         self.ball_count = count / (1.0 + shared.powi(2) * count);
@@ -180,25 +166,13 @@ impl<'a> Objective<'a> {
             differences.extend(quantiles);
             self.light_error = brightness;
             self.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
-            let unexplained = |objective: &Self, linear: &LinearPictures| {
-                let x = objective.score(linear).brightness.log_factors;
-                objective.errors.as_ref().map_or(1.0, |errors| errors.ratio(&linear.errors(x)))
-            };
-            let here = unexplained(self, best).max(1.0);
-            let least = all.map(|linear| unexplained(self, linear)).fold(here, f64::min).max(1.0);
             if let Some(errors) = &mut self.errors {
-                errors.widen(least);
+                errors.widen(&best.errors(x));
             }
-            self.ball_count *= least / here;
         } else {
-            let own =
-                noise_share(best.subject_square(x), self.matched_noise(best, x), self.rounding);
+            let own = noise_share(best.subject_square(x), self.matched_noise(best, x));
             let pixels = (best.pairs.values.len() / 3) as f64;
             self.pixel_count = own * pixels + (1.0 - own) * pixels.min(BLOCKS as f64);
-            // Light beside the lamps errs alike in neighbouring pixels, and the errors of a picture look like noise.
-            if self.beside_lamps {
-                self.pixel_count = self.pixel_count.min((BLOCKS * self.matched.len()) as f64);
-            }
         }
     }
 
@@ -249,7 +223,7 @@ impl<'a> Objective<'a> {
     ) -> (Vec<[f32; 3]>, [f32; 2], f32) {
         let mut objective = Self::new(subject, probes, vec![]);
         let linear = objective.linearize_by(response);
-        objective.weigh(&linear, std::iter::empty());
+        objective.weigh(&linear);
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
             .map(|prior| objective.score_under(prior, &linear));
         let score = if changed.cost < alone.cost { changed } else { alone };
@@ -277,8 +251,8 @@ impl<'a> Objective<'a> {
     }
 
     /// Compares the balls of the pictures again, under the latest remainder.
-    pub fn profile_again<'l>(&self, all: impl Iterator<Item = &'l mut LinearPictures>) {
-        for linear in all {
+    pub fn profile_again(&self, grid: &mut [([f64; 2], LinearPictures)]) {
+        for (_, linear) in grid {
             linear.ball = self.probes.profile(&linear.table, self.remainder);
         }
     }
@@ -352,7 +326,7 @@ impl<'a> Objective<'a> {
             }
             None => {
                 let count = errors.len().max(1) as f64;
-                let square = product(&errors, &errors) / count + self.rounding;
+                let square = product(&errors, &errors) / count + rounding().powi(2);
                 let certainty = self.pixel_count / (count * square);
                 (errors, slopes, self.pixel_count * square.ln(), certainty)
             }
@@ -368,7 +342,7 @@ impl<'a> Objective<'a> {
 
     /// Cost of the balls: independent errors of unknown size.
     fn ball_cost(&self, linear: &LinearPictures) -> f64 {
-        self.ball_count * (self.ball_square(&linear.ball) + linear.ball.rounding).ln()
+        self.ball_count * (self.ball_square(&linear.ball) + rounding().powi(2)).ln()
     }
 
     /// Score over all brightnesses.
@@ -383,7 +357,7 @@ impl<'a> Objective<'a> {
         let pictures = |factors| self.subject_cost(linear, factors);
         let brightness = Brightness::find(prior, &errors, pictures);
         Score {
-            cost: self.trust * (brightness.cost + self.ball_cost(linear)),
+            cost: brightness.cost + self.ball_cost(linear),
             brightness,
             subject: linear.subject_square(brightness.log_factors).sqrt(),
             ball: self.ball_square(&linear.ball).sqrt(),
@@ -415,8 +389,6 @@ const MODEL_ERROR: f64 = 0.0015;
 /// pixels of the balls share that error, so their number does not average it out. The factor on σ² holds at I =
 /// 0.2.
 const NOISE_BIAS: f64 = 3.0;
-/// Largest relative misfit of the interview's ball that moved or dusty balls cause; a larger one is light beside the lamps.
-const LARGEST_MISFIT: f32 = 0.12;
 /// Number of pixels that compare all poses with their frames.
 const MATCHED_PIXELS: usize = 2000;
 /// Number of groups of compared pixels with independent errors.

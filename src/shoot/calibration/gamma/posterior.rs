@@ -86,16 +86,6 @@ impl Posterior {
         Ok(posterior)
     }
 
-    /// True if an exponent lies at a bound of its range, or less than a deviation inside.
-    pub fn is_at_a_bound(&self) -> bool {
-        let (low, high) = bounds();
-        let is_near = |i: usize| {
-            let room = (self.gammas[i] - low).min(high - self.gammas[i]);
-            room < self.deviation[i].clamp(0.01, 0.1)
-        };
-        is_near(0) || is_near(1)
-    }
-
     /// Mean, deviation and probability over all places of a grid with these axes, and the exponents' covariance.
     fn of(places: &[Place], axes: DMat2) -> Option<(Self, DMat2)> {
         let best = places

@@ -8,7 +8,7 @@ use imaging::Response;
 /// Prior share of cameras with each curve; all others have a dual gamma.
 const SRGB: f64 = 0.1;
 const REC709: f64 = 0.05;
-const LINEAR: f64 = 0.05;
+const LINEAR: f64 = 0.02;
 const LOG: f64 = 0.08;
 /// Mean and deviation of ln K of log curves: most cameras are between 10 and 60.
 const LOG_PRIOR: (f64, f64) = (3.2, 0.8);

@@ -1,4 +1,3 @@
-mod beside_lamps;
 mod doubt;
 mod small_shoot;
 mod study;

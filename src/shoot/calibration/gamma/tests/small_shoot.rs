@@ -29,10 +29,6 @@ pub struct SmallShoot {
     pub window: f32,
     /// Reflectance of the subject for red, green and blue.
     pub skin: [f32; 3],
-    /// Number of lamps that light the interview without being photographed.
-    pub unlisted: usize,
-    /// True for a monochrome camera: three equal channels, balls in 16 bits.
-    pub grey: bool,
     /// Sensor noise relative to the virtual stage's.
     pub noise: f32,
     pub seed: u32,
@@ -55,8 +51,6 @@ impl Default for SmallShoot {
             flat: false,
             window: 0.0,
             skin: [0.9, 0.8, 0.8],
-            unlisted: 0,
-            grey: false,
             noise: 1.0,
             seed: 1,
         }
@@ -98,7 +92,7 @@ impl SmallShoot {
                     frame_rate: 25.0,
                     layer: None,
                     poses: names("pose", 4),
-                    lamps: names("olat_", dome().len() - self.unlisted),
+                    lamps: names("olat_", dome().len()),
                     other_lamps: vec![],
                     frames: names("frame_", 4).into(),
                     damaged_frames: Default::default(),
@@ -128,22 +122,12 @@ impl SmallShoot {
         // Sensor noise as on the virtual stage (four uniform draws are near enough to a Gaussian), then eight bits.
         let mut write = |picture: project::Picture, light: &Image| {
             let noisy = light.map(|pixel| {
-                let noisy = pixel.map(|l| {
+                pixel.map(|l| {
                     let draw = 3f32.sqrt() * (even() + even() + even() + even());
                     (l + self.noise * (0.003 * l.sqrt() + 5e-5) * draw).max(0.0)
-                });
-                if self.grey { [noisy[1]; 3] } else { noisy }
-            });
-            let encoded = self.response.encode(&noisy);
-            file::write_png(picture.file(), &encoded).unwrap();
-            if self.grey && picture.file().parent().unwrap().ends_with("probes") {
-                image::ImageBuffer::from_fn(SIZE as u32, SIZE as u32, |x, y| {
-                    let codes = encoded.0.at(x as usize, y as usize);
-                    image::Rgb(codes.map(|v| (v.clamp(0.0, 1.0) * 65535.0).round() as u16))
                 })
-                .save(picture.file())
-                .unwrap();
-            }
+            });
+            file::write_png(picture.file(), &self.response.encode(&noisy)).unwrap();
         };
         let sum = |pictures: &[Image], exposure: f32| {
             let mut sum = Image::filled(SIZE, SIZE, [0.0; 3]);
@@ -191,8 +175,7 @@ impl SmallShoot {
             }
         }
         write(project.interview_probe_picture(), &interview);
-        let photographed = lamps.len() - self.unlisted;
-        for (i, probe) in probes.iter().take(photographed).enumerate() {
+        for (i, probe) in probes.iter().enumerate() {
             write(project.lamp_probe_picture(i), probe);
         }
         let subject = |turn: f32, direction: Vec3| {
@@ -215,7 +198,7 @@ impl SmallShoot {
             let olats = |turn: f32| -> Vec<Image> {
                 lamps.iter().map(|(d, _)| subject(turn, *d)).collect()
             };
-            for (i, olat) in olats(turn).iter().take(photographed).enumerate() {
+            for (i, olat) in olats(turn).iter().enumerate() {
                 write(project.olat_picture(pose, i), olat);
             }
             file::write_mask_png(project.exemplar_matte(pose).file(), &mask).unwrap();
