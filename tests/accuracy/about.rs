@@ -92,9 +92,13 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
     let whole: Vec<&str> =
         (steps.iter()).filter(|step| count(step) >= seeds).map(|step| step.name).collect();
     let _ = match whole.len() {
-        0 => write!(text, " No rung has {seeds} seeds yet;"),
-        _ => write!(text, " {seeds} seeds have {}; fewer have", whole.join(", ")),
+        0 => write!(text, " No rung has {seeds} seeds yet:"),
+        _ => write!(text, " {seeds} seeds: {}; others:", whole.join(", ")),
     };
+    let least = count(fewer[0]);
+    if fewer.iter().all(|step| count(step) == least) {
+        return format!("{text} {least}.");
+    }
     let fewer = fewer.iter().map(|step| format!(" {} ({})", step.name, count(step)));
     text + &fewer.collect::<Vec<_>>().join(",") + "."
 }
@@ -104,8 +108,7 @@ fn trained(ladder: &Ledger) -> String {
     let unevenness = unevenness(ladder);
     let by_steps = match ladder.base_step_ms {
         Some(ms) => format!(
-            "Networks were trained by steps, so that other work costs them none: a step of the base takes {ms:.1} ms on a \
-             quiet machine."
+            "Networks were trained by steps: one of the base takes {ms:.1} ms on a quiet machine."
         ),
         None => {
             "Networks were trained by the clock, so that other work cost them steps.".to_owned()

@@ -5,15 +5,13 @@ use crate::poses::{Added, Reached};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const POSES: &str = "Shoots of the virtual stage at 64 × 64 with three poses and 48 frames. `confidence` suggests the frames that are least
-like the poses; two of them are photographed as further poses, and for comparison two random frames, three times. Cells are
-the PSNR of the OLATs and the mean PSNR of the relit frames, in decibels, on the truth frames, which are never suggested nor
-drawn; the added frames are in brackets.
+const POSES: &str = "Shoots of the virtual stage at 64 × 64, three poses and 48 frames. Two of the frames least like the poses, as `confidence`
+names them, are added as poses; three times two random ones instead. Cells: PSNR of OLATs / mean of relit frames, dB, on truth frames,
+which are never named nor drawn; added frames in brackets.
 ";
-const ERRORS: &str = "The same three shoots: `confidence` predicts each of the three poses from the others and gives each part of a frame, 1/16 of
-the picture wide, two error bounds: the usual one, and one that holds with a chance of 3 in 4. Each should hold for 80 % of the
-parts. Cells count, on the truth frames, the parts within their bounds. The last columns split the parts into four groups of
-equal size by predicted error, and count those within the usual bound.
+const ERRORS: &str = "The same shoots: `confidence` predicts each pose from the others and gives each part of a frame, 1/16 of the picture wide, two
+bounds: the usual one, and one that holds with a chance of 3 in 4. Aim of each: 80 % of the parts, on truth frames. The last columns
+split the parts into four equal groups by predicted error, and count those within the usual bound.
 ";
 
 /// Benefit of the poses that `confidence` suggests, against random ones.
@@ -23,7 +21,7 @@ pub fn section(added: &[Added]) -> String {
     };
     let builds = builds(added.iter().flat_map(|one| &one.builds).map(String::as_str));
     let mut text = format!(
-        "\n## Which poses to photograph next\n\n{POSES}\nEach network is trained with one seed: the one with three poses for {} minutes, all others for as many steps. {builds}\n\n\
+        "\n## Which poses to photograph next\n\n{POSES}\nOne seed: the network with three poses has {} minutes, all others as many steps. {builds}\n\n\
          | shoot | three poses | named by `confidence` | drawn at random | named less drawn |\n|---|---:|---:|---:|---:|\n",
         first.minutes
     );
@@ -54,7 +52,7 @@ pub fn section(added: &[Added]) -> String {
     };
     let _ = writeln!(
         text,
-        "\nOn average the suggested poses are worth {:+.2} dB more than drawn ones in OLATs and {:+.2} dB in relit frames.",
+        "\nMean: named poses are worth {:+.2} dB more than drawn ones in OLATs and {:+.2} dB in relit frames.",
         over(|r| r.olats),
         over(|r| r.relit)
     );
@@ -71,7 +69,7 @@ pub fn errors(added: &[Added]) -> String {
         return String::new();
     }
     let mut text = format!(
-        "\n## Whether the expected errors hold\n\n{ERRORS}\n| shoot | frames | usual | 3 in 4 | frames that hold 3 in 4 | better than \
+        "\n## Coverage of the expected errors\n\n{ERRORS}\n| shoot | frames | usual | 3 in 4 | frames that hold 3 in 4 | better than \
          expected, dB | least said | | | most said |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
     );
     let percent = |value: &Value| {

@@ -146,7 +146,7 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     text += &methods(shoot, steps);
     let _ = writeln!(
         text,
-        "\n![Time for a frame against error]({stem}.svg)\n\nRungs too close to others for a label are in the table below; every seed of every rung, with its settings, is in [a CSV table]({stem}.csv).\n"
+        "\n![Time for a frame against error]({stem}.svg)\n\nEvery seed of every rung, with its settings, costs, SSIM and LPIPS: [CSV]({stem}.csv).\n"
     );
     text += &rungs::table(steps);
     for failure in &ladder.failures {

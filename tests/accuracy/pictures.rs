@@ -17,17 +17,14 @@ pub const NAME: &str = "pictures.md";
 
 const HEAD: &str = "# Which method wins where
 
-This page compares the prediction with the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the
-same light. `make accuracy` writes it, its pictures and its sentences from its measurements.
+The prediction beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the same light;
+written by `make accuracy`. Pictures have the measure's exposure and codes, over black: for each light the frames in which the prediction
+is closest to the truth and farthest from it. Below each picture is its difference from the truth, times four, about grey. The best
+picture of a row is framed; the rig's limit (true OLATs) is not ranked.
 
-Pictures have the measure's exposure and codes, over black. For each light, the sheet shows the frames in which
-the prediction is closest to the truth and farthest from it. Under each picture is its difference from the truth, times four, about
-grey. The best picture of a row is framed; the rig's limit (true OLATs) is not ranked.
-
-Tables show the PSNR in each region of the subject, in decibels, over all truth frames, and in brackets the region's share
-of the subject. *Edge* is the subject's outermost 1/64 of the picture. *Highlights* are brighter than half of white at
-the measure's exposure, *shadow* is a tenth as bright or less, *lit* the rest. The regions cover the subject without
-overlap. The best is bold. The limit exists only for frames with true OLATs; the sheets show such frames.
+Tables: PSNR in each region of the subject, dB, over all truth frames; in brackets the region's share; best in bold. *Edge*: the
+outermost 1/64 of the picture. *Highlights*: brighter than half of white at the measure's exposure. *Shadow*: a tenth as bright or
+less. *Lit*: the rest. Regions do not overlap. Only frames with true OLATs have a limit; the sheets show such frames.
 ";
 
 /// Smallest distance to the limit that is reported, in decibels.

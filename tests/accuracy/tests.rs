@@ -113,7 +113,7 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
         // Missing parts are listed.
         "Measured in 2 runs, 40 minutes in total. Other work took 10 to 42 % of the processor's time meanwhile.",
         "**Builds differ",
-        "No rung has 3 seeds yet; base (2),",
+        "No rung has 3 seeds yet: 2.",
         "the same number of steps.",
         "Not measured yet and left out: what each pass costs.",
         "| seed 7 | 4 | 81 % | 93 % | 75 % | +0.4 | 70 % ≤ 2.0 % | 80 % ≤ 2.0 % |",
