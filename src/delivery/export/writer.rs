@@ -19,6 +19,7 @@ use base::error::{Error, Result};
 use base::files::remove_left_over;
 use base::progress::Progress;
 use compositor::{Picture, view};
+use footage::FRAME_NUMBERS;
 use footage::scan::counted;
 use scene::{Effects, Inspection, Output, Pass};
 use std::path::PathBuf;
@@ -323,6 +324,13 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
         return Err(Error::invalid(
             format!("the size {size} is outside {least} to {most} pixels"),
             "Leave the size out to keep the pictures' own",
+        ));
+    }
+    if let Some(number) = files.first_number.filter(|number| !FRAME_NUMBERS.contains(number)) {
+        let (least, most) = (FRAME_NUMBERS.start(), FRAME_NUMBERS.end());
+        return Err(Error::invalid(
+            format!("the first number {number} is outside {least} to {most}"),
+            "Leave the first number out to keep the plate's own",
         ));
     }
     let is_linear = destination.output() == Output::Linear;

@@ -113,6 +113,15 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
 }
 
 #[test]
+fn numbers_no_file_can_have_are_refused() {
+    for number in [i64::MAX, i64::MIN, 1_000_000_001] {
+        let files = Files { first_number: Some(number), ..Files::to("out.%04d.png") };
+        let error = crate::check_files(&files, 2).unwrap_err().to_string();
+        assert!(error.contains(&number.to_string()), "{error}");
+    }
+}
+
+#[test]
 fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep.png");

@@ -4,8 +4,8 @@ use super::environment::KeptEnvironment;
 use super::program::Program;
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
-use export::hash_file;
 use export::relight::RelightSettings;
+use export::{check_files, hash_file};
 use gpu::DeviceChoice;
 use project::Project;
 use serde::{Deserialize, Serialize};
@@ -150,6 +150,7 @@ impl Job {
         if work.settings.files.lut.is_some() {
             work.settings.files.lut = Some(folder.join(TABLE));
         }
+        check_files(&work.settings.files, 1).map_err(|e| e.within(&folder.join(NAME)))?;
         let mut project = Project::open(&folder.join(SNAPSHOT))?;
         if let Some(shoot) = shoot {
             project.settings.shoot.folder = std::path::absolute(shoot)

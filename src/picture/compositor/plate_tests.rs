@@ -146,25 +146,24 @@ fn its_own_light_gives_the_plate_back_bright_and_dark() {
     let mut worst = 0f32;
     for side in [17, 2 * SIZE, 53, 8 * SIZE] {
         let mut shot = Shot::of_side(side, 0.7);
-        // Shadows down to a thousandth of the mean, and highlights at 6.
-        let shade = |x: usize| [6.0, 1.0, 0.1, 0.03][4 * x / side];
+        // Highlights at 6 beside shadows down to a thousandth, where the matte is solid as far as the cubic reaches.
+        let across = |i: usize| (i as f32 + 0.5) / side as f32;
+        let shade =
+            |x: usize| [6.0, 1.0, 0.1, 0.03][(10.0 * across(x) - 3.0).clamp(0.0, 3.0) as usize];
         shot.plate =
             Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v.max(0.05) * shade(x)));
         let own = summed(&shot.plate, &shot.matte, &shot.working);
         let picture = shot.plate().relit(&own, &shot.working);
-        // Farther from the matte's edge than the cubic reaches.
-        let solid = |x: usize, y: usize| {
-            let centre = |i: usize| (i as f32 + 0.5) / side as f32 - 0.5;
-            centre(x).hypot(centre(y)) < 0.2
-        };
         for (i, (shown, filmed)) in picture.pixels.iter().zip(&shot.plate.pixels).enumerate() {
-            if solid(i % side, i / side) {
+            let (x, y) = (across(i % side), across(i / side));
+            if (x - 0.5).hypot(y - 0.5) < 0.2 {
                 let off = |c: usize| (shown[c] - filmed[c]).abs() / filmed[c].max(0.01);
                 worst = (0..3).map(off).fold(worst, f32::max);
             }
         }
     }
-    assert!(worst < 1e-5, "{worst}");
+    // Rounding of f32, times the contrast of neighbours: 1000 and more.
+    assert!(worst < 1e-3, "{worst}");
 }
 
 #[test]
