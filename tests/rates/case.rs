@@ -42,10 +42,7 @@ impl Case {
             true => "EXR",
             false => "ProRes 4444",
         };
-        format!(
-            "{width} × {height}, network of {} pixels, {} lamps, {files}",
-            self.network, self.lamps
-        )
+        format!("{width} × {height}, {} px, {} lamps, {files}", self.network, self.lamps)
     }
 
     /// Its project in `folder`, and its shoot, made if missing. The network is barely trained: it takes as long as a

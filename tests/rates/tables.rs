@@ -23,29 +23,28 @@ pub fn tables(rates: &[Rate], machine: &Machine) -> String {
     measured(&mut text, rates);
     let _ = writeln!(
         text,
-        "\nTwenty hours, {} frames, on such machines with {} threads each:\n",
+        "\nTwenty hours, {} frames, on machines of {} threads:\n",
         thousands(FRAMES),
         machine.threads
     );
     costs(&mut text, rates, machine.threads as f64);
-    growth(&mut text, rates);
     if let Some(rate) = rates.first() {
-        for (name, bytes) in DISKS {
-            scaling(&mut text, rate, name, bytes);
-        }
+        scaling(&mut text, rate);
     }
     text.trim_end().to_owned()
 }
 
 fn measured(text: &mut String, rates: &[Rate]) {
-    *text += "| plate, network, lamps, files | ms a frame | start of a chunk, s | footage of a frame | file of a frame \
-              | last step, frames a second |\n|---|---:|---:|---:|---:|---:|\n";
+    *text += "| plate, network, lamps, files | ms a frame | × | start of a chunk, s | footage of a frame | file of a frame \
+              | last step, frames a second |\n|---|---:|---:|---:|---:|---:|---:|\n";
+    let base = rates.first().map_or(1.0, |rate| rate.frame_ms);
     for rate in rates {
         let _ = writeln!(
             text,
-            "| {} | {:.0} | {:.1} | {:.1} MB | {:.1} MB | {:.1} |",
+            "| {} | {:.0} | {:.2} | {:.1} | {:.1} MB | {:.1} MB | {:.1} |",
             rate.what,
             rate.frame_ms,
+            rate.frame_ms / base,
             rate.start_seconds,
             rate.read_mb,
             rate.written_mb,
@@ -81,57 +80,41 @@ fn costs(text: &mut String, rates: &[Rate], threads: f64) {
     text.push('\n');
 }
 
-/// Time of each case as a multiple of the first's.
-fn growth(text: &mut String, rates: &[Rate]) {
-    let Some((base, others)) = rates.split_first() else {
-        return;
-    };
-    let _ = writeln!(text, "Beside {}, a frame takes\n", base.what);
-    for rate in others {
-        let _ = writeln!(
-            text,
-            "- {:.2} times as long with {}",
-            rate.frame_ms / base.frame_ms,
-            rate.what
-        );
-    }
-    let moved = (base.read_mb + base.written_mb) * 1e6;
-    let (name, disk) = DISKS[0];
+/// Simulated chunks on each disk.
+fn scaling(text: &mut String, rate: &Rate) {
+    let moved = (rate.read_mb + rate.written_mb) * 1e6;
+    let [(shared, disk), (parallel, _)] = DISKS;
     let _ = writeln!(
         text,
-        "\nThere, {name} carries {:.0} frames a second: {} such machines.\n",
+        "Simulated: {}. One worker in twenty, rounded, takes twice as long, each is lost once in two days. Left: {shared}, which \
+         carries {:.0} frames a second: {} such machines. Right: {parallel}.\n\n\
+         | workers | hours of chunks | × | worker-hours | lost | held back | hours | × | worker-hours | lost | held back |\n\
+         |---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        rate.what,
         disk / moved,
-        thousands(disk / moved * base.frame_ms / 1e3)
+        thousands(disk / moved * rate.frame_ms / 1e3)
     );
-}
-
-fn scaling(text: &mut String, rate: &Rate, disk: &str, bytes: f64) {
-    let _ = writeln!(
-        text,
-        "Simulated: {}, on {disk}. One worker in twenty, rounded, takes twice as long, each is lost once in two days:\n\n\
-         | workers | hours of chunks | times as fast | worker-hours | lost | held back by the disk |\n\
-         |---:|---:|---:|---:|---:|---:|",
-        rate.what
-    );
-    let chunks = |workers| {
+    let chunks = |workers, bytes| {
         let run = farm(rate, workers, bytes).run();
         (run.seconds - run.assemble_seconds, run)
     };
-    let (alone, _) = chunks(1);
+    let alone = DISKS.map(|(_, bytes)| chunks(1, bytes).0);
     for workers in WORKERS {
-        let (seconds, run) = chunks(workers);
-        let Run { assemble_seconds, worker_seconds, losses, held_back, .. } = run;
-        let _ = writeln!(
-            text,
-            "| {} | {:.1} | {:.1} | {} | {losses} | {:.0} % |",
-            thousands(workers as f64),
-            seconds / 3600.0,
-            alone / seconds,
-            thousands((worker_seconds - assemble_seconds) / 3600.0),
-            100.0 * held_back,
-        );
+        let _ = write!(text, "| {} |", thousands(workers as f64));
+        for ((_, bytes), alone) in DISKS.into_iter().zip(alone) {
+            let (seconds, run) = chunks(workers, bytes);
+            let Run { assemble_seconds, worker_seconds, losses, held_back, .. } = run;
+            let _ = write!(
+                text,
+                " {:.1} | {:.1} | {} | {losses} | {:.0} % |",
+                seconds / 3600.0,
+                alone / seconds,
+                thousands((worker_seconds - assemble_seconds) / 3600.0),
+                100.0 * held_back,
+            );
+        }
+        text.push('\n');
     }
-    text.push('\n');
 }
 
 /// Twenty hours of footage on each number of workers.
@@ -185,7 +168,7 @@ mod tests {
         // 4.32 million frames: 600 hours, plus 100 for the last step: 1,400 thread-hours.
         let line = "| one | 600 | 1,400 | 43.2 TB | 34.6 TB | 100 | $56 |";
         assert!(text.contains(line), "{text}");
-        assert!(text.contains("1.50 times as long with another"), "{text}");
+        assert!(text.contains("| another | 750 | 1.50 | "), "{text}");
         assert!(
             text.contains("carries 125 frames a second: 62 such machines")
                 || text.contains("63 such"),
