@@ -76,10 +76,10 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<()> {
     let mut page = String::from(
-        "# Panel\n\nPredictions on shoots unlike each other, before any training and after it, written by `make panel`. PSNR in decibels, \
-         higher is better, on frames that no exemplar shows and no training sees: mean and worst environment, mean and worst \
-         frame of the OLATs, OLATs at the edges of shadows. `truth-olats` is the limit: the sum of the true OLATs. `prediction` is the transfer, \
-         corrected by the network; `network` is the network alone. Training goes on from one length to the next.\n",
+        "# Panel\n\nPSNR in dB on frames that no exemplar shows and no training sees, on shoots unlike each other, by `make panel`: \
+         environments and OLATs, mean and worst, and OLATs at shadow edges. `truth-olats`: the limit, the sum of the true \
+         OLATs. `prediction`: the transfer, corrected by the network. `network`: the network alone, trained on from one \
+         length to the next.\n",
     );
     let mut all = Vec::new();
     for shoot in shoots(options)? {
@@ -90,15 +90,15 @@ fn run(options: &Options) -> Result<()> {
     for (Shoot { name, .. }, rows) in all {
         let _ = write!(
             page,
-            "\n## {name}\n\n| method | relit, mean | relit, worst | OLATs, mean | OLATs, worst | edges |\n|---|---:|---:|---:|---:|---:|\n"
+            "\n## {name}\n\n| method | relit (worst) | OLATs (worst) | edges |\n|---|---:|---:|---:|\n"
         );
         for Row { method, figures } in rows {
             let [mean, worst] = figures.relit;
             let olats = figures
                 .olats
-                .map_or("exact | ".to_owned(), |[mean, worst]| format!("{mean:.1} | {worst:.1}"));
+                .map_or("exact".to_owned(), |[mean, worst]| format!("{mean:.1} ({worst:.1})"));
             let edges = cell(figures.edges, 1);
-            let _ = writeln!(page, "| {method} | {mean:.1} | {worst:.1} | {olats} | {edges} |");
+            let _ = writeln!(page, "| {method} | {mean:.1} ({worst:.1}) | {olats} | {edges} |");
         }
     }
     write_beside(&options.page, |out| out.write_all(page.as_bytes()))
@@ -107,7 +107,7 @@ fn run(options: &Options) -> Result<()> {
 /// Table of each method's means over given and over made-up shoots, and its worst shoot.
 fn means(all: &[(Shoot, Vec<Row>)]) -> String {
     let mut text = String::from(
-        "\n## All shoots\n\nRelit / OLATs / OLATs at the edges of shadows, means over shoots.\n\n| method | given shoots | made-up shoots | worst shoot |\n|---|---|---|---|\n",
+        "\n## All shoots\n\nRelit / OLATs / shadow edges, means over shoots.\n\n| method | given shoots | made-up shoots | worst shoot |\n|---|---|---|---|\n",
     );
     let methods = all.first().map_or(&[][..], |(_, rows)| rows);
     for method in methods.iter().map(|row| &row.method) {

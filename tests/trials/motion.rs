@@ -109,8 +109,8 @@ pub fn section(rows: &[&Row]) -> String {
     let mut page = format!(
         "\n## The subject's motion
 
-While the lamps went round, the face swayed in {} of {} poses. Pixels are those of the pictures; a pose moves if the face is
-somewhere more than {MOVES_PX} of them from its middle.
+The face swayed in {} of {} poses. A pose moves if the face is somewhere more than {MOVES_PX} pixels of the pictures from its
+middle.
 
 | | aim | found |
 |---|---:|---:|

@@ -169,18 +169,17 @@ fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     format!(
         "# Robustness: calibration on shoots drawn at random
 
-`make trials` writes this page. It writes shoots of the [virtual stage](method.md) for the seeds {first} to {last}, draws light,
-camera, subject and mirror ball of each at random (`afterlight stage DIR --trouble --seed N` makes the like), calibrates
-each with the default settings, and compares with the truth. `make trials TRIALS=50` is shorter, a stopped run
-continues, and `FRESH=1` calibrates again. The calibration was not tuned on these shoots.
+`make trials` writes this page: shoots of the [virtual stage](method.md), seeds {first} to {last}, with random light, camera, subject
+and mirror ball (`afterlight stage DIR --trouble --seed N` makes the like), calibrated with the default settings and compared with the
+truth. `make trials TRIALS=50` is shorter, a stopped run continues, `FRESH=1` calibrates again. The calibration was not tuned on
+these shoots.
 
-{count} shoots of {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} were refused. Together {minutes:.0} minutes.
+{count} shoots of {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} refused; {minutes:.0} minutes in all.
 
-Random settings: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; a tint; a bright room),
-whether the exposure was changed after the balls (one in five, up to a stop), the response (γ from 1.2 to 3.2, sRGB,
-log-like), noise, JPEG, skin, hair, glasses, hands, where the subject sits and how it sways, dust on the ball, a room and a
-photographer in it, balls that clip. For other responses the true γ is that of the nearest dual gamma. In {named}
-shoots the calibration found a standard curve, which has no interval.
+Random: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; tint; a bright room), an exposure changed
+after the balls (one in five, up to a stop), the response (γ from 1.2 to 3.2, sRGB, log-like), noise, JPEG, skin, hair, glasses, hands,
+seat and sway, dust on the ball, a room and a photographer in it, clipped balls. True γ of other responses: the nearest dual
+gamma's. In {named} shoots the calibration found a standard curve, which has no interval.
 
 | | aim | found |
 |---|---:|---:|
@@ -257,7 +256,7 @@ fn wrong(rows: &[&Row]) -> String {
     let mut page = String::new();
     for row in rows.iter().filter(is_wrong) {
         if page.is_empty() {
-            page += "\n## Sure and wrong\n\nSeeds whose γ1 or γ2 was off by more than five stated deviations:\n\n\
+            page += "\n## Sure and wrong\n\nγ1 or γ2 off by more than five stated deviations:\n\n\
                      | seed | light | response | γ true | found | exposure true | found |\n|---:|---|---|---|---|---:|---:|\n";
         }
         page += &format!(
@@ -288,15 +287,13 @@ fn networks(pairs: &[Pair]) -> String {
     let mut page = format!(
         "\n## What it costs in the picture
 
-`make trials NETWORKS=8` trains two networks on each of the first shoots, one with the estimated response and one with
-the true response and exposure (for log-like cameras the nearest dual gamma), with as many steps, and compares their
-relit frames with the truth (PSNR in dB as in [accuracy.md](accuracy.md)): {size} × {size} pixels, {epochs} epochs, 12
-frames, of which four are the truth. \"Limit\" is the sum of the true OLATs.
+`make trials NETWORKS=8`: two networks for each of the first shoots, with the estimated and with the true response and exposure (log-like:
+the nearest dual gamma), of as many steps; PSNR in dB of relit frames as in [accuracy.md](accuracy.md), {size} × {size} pixels,
+{epochs} epochs, 12 frames, four of them the truth. Limit: the sum of the true OLATs.
 
-The calibration costs {median:.2} dB in the median (aim: at most 0.5) and {worst:.2} dB in the worst picture (aim: at most
-1.5).
+The calibration costs {median:.2} dB in the median (aim: at most 0.5) and {worst:.2} dB in the worst picture (aim: at most 1.5).
 
-| seed | environment | response found, dB | true response, dB | loss, dB | limit, dB | OLATs found / true, dB |
+| seed | environment | found | true | loss | limit | OLATs found / true |
 |---:|---|---:|---:|---:|---:|---:|
 ",
         size = first.size,
