@@ -114,34 +114,38 @@ fn sums(result: &Value) -> String {
     table
 }
 
+/// A row for each pass, columns for each device and size that ran.
 fn passes(result: &Value) -> String {
-    let mut table =
-        "| size | pass | CPU, ms | × copy | GPU, ms | × copy |\n|---:|---|---:|---:|---:|---:|\n"
-            .to_owned();
-    for size in result["sizes"].as_array().into_iter().flatten() {
-        let (pixels, cpu, gpu) = (&size["size"], &size["cpu"], &size["gpu"]);
-        let speed =
-            |table: &Value| cell(table["copied_per_second"].as_f64().map(|bytes| bytes / 1e9), 1);
-        let _ =
-            writeln!(table, "| {pixels} | copying, GB/s | {} | | {} | |", speed(cpu), speed(gpu));
-        let of = |table: &'_ Value| -> Vec<Value> {
-            table["passes"].as_array().cloned().unwrap_or_default()
-        };
-        let (on_cpu, on_gpu) = (of(cpu), of(gpu));
-        let named = |all: &[Value], name: &Value| {
-            all.iter().find(|pass| pass["name"] == *name).cloned().unwrap_or_default()
-        };
-        let alone = on_gpu.iter().filter(|pass| named(&on_cpu, &pass["name"]).is_null());
-        for pass in on_cpu.iter().chain(alone) {
-            let name = &pass["name"];
-            let _ = writeln!(
-                table,
-                "| {pixels} | {} | {} | {} |",
-                name.as_str().unwrap_or_default(),
-                cells(&named(&on_cpu, name)),
-                cells(&named(&on_gpu, name))
-            );
+    let sizes = result["sizes"].as_array().map_or(&[][..], Vec::as_slice);
+    let columns: Vec<(String, &Value)> = [("CPU", "cpu"), ("GPU", "gpu")]
+        .into_iter()
+        .flat_map(|(label, key)| {
+            sizes.iter().map(move |size| (format!("{label} {}, ms", size["size"]), &size[key]))
+        })
+        .filter(|(_, column)| column["passes"].as_array().is_some_and(|all| !all.is_empty()))
+        .collect();
+    let all = |column: &Value| column["passes"].as_array().cloned().unwrap_or_default();
+    let mut table = "| pass |".to_owned();
+    let mut copying = "| copying, GB/s |".to_owned();
+    let mut names: Vec<Value> = Vec::new();
+    for (label, column) in &columns {
+        let _ = write!(table, " {label} | × copy |");
+        let speed = column["copied_per_second"].as_f64().map(|bytes| bytes / 1e9);
+        let _ = write!(copying, " {} | |", cell(speed, 1));
+        for pass in all(column) {
+            if !names.contains(&pass["name"]) {
+                names.push(pass["name"].clone());
+            }
         }
+    }
+    let _ = writeln!(table, "\n|---|{}\n{copying}", "---:|".repeat(2 * columns.len()));
+    for name in names {
+        let _ = write!(table, "| {} |", name.as_str().unwrap_or_default());
+        for (_, column) in &columns {
+            let pass = all(column).into_iter().find(|pass| pass["name"] == name);
+            let _ = write!(table, " {} |", cells(&pass.unwrap_or_default()));
+        }
+        table += "\n";
     }
     table
 }
@@ -181,10 +185,10 @@ mod tests {
         let section = passes.section();
         for expected in [
             "A, B, 2 threads, linux, Afterlight 9.9, build 0badcafe; no GPU.",
-            "| 512 | copying, GB/s | 50.0 | | 10.0 | |",
-            "| 512 | glare | 2.00 | 4.00 | 1.00 | 1.00 |",
-            "| 512 | sum, f32 | 3.00 | – | – | – |",
-            "| 512 | relight, f16 | – | – | – | – |",
+            "| copying, GB/s | 50.0 | | 10.0 | |",
+            "| glare | 2.00 | 4.00 | 1.00 | 1.00 |",
+            "| sum, f32 | 3.00 | – | – | – |",
+            "| relight, f16 | – | – | – | – |",
         ] {
             assert!(section.contains(expected), "{expected} is not in\n{section}");
         }
