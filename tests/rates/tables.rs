@@ -35,13 +35,13 @@ pub fn tables(rates: &[Rate], machine: &Machine) -> String {
 }
 
 fn measured(text: &mut String, rates: &[Rate]) {
-    *text += "| plate, network, lamps, files | ms a frame | × | start of a chunk, s | footage of a frame | file of a frame \
+    *text += "| plate, network, lamps, files | ms a frame | × | start of a chunk, s | footage of a frame, MB | file of a frame, MB \
               | last step, frames a second |\n|---|---:|---:|---:|---:|---:|---:|\n";
     let base = rates.first().map_or(1.0, |rate| rate.frame_ms);
     for rate in rates {
         let _ = writeln!(
             text,
-            "| {} | {:.0} | {:.2} | {:.1} | {:.1} MB | {:.1} MB | {:.1} |",
+            "| {} | {:.0} | {:.2} | {:.1} | {:.1} | {:.1} | {:.1} |",
             rate.what,
             rate.frame_ms,
             rate.frame_ms / base,
@@ -56,7 +56,7 @@ fn measured(text: &mut String, rates: &[Rate]) {
 fn costs(text: &mut String, rates: &[Rate], threads: f64) {
     let _ = writeln!(
         text,
-        "| plate, network, lamps, files | hours of a machine | thread-hours | read | written | last step, hours \
+        "| plate, network, lamps, files | hours of a machine | thread-hours | read, TB | written, TB | last step, hours \
          | at ${THREAD_HOUR} a thread-hour |\n|---|---:|---:|---:|---:|---:|---:|"
     );
     for rate in rates {
@@ -67,7 +67,7 @@ fn costs(text: &mut String, rates: &[Rate], threads: f64) {
         let thread_hours = threads * (hours + last);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {:.1} TB | {:.1} TB | {} | ${} |",
+            "| {} | {} | {} | {:.1} | {:.1} | {} | ${} |",
             rate.what,
             thousands(hours),
             thousands(thread_hours),
@@ -88,7 +88,7 @@ fn scaling(text: &mut String, rate: &Rate) {
         text,
         "Simulated: {}. One worker in twenty, rounded, takes twice as long, each is lost once in two days. Left: {shared}, which \
          carries {:.0} frames a second: {} such machines. Right: {parallel}.\n\n\
-         | workers | hours of chunks | × | worker-hours | lost | held back | hours | × | worker-hours | lost | held back |\n\
+         | workers | hours of chunks | × | worker-hours | lost | held back, % | hours | × | worker-hours | lost | held back, % |\n\
          |---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
         rate.what,
         disk / moved,
@@ -106,7 +106,7 @@ fn scaling(text: &mut String, rate: &Rate) {
             let Run { assemble_seconds, worker_seconds, losses, held_back, .. } = run;
             let _ = write!(
                 text,
-                " {:.1} | {:.1} | {} | {losses} | {:.0} % |",
+                " {:.1} | {:.1} | {} | {losses} | {:.0} |",
                 seconds / 3600.0,
                 alone / seconds,
                 thousands((worker_seconds - assemble_seconds) / 3600.0),
@@ -166,7 +166,7 @@ mod tests {
         let machine = Machine { threads: 2, ..Machine::default() };
         let text = tables(&[rate("one", 500.0), rate("another", 750.0)], &machine);
         // 4.32 million frames: 600 hours, plus 100 for the last step: 1,400 thread-hours.
-        let line = "| one | 600 | 1,400 | 43.2 TB | 34.6 TB | 100 | $56 |";
+        let line = "| one | 600 | 1,400 | 43.2 | 34.6 | 100 | $56 |";
         assert!(text.contains(line), "{text}");
         assert!(text.contains("| another | 750 | 1.50 | "), "{text}");
         assert!(

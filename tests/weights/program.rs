@@ -143,7 +143,7 @@ fn table(
     let mut part = |title: &str, rows: Vec<(&str, Vec<&Case>)>| {
         write!(
             text,
-            "\n| {title} | `cells` | `smooth` | `fit` | gain | least | worse by 0.3 dB | black |\n\
+            "\n| {title} | `cells` | `smooth` | `fit` | gain | least | worse by 0.3 dB | black, % |\n\
              |---|---:|---:|---:|---:|---:|---:|---:|\n"
         )
         .unwrap();
@@ -191,7 +191,7 @@ fn row(text: &mut String, name: &str, cases: &[&Case]) {
     let black = cases.iter().map(|case| case.black).fold(0.0, f64::max);
     writeln!(
         text,
-        "| {name} | {:.1} | {:.1} | {:.1} | {:+.1} | {:+.1} | {}/{} | {:.1} % |",
+        "| {name} | {:.1} | {:.1} | {:.1} | {:+.1} | {:+.1} | {}/{} | {:.1} |",
         kind(0),
         kind(1),
         kind(2),
