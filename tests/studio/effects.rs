@@ -1,11 +1,12 @@
 //! The plan of passes, and forced passes.
 
+use super::live::open;
 use super::{
     MIDDLE, Window, clay, drop_onto, picture, plain_drag, snapshot, snapshot_without, told_job,
     until, until_shown, window,
 };
 use afterlight::compositor::Pass;
-use afterlight::studio::{Phase, StudioApp};
+use afterlight::studio::{Pane, Phase, StudioApp};
 use afterlight::worker::Blocked;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, vec2};
@@ -34,7 +35,7 @@ const LEAVE_OUT: &str = "Always off";
 #[test]
 fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
     let (folder, mut window) = crate::new_window();
-    window.get_by_label("Effects").click();
+    open(&mut window, Pane::Effects);
     until_shown(&mut window);
     let before = picture(&window);
     for fixed in ["Prediction", "Relight", "Tone curve", "Difference"] {
@@ -126,7 +127,7 @@ fn groups_fold_say_what_was_changed_and_are_reset_in_one_step() {
 #[test]
 fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene_again() {
     let (_folder, mut window) = crate::new_window();
-    window.get_by_label("Effects").click();
+    open(&mut window, Pane::Effects);
     until_shown(&mut window);
     force(&mut window, "Glare", RUN);
     force(&mut window, "Background", LEAVE_OUT);
@@ -156,7 +157,7 @@ fn effects_and_log_look_as_they_did() {
     // Room for the log.
     let border = egui::pos2(600.0, 577.0);
     plain_drag(&mut window, border, border - vec2(0.0, 120.0));
-    window.get_by_label("Effects").click();
+    open(&mut window, Pane::Effects);
     window.run_steps(2);
     force(&mut window, "Glare", RUN);
     assert!(!report(&window, Pass::Predict).0);
@@ -200,7 +201,7 @@ fn without_a_picture_the_panels_beside_it_say_so() {
         matches!(app.status().phase, Phase::Blocked(_))
             && app.environments().iter().all(|e| e.panorama.is_done())
     });
-    window.get_by_label("Effects").click();
+    open(&mut window, Pane::Effects);
     window.run_steps(2);
     window.get_by_label_contains("once a picture has been made");
     // Besides the button in place of the picture.

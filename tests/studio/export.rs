@@ -15,7 +15,7 @@ use afterlight::light::Lighting;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::scene::{Animation, Background, Effects};
-use afterlight::studio::StudioApp;
+use afterlight::studio::{Shown, StudioApp};
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, Origin, WrittenExport};
 use egui::accesskit::Role;
@@ -283,7 +283,8 @@ fn keys_alone_lead_through_an_export() {
     let range = window.state().state().look.range;
     assert_eq!((range, order.size), (Some((1, 2)), Some(24)));
     assert_eq!(order.background, Some(Background::None));
-    assert!(window.state().state().panels && !window.state().state().playing);
+    let state = window.state().state();
+    assert!(state.panels == Shown::All && !state.playing);
     tab_to(&mut window, Role::Button, "Add to queue");
     press(&mut window, Key::Enter);
     until_exported(&mut window, 1);

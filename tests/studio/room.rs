@@ -15,8 +15,9 @@ use afterlight::project::Lock;
 use afterlight::studio::{Pane, Preferences, StudioApp, Workspace};
 use afterlight::worker::Need;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, Rect, vec2};
+use egui::{Event, Key, Modifiers, Pos2, Rect, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
+use std::time::{Duration, Instant};
 
 fn places(window: &Window) -> Vec<Rect> {
     let names = ["Play", "Keys ?", "Panels", "Workspace Relight"];
@@ -75,6 +76,92 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
         app.status().job.as_ref().is_some_and(|job| job.held.is_none())
     });
     assert!(window.query_by_label_contains("cannot write").is_none());
+}
+
+#[test]
+fn messages_go_after_six_seconds_unless_they_ask_for_something() {
+    let (_folder, mut window) = crate::shown_window();
+    let is_said = |window: &Window| window.query_by_label_contains("saved as you work").is_some();
+    let wait = |window: &mut Window, seconds: u64| {
+        let end = Instant::now() + Duration::from_secs(seconds);
+        while Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(100));
+            window.step();
+        }
+    };
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    // In the middle of the lower edge; it waits under the pointer.
+    let place = window.get_by_label_contains("saved as you work").rect();
+    let middle = window.ctx.content_rect().center_bottom();
+    assert!((place.center().x - middle.x).abs() < 60.0, "{place:?}");
+    assert!(middle.y - place.bottom() < 60.0, "{place:?}");
+    window.event(Event::PointerMoved(place.center()));
+    wait(&mut window, 7);
+    assert!(is_said(&window));
+    window.event(Event::PointerMoved(Pos2::ZERO));
+    until(&mut window, "the message's end", |app| app.status().message.is_none());
+    window.step();
+    assert!(!is_said(&window));
+    let log = &window.state().status().log;
+    assert!(log.back().unwrap().sentence.contains("saved as you work"));
+
+    super::drop_onto(&mut window, "notes.txt");
+    wait(&mut window, 7);
+    window.get_by_label_contains("notes.txt cannot be used");
+}
+
+#[test]
+fn the_picture_has_the_room_that_nothing_else_needs() {
+    let (_folder, mut window) = crate::shown_window();
+    let height = |window: &Window| window.get_by_label("Relit picture").rect().height();
+    let head = |window: &Window| window.get_by_label("Play").rect().top();
+    let settled = |window: &mut Window| {
+        window.run_steps(4);
+        (height(window), head(window))
+    };
+    let (folded, low) = settled(&mut window);
+    assert!(folded > 400.0, "{folded}");
+    window.key_press(Key::K);
+    let (lanes, high) = settled(&mut window);
+    assert!(lanes < folded - 60.0 && high < low - 60.0, "{lanes} {folded}, {high} {low}");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    assert_eq!(settled(&mut window), (folded, low));
+    open(&mut window, Pane::Log);
+    window.run_steps(4);
+    assert!(height(&window) < folded - 60.0, "the log has its lines");
+    open(&mut window, Pane::Timeline);
+    assert_eq!(settled(&mut window), (folded, low));
+
+    // Buttons above the bar, where the timeline is narrow.
+    window.set_size(vec2(900.0, 600.0));
+    window.run_steps(4);
+    let play = window.get_by_label("Play").rect();
+    let note = window.get_by_label("Frame").rect();
+    let bottom = window.get_by_label("Keys ?").rect().top();
+    assert!(play.bottom() < bottom - 40.0 && note.bottom() < bottom - 40.0, "{play:?}");
+}
+
+#[test]
+fn the_picture_stands_alone_with_its_light() {
+    let (_folder, mut window) = crate::shown_window();
+    let before = window.get_by_label("Relit picture").rect();
+    let alone = |window: &mut Window| {
+        window.key_press_modifiers(Modifiers::SHIFT, Key::F);
+        window.run_steps(4);
+    };
+    alone(&mut window);
+    let picture = window.get_by_label("Relit picture").rect();
+    assert!(picture.height() > before.height() + 60.0, "{picture:?} {before:?}");
+    for hidden in ["Play", "Keys ?", "Workspace Relight", "Search"] {
+        assert!(window.query_by_label(hidden).is_none(), "{hidden}");
+    }
+    let map = window.get_by_label("Environment map").rect();
+    assert!(map.left() > picture.right());
+    // The light is at hand as before.
+    window.get_by_role_and_label(Role::SpinButton, "Temperature");
+    alone(&mut window);
+    assert_eq!(window.get_by_label("Relit picture").rect(), before);
 }
 
 #[test]

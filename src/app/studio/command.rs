@@ -225,6 +225,8 @@ pub enum WindowCommand {
     /// Move the focus to the first control of the active pane.
     FocusPane,
     TogglePanels,
+    /// Show only the picture and the light, or all panels.
+    ToggleLightAlone,
     ToggleFullScreen,
     ToggleKeys,
     /// Open or close the list of all commands.

@@ -8,12 +8,19 @@ use std::collections::HashSet;
 pub const TABS_HEIGHT: f32 = 24.0;
 /// Width of the border between two tiles in points.
 pub const BORDER: f32 = 2.0;
+/// Width of the light's pane in points.
+pub const LIGHT: f32 = 360.0;
 /// Height in points of timeline and log: enough for the ruler, and for three lines of the log.
 const BELOW: f32 = 112.0;
 /// The same where it is narrow: there the log has its buttons above its lines.
 const NARROW: f32 = 184.0;
 /// The same where light is animated: enough for several lanes or a curve.
 const LANES: f32 = 184.0;
+/// Height of a timeline without keys, with its tabs, its bar and a line of text; and where it is narrow, with the buttons
+/// above its bar.
+const FOLDED: [f32; 2] = [92.0, 131.0];
+/// Width in points from which a timeline has its buttons beside its bar.
+const WIDE: f32 = 624.0;
 /// Smallest width and height of the main pane in points.
 const LEAST: f32 = 120.0;
 
@@ -92,7 +99,7 @@ impl Pane {
             Self::Environments => "Environments",
             Self::Looks => "Looks",
             Self::Light => "Light",
-            Self::Effects => "Effects",
+            Self::Effects => "Render passes",
             Self::Scopes => "Scopes",
             Self::Lamps => "Lamps",
             Self::Review => "Measurements",
@@ -188,10 +195,10 @@ impl Workspace {
                 let left = tabs(&mut tiles, &[Pane::Environments, Pane::Looks]);
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
-                let right = tabs(&mut tiles, &[Pane::Light, Pane::Effects, Pane::Scopes]);
+                let right = tabs(&mut tiles, &[Pane::Light, Pane::Scopes]);
                 let middle =
                     divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, LANES)]);
-                let columns = [(left, 208.0), (middle, 0.0), (right, 360.0)];
+                let columns = [(left, 208.0), (middle, 0.0), (right, LIGHT)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
         };
@@ -257,7 +264,8 @@ impl Layout {
     pub fn open(&mut self, workspace: Workspace, pane: Pane) {
         let tree = self.tree(workspace);
         if tree.tiles.find_pane(&pane).is_none() {
-            let beside = workspace.main().iter().find_map(|main| {
+            let right = (pane == Pane::Effects).then_some(Pane::Light);
+            let beside = right.iter().chain(workspace.main()).find_map(|main| {
                 let main = tree.tiles.find_pane(main)?;
                 tree.tiles.parent_of(main)
             });
@@ -280,16 +288,59 @@ impl Layout {
         }
     }
 
-    /// Draws a workspace into the remaining space of `ui`.
-    pub fn ui(&mut self, workspace: Workspace, ui: &mut egui::Ui, panes: &mut dyn Behavior<Pane>) {
+    /// Draws a workspace into the remaining space of `ui`. A timeline that `has_no_keys` is folded.
+    pub fn ui(
+        &mut self,
+        (workspace, has_no_keys): (Workspace, bool),
+        ui: &mut egui::Ui,
+        panes: &mut dyn Behavior<Pane>,
+    ) {
         let size = ui.available_rect_before_wrap().size();
         let tree = self.tree(workspace);
         if let Some(root) = tree.root {
             let main: HashSet<TileId> =
                 (workspace.main().iter()).filter_map(|pane| tree.tiles.find_pane(pane)).collect();
+            let below = folded(tree).filter(|[rows, _]| holds(&tree.tiles, *rows, &main));
+            let folded = below.filter(|_| has_no_keys);
+            let unfolded = folded.and_then(|[rows, tabs]| {
+                // As wide as it was drawn last.
+                let is_narrow = tree.tiles.rect(tabs).is_some_and(|rect| rect.width() < WIDE);
+                share(tree, rows, tabs, FOLDED[usize::from(is_narrow)])
+            });
             settle(&mut tree.tiles, root, size, &main);
+            tree.ui(panes, ui);
+            if let (Some([rows, tabs]), Some(height)) = (folded, unfolded) {
+                share(tree, rows, tabs, height);
+            }
         }
-        tree.ui(panes, ui);
+    }
+}
+
+/// The rows that hold the timeline, and its tabs, while it is in front.
+fn folded(tree: &Tree<Pane>) -> Option<[TileId; 2]> {
+    let timeline = tree.tiles.find_pane(&Pane::Timeline)?;
+    let tabs = tree.tiles.parent_of(timeline)?;
+    let rows = tree.tiles.parent_of(tabs)?;
+    let is_front = match tree.tiles.get(tabs)? {
+        Tile::Container(Container::Tabs(tabs)) => tabs.active == Some(timeline),
+        _ => false,
+    };
+    let is_below = match tree.tiles.get(rows)? {
+        Tile::Container(Container::Linear(rows)) => rows.dir == LinearDir::Vertical,
+        _ => false,
+    };
+    (is_front && is_below).then_some([rows, tabs])
+}
+
+/// Sets the height of a tile among `rows`, and returns the one before.
+fn share(tree: &mut Tree<Pane>, rows: TileId, tile: TileId, height: f32) -> Option<f32> {
+    match tree.tiles.get_mut(rows)? {
+        Tile::Container(Container::Linear(rows)) => {
+            let before = rows.shares[tile];
+            rows.shares.set_share(tile, height);
+            Some(before)
+        }
+        _ => None,
     }
 }
 

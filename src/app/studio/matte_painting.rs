@@ -26,16 +26,6 @@ struct LiveRequest {
 /// Overlay on the picture: removed parts in red, with a line at the edge.
 type Overlay = ([usize; 2], Vec<Color32>);
 
-/// A matte and its statistics.
-pub struct LiveMatte {
-    pub overlay: TextureHandle,
-    /// Share of the pixels that belong to edges.
-    pub uncertain: f32,
-}
-
-/// Result of the matte thread: the overlay, and the share of edge pixels.
-type Found = (Overlay, f32);
-
 /// The brush, the strokes, and the threads that make mattes from them and save them.
 pub struct MattePainting {
     /// True while the brush is active.
@@ -48,8 +38,8 @@ pub struct MattePainting {
     undo: Vec<Strokes>,
     redo: Vec<Strokes>,
     /// The newest matte, or the reason for its absence.
-    live: Option<(LiveRequest, std::result::Result<LiveMatte, String>)>,
-    mattes: Query<LiveRequest, Found>,
+    live: Option<(LiveRequest, std::result::Result<TextureHandle, String>)>,
+    mattes: Query<LiveRequest, Overlay>,
     reader: Query<(), Strokes>,
     saver: Query<Strokes, ()>,
     /// True while the strokes are not on disk.
@@ -90,7 +80,7 @@ impl MattePainting {
 
     /// The matte of a frame, or the reason for its absence; None until found. While strokes are added, the last matte
     /// of that frame.
-    pub fn live(&self, frame: usize) -> Option<std::result::Result<&LiveMatte, &str>> {
+    pub fn live(&self, frame: usize) -> Option<std::result::Result<&TextureHandle, &str>> {
         let (request, found) = self.live.as_ref()?;
         let found = found.as_ref().map_err(String::as_str);
         (request.frame == frame).then_some(found)
@@ -199,12 +189,9 @@ impl MattePainting {
             self.strokes = Some(read);
         }
         for (request, found) in self.mattes.answers() {
-            let found = found.map(|((size, pixels), uncertain)| {
+            let found = found.map(|(size, pixels)| {
                 let overlay = ColorImage::new(size, pixels);
-                LiveMatte {
-                    overlay: ctx.load_texture("matte", overlay, TextureOptions::LINEAR),
-                    uncertain,
-                }
+                ctx.load_texture("matte", overlay, TextureOptions::LINEAR)
             });
             self.live = Some((request, found));
         }
@@ -261,7 +248,7 @@ fn found(
     project: &Project,
     mattes: &mut Option<FrameMattes>,
     request: &LiveRequest,
-) -> Result<Found> {
+) -> Result<Overlay> {
     let mattes = match mattes {
         Some(mattes) => mattes,
         None => mattes.insert(FrameMattes::of(
@@ -271,7 +258,7 @@ fn found(
         )?),
     };
     let found = mattes.of_painted(request.frame, &request.strokes)?;
-    Ok((overlay(&found.matte.mask), found.matte.uncertain))
+    Ok(overlay(&found.matte.mask))
 }
 
 /// Overlay of a matte: removed parts are red, their edge a light line.

@@ -47,6 +47,17 @@ pub struct RunningJob {
     paused: Option<Instant>,
 }
 
+/// End of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Lasts {
+    /// With the next key or click, or after some seconds.
+    ToPress,
+    /// After some seconds.
+    Seconds,
+    /// When it is closed: it asks for something.
+    ToClose,
+}
+
 /// Style of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
@@ -82,10 +93,9 @@ pub struct Status {
     pub failure: Option<String>,
     /// Reason that a command was refused. It stays until dismissed, or until a later action answers it.
     pub refusal: Option<String>,
-    /// Message over the window until it is closed: the end of the last job, or its advice.
+    /// Message over the window: the end of the last job, or its advice.
     pub message: Option<String>,
-    /// True if the message closes with the next key or click.
-    passes: bool,
+    lasts: Lasts,
     /// All messages, newest last.
     pub log: VecDeque<LogLine>,
     /// Opening time of the window.
@@ -101,7 +111,7 @@ impl Status {
             failure: None,
             refusal: None,
             message: None,
-            passes: false,
+            lasts: Lasts::Seconds,
             log: VecDeque::new(),
             opened: Instant::now(),
         }
@@ -119,21 +129,34 @@ impl Status {
         self.refusal = Some(sentence);
     }
 
-    /// Shows a message until it is closed.
+    /// Shows a message for some seconds.
     pub fn say(&mut self, sentence: String) {
-        self.note(Severity::Info, &sentence);
-        (self.message, self.passes) = (Some(sentence), false);
+        self.show(sentence, Lasts::Seconds);
     }
 
-    /// Shows a message until the next key or click.
+    /// Shows a message until it is closed: something is to be done about it.
+    pub fn advise(&mut self, sentence: String) {
+        self.show(sentence, Lasts::ToClose);
+    }
+
+    /// Shows a message until the next key or click, for some seconds at most.
     pub fn mention(&mut self, sentence: String) {
-        self.say(sentence);
-        self.passes = true;
+        self.show(sentence, Lasts::ToPress);
+    }
+
+    fn show(&mut self, sentence: String, lasts: Lasts) {
+        self.note(Severity::Info, &sentence);
+        (self.message, self.lasts) = (Some(sentence), lasts);
+    }
+
+    /// True if the message goes after some seconds.
+    pub fn message_fades(&self) -> bool {
+        self.lasts != Lasts::ToClose
     }
 
     /// Handles a key press or a pointer button.
     pub fn pressed(&mut self) {
-        if std::mem::take(&mut self.passes) {
+        if self.lasts == Lasts::ToPress {
             self.message = None;
         }
     }
@@ -182,7 +205,7 @@ impl Status {
                     job.said = Some(sentence);
                 }
             }
-            Event::Report(Report::Advise { sentence, .. }) => self.say(sentence),
+            Event::Report(Report::Advise { sentence, .. }) => self.advise(sentence),
             Event::Finished { sentence } => {
                 self.say(sentence);
                 self.job = None;
@@ -192,14 +215,14 @@ impl Status {
                 }
             }
             Event::Exported(standing) => {
-                let severity = match standing {
-                    ExportStatus::Failed(_) => Severity::Error,
-                    _ => Severity::Info,
+                let (severity, lasts) = match standing {
+                    ExportStatus::Failed(_) => (Severity::Error, Lasts::ToClose),
+                    _ => (Severity::Info, Lasts::Seconds),
                 };
                 self.job = None;
                 if let Some(sentence) = standing.sentence() {
                     self.note(severity, sentence);
-                    (self.message, self.passes) = (Some(sentence.to_owned()), false);
+                    (self.message, self.lasts) = (Some(sentence.to_owned()), lasts);
                 }
             }
             Event::Report(Report::Blocked(sentence)) => {
@@ -374,6 +397,9 @@ mod tests {
         status.say("saved".into());
         status.pressed();
         assert_eq!(status.message.as_deref(), Some("saved"));
+        assert!(status.message_fades());
+        status.advise("add an environment".into());
+        assert!(!status.message_fades());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Drawing of a workspace: each pane of the layout shows its panel.
 
 use super::command::{Command, WindowCommand};
-use super::layout::{BORDER, Pane, TABS_HEIGHT};
+use super::layout::{BORDER, LIGHT, Pane, TABS_HEIGHT};
 use super::panel_context::PanelContext;
 use super::panels::{
     AccuracyPanel, ChecksPanel, EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel,
@@ -87,6 +87,14 @@ impl WorkspaceView<'_> {
             Pane::Probe => self.panels.probe.side_ui(ui, &self.context, self.out),
             _ => self.panels.gamma.side_ui(ui, &self.context, self.out),
         });
+    }
+
+    /// The picture, and the light beside it.
+    pub fn picture_and_light_ui(&mut self, ui: &mut Ui) {
+        let frame = Frame::new().fill(theme::PANEL);
+        let panel = Panel::right("light alone").exact_size(LIGHT).frame(frame);
+        panel.show(ui, |ui| self.alone_ui(ui, Pane::Light));
+        self.alone_ui(ui, Pane::Picture);
     }
 
     /// A single pane that fills the window.

@@ -17,7 +17,7 @@ impl StudioApp {
     pub fn replaced_by(mut self, next: ProjectHandover, message: Option<&str>) -> Self {
         self.handover = Some(next);
         if let Some(message) = message {
-            self.status.say(message.to_owned());
+            self.status.advise(message.to_owned());
         }
         self
     }

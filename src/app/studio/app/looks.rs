@@ -210,7 +210,7 @@ impl StudioApp {
         let file = file.map(shown);
         if look.environment.namesake_in(list).is_some() {
             let with = file.unwrap_or_else(|| "another environment".to_owned());
-            return self.status.say(format!(
+            return self.status.advise(format!(
                 "\u{201c}{name}\u{201d} is a different file here; the look was made with {with}"
             ));
         }
@@ -241,7 +241,7 @@ impl StudioApp {
                 LookNews::Stored(id, number) => self.looks.current = Some((id, number)),
                 LookNews::Done(sentence) => self.status.say(sentence),
                 LookNews::Failed(sentence) => self.status.refuse(sentence),
-                LookNews::Unreadable(sentence) => self.status.say(sentence),
+                LookNews::Unreadable(sentence) => self.status.advise(sentence),
             }
         }
         self.state.four.fill(self.looks.ids());

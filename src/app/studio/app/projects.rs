@@ -124,7 +124,7 @@ impl StudioApp {
         let mine = self.session.read_only.is_none();
         let (list, complaints) = (self.library).open(&project, mine);
         self.state.look.environments = list;
-        complaints.into_iter().for_each(|it| self.status.say(it));
+        complaints.into_iter().for_each(|it| self.status.advise(it));
         self.looks.open(&project.root);
         let of = project.clone();
         // A folder that cannot be read is reported where its pictures are.

@@ -8,7 +8,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::{
     JobPanel, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui, machine_ui,
 };
-use crate::state::{PathEntry, State};
+use crate::state::{PathEntry, Shown, State};
 use crate::theme;
 use crate::workspace_view::{Panels, WorkspaceView};
 use eframe::egui_wgpu::RenderState;
@@ -83,7 +83,7 @@ impl WindowView {
         out: &mut Vec<Command>,
     ) -> Drawn {
         let state = context.state;
-        let whole = state.panels && context.project.is_some();
+        let whole = state.panels == Shown::All && context.project.is_some();
         if whole {
             bars_ui(ui, context, out);
         }
@@ -96,7 +96,10 @@ impl WindowView {
                 edited: false,
             };
             if whole {
-                layout.ui(state.workspace, ui, &mut view);
+                let has_no_keys = state.look.animation.is_empty();
+                layout.ui((state.workspace, has_no_keys), ui, &mut view);
+            } else if state.panels == Shown::PictureAndLight && context.project.is_some() {
+                view.picture_and_light_ui(ui);
             } else {
                 let main = state.workspace.main()[0];
                 let offer = context.project.is_none().then_some(Pane::Project);

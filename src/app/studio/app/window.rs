@@ -3,7 +3,7 @@
 use super::StudioApp;
 use crate::command::{AimCommand, LookCommand, ViewCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
-use crate::state::{State, View};
+use crate::state::{Shown, State, View};
 use base::files::shown;
 use egui::ViewportCommand;
 
@@ -33,7 +33,10 @@ impl StudioApp {
             }
             WindowCommand::Fold(heading, folded) => self.autosave.fold(heading, folded),
             WindowCommand::FocusPane => self.view.focus(state.active),
-            WindowCommand::TogglePanels => state.panels = !state.panels,
+            WindowCommand::TogglePanels => state.panels = state.panels.toggled(Shown::Main),
+            WindowCommand::ToggleLightAlone => {
+                state.panels = state.panels.toggled(Shown::PictureAndLight);
+            }
             WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.full_screen),
             WindowCommand::ToggleKeys => state.keys = !state.keys,
             WindowCommand::TogglePalette => state.palette = !state.palette,

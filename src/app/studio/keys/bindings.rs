@@ -199,6 +199,7 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::K, toggle_key(Setting::Yaw), "Set or remove a yaw key"),
     on(CTRL_SHIFT, Key::P, Window(WindowCommand::TogglePalette), "Find a command"),
     on(NONE, Key::P, Job(JobCommand::Pause), "Pause or resume the job"),
+    on(SHIFT, Key::F, Window(WindowCommand::ToggleLightAlone), "Picture and light alone"),
     on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),
     on(NONE, Key::Num1, Window(WindowCommand::ActualSize), "Zoom to 100 %"),
     on(NONE, Key::Num4, Looks(LooksCommand::ToggleFour), "Compare four looks"),

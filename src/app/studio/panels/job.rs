@@ -21,6 +21,8 @@ const LEFT_WIDTH: f32 = 118.0;
 /// Widths in points of a message's text, and of a longer notice.
 const MESSAGE_WIDTH: f32 = 360.0;
 const NOTICE_WIDTH: f32 = 480.0;
+/// Seconds that a message stays that asks for nothing.
+const STAYS: Duration = Duration::from_secs(6);
 /// Height in points of the line's contents.
 const HEIGHT: f32 = 24.0;
 
@@ -39,8 +41,9 @@ impl JobPanel {
         job.filter(|_| !is_in_viewport(context) && !queue && !context.job_has_pane())
     }
 
-    /// Draws notices over a corner of the window, where they move nothing: the reason for a refusal, the reason why a
-    /// job waits and, if `whole`, the last message. Skips those that a pane already shows.
+    /// Draws notices over the bottom of the window, where they move nothing: the reason for a refusal, the reason why a
+    /// job waits and, if `whole`, the last message. Skips those that a pane already shows. A message that asks for nothing
+    /// goes after six seconds away from the pointer.
     pub fn notices_ui(
         &mut self,
         ui: &Ui,
@@ -53,31 +56,55 @@ impl JobPanel {
         let job = status.job.as_ref().filter(|_| !context.job_has_pane());
         let held = job.and_then(|job| job.held.as_ref());
         let said = (status.message.as_ref()).filter(|said| whole && !is_said(context, said));
+        if said.is_none() {
+            ui.data_mut(|data| data.remove::<(String, Instant)>(Id::unique("message since")));
+        }
         if refusal.is_none() && held.is_none() && said.is_none() {
             return;
         }
         let area = Area::new(Id::unique("message")).order(Order::Foreground);
-        let corner = vec2(-1.5 * GAP, -30.0 - GAP);
-        area.anchor(Align2::RIGHT_BOTTOM, corner).show(ui.ctx(), |ui| {
-            if let Some(refusal) = refusal {
-                notice_ui(ui, |ui| {
-                    ui.set_width(NOTICE_WIDTH);
-                    refusal_ui(ui, refusal, out);
-                });
-            }
-            if let Some(held) = held {
-                notice_ui(ui, |ui| {
-                    ui.set_width(NOTICE_WIDTH);
-                    let icon = RichText::new(icons::WARNING).size(16.0);
-                    ui.label(icon.color(theme::WARNING));
-                    ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
-                });
-            }
-            if let Some(said) = said {
-                notice_ui(ui, |ui| message_ui(ui, said, out));
-            }
-        });
+        let drawn =
+            area.anchor(Align2::CENTER_BOTTOM, vec2(0.0, -30.0 - GAP)).show(ui.ctx(), |ui| {
+                if let Some(refusal) = refusal {
+                    notice_ui(ui, |ui| {
+                        ui.set_width(NOTICE_WIDTH);
+                        refusal_ui(ui, refusal, out);
+                    });
+                }
+                if let Some(held) = held {
+                    notice_ui(ui, |ui| {
+                        ui.set_width(NOTICE_WIDTH);
+                        let icon = RichText::new(icons::WARNING).size(16.0);
+                        ui.label(icon.color(theme::WARNING));
+                        ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
+                    });
+                }
+                if let Some(said) = said {
+                    notice_ui(ui, |ui| message_ui(ui, said, out));
+                }
+            });
+        let is_held = drawn.response.contains_pointer();
+        if said.is_some_and(|said| status.message_fades() && is_over(ui, said, is_held)) {
+            out.push(Command::Window(WindowCommand::DismissMessage));
+        }
     }
+}
+
+/// True once a message has been shown for its seconds. They begin again while it `is_held` by the pointer.
+fn is_over(ui: &Ui, said: &str, is_held: bool) -> bool {
+    let now = Instant::now();
+    let since = ui.data_mut(|data| {
+        let fresh = (said.to_owned(), now);
+        let shown = data.get_temp_mut_or(Id::unique("message since"), fresh.clone());
+        // Drawn last: the frame of the message's end, or of an earlier message.
+        if is_held || shown.0 != said {
+            *shown = fresh;
+        }
+        shown.1
+    });
+    let left = STAYS.saturating_sub(now - since);
+    ui.request_repaint_after(left);
+    left.is_zero()
 }
 
 /// True if the viewport shows job and message, as it does while there is no relit picture.

@@ -1,6 +1,7 @@
 //! Performance of this machine: the button that measures it and the report, in a window over the panels.
 
 use crate::command::{Command, Dialog, MachineCommand, WindowCommand};
+use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Grid, Label, RichText, ScrollArea, Ui};
@@ -46,6 +47,11 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         });
         if measure.clicked() {
             out.push(Command::Machine(MachineCommand::Measure(MINUTES)));
+        }
+        let passes = ui.button("Render passes").on_hover_text("Time of each pass, and its switch");
+        if passes.clicked() {
+            out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
+            out.push(Command::Window(WindowCommand::ToggleMachine));
         }
         let known = context.machine.is_some();
         if ui.add_enabled(known, egui::Button::new("Save…")).clicked() {

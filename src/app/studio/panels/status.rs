@@ -1,5 +1,5 @@
-//! The status line: the running job, or the network's device and the picture's size and rate; save state, checks and
-//! effects.
+//! The status line: the running job, or the network's device and the picture's size and rate; save state and
+//! checks.
 
 use super::checks::{color, dot_ui, verdict};
 use super::job::{JobPanel, job_ui};
@@ -27,14 +27,6 @@ impl StatusPanel {
                 ui.spacing_mut().item_spacing.x = 2.0 * GAP;
                 if ui.button(small("Keys ?")).clicked() {
                     out.push(Command::Window(WindowCommand::ToggleKeys));
-                }
-                if let (Some(relit), None) = (context.relit, job) {
-                    let ran = relit.passes.iter().filter(|p| p.ran).count();
-                    let text = format!("{ran} of {} effects", relit.passes.len());
-                    let hint = "Which effects ran, why and for how long";
-                    if ui.button(small(&text)).on_hover_text(hint).clicked() {
-                        out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
-                    }
                 }
                 check_ui(ui, context, out);
                 saved_ui(ui, context);

@@ -63,6 +63,23 @@ pub struct Leaving {
     pub ends: Vec<String>,
 }
 
+/// Panes in the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    All,
+    PictureAndLight,
+    /// The workspace's main pane.
+    Main,
+}
+
+impl Shown {
+    /// `few`, or all panes again.
+    #[must_use]
+    pub fn toggled(self, few: Self) -> Self {
+        if self == few { Self::All } else { few }
+    }
+}
+
 /// The window's state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
@@ -131,7 +148,7 @@ pub struct State {
     /// Options of the next export.
     pub export_options: ExportOptions,
     pub view: View,
-    pub panels: bool,
+    pub panels: Shown,
     pub full_screen: bool,
     /// True if the list of shortcuts covers the picture.
     pub keys: bool,
@@ -194,7 +211,7 @@ impl State {
             inspection: Inspection::default(),
             export_options: ExportOptions::default(),
             view: View::FITTED,
-            panels: true,
+            panels: Shown::All,
             full_screen: false,
             keys: false,
             palette: false,

@@ -52,7 +52,7 @@ impl Brush {
             return;
         }
         if let Some(Ok(live)) = context.matte.live(frame) {
-            painter.image(live.overlay.id(), picture, whole, Color32::WHITE);
+            painter.image(live.id(), picture, whole, Color32::WHITE);
         }
         let strokes = context.matte.strokes().and_then(|strokes| strokes.as_ref().ok());
         let here = strokes.into_iter().flat_map(|all| &all.strokes);

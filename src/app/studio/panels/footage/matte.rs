@@ -116,10 +116,7 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
 fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
     match context.matte.live(frame) {
         Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
-        Some(Ok(live)) => {
-            let edges = 100.0 * live.uncertain;
-            quiet_ui(ui, &format!("Red is removed. Edges: {edges:.1} % of the pixels."));
-        }
+        Some(Ok(_)) => quiet_ui(ui, "Red is removed."),
         None => (),
     }
     if context.matte.is_seeking() {
