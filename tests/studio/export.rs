@@ -2,7 +2,7 @@
 
 use super::{
     Window, click_on, go, plain_drag, retype, scroll_to, snapshot, told_job, type_into, until,
-    until_labelled, until_said, until_shown, window,
+    until_drawn, until_labelled, until_said, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::color_config::ColorChoice;
@@ -230,6 +230,11 @@ fn plates_keep_their_numbers_unless_another_first_number_is_typed() {
     window.get_by_role_and_label(Role::RadioButton, "First number Plate's").click();
     window.run_steps(4);
     window.get_by_label_contains("4 frames: own.1001.png … own.1004.png");
+    // The rows about existing files go once their check has answered, which moves the button.
+    until_drawn(&mut window, "free name", |window| {
+        window.query_by_label("Replace existing files").is_none()
+    });
+    window.run_steps(2);
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 2);
     assert_eq!(window.state().exports()[1].name, "own.1001–1004.png");
