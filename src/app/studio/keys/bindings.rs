@@ -117,6 +117,7 @@ pub const BINDINGS: &[Binding] = &[
     on(Modifiers::ALT, Key::ArrowLeft, PREVIOUS_ENVIRONMENT, "Previous environment"),
     on(CTRL, Key::ArrowRight, step_key(1), "Next key"),
     on(CTRL, Key::ArrowLeft, step_key(-1), "Previous key"),
+    on(SHIFT, Key::F, Window(WindowCommand::ToggleLightAlone), "Picture and light alone"),
 
     within(PROBE, SHIFT, Key::ArrowRight, nudge_circle(0.1, 0.0, 0.0), "Circle 0.1 px right"),
     within(PROBE, SHIFT, Key::ArrowLeft, nudge_circle(-0.1, 0.0, 0.0), "Circle 0.1 px left"),
@@ -199,7 +200,6 @@ pub const BINDINGS: &[Binding] = &[
     on(NONE, Key::K, toggle_key(Setting::Yaw), "Set or remove a yaw key"),
     on(CTRL_SHIFT, Key::P, Window(WindowCommand::TogglePalette), "Find a command"),
     on(NONE, Key::P, Job(JobCommand::Pause), "Pause or resume the job"),
-    on(SHIFT, Key::F, Window(WindowCommand::ToggleLightAlone), "Picture and light alone"),
     on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),
     on(NONE, Key::Num1, Window(WindowCommand::ActualSize), "Zoom to 100 %"),
     on(NONE, Key::Num4, Looks(LooksCommand::ToggleFour), "Compare four looks"),
