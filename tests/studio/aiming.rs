@@ -225,8 +225,7 @@ fn lights_alone_are_a_mode_that_escape_and_another_environment_end() {
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     until_shown(&mut window);
     assert!(!window.state().state().look.lighting.is_solo());
-    let log = &window.state().status().log;
-    assert!(log.iter().any(|line| line.sentence.contains("Solo ended")));
+    window.get_by_label_contains("Solo ended");
     undo(&mut window);
     assert!(window.state().state().look.lighting.is_solo(), "one undo restores both");
     // The row of the current environment.

@@ -81,4 +81,14 @@ fn the_sentence_of_the_device_opens_what_the_machine_can_do() {
     window.run();
     assert!(window.query_by_label("Measure this machine").is_none());
     assert!(!window.state().state().machine);
+
+    // It leads to the passes of the picture, which stays beside them.
+    let picture = window.get_by_label("Relit picture").rect();
+    window.get_by_label(&device).click();
+    window.run();
+    window.get_by_label("Render passes").click();
+    window.run();
+    assert!(!window.state().state().machine);
+    window.get_by_label("Relighting group");
+    assert_eq!(window.get_by_label("Relit picture").rect(), picture);
 }

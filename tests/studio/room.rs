@@ -136,10 +136,9 @@ fn the_picture_has_the_room_that_nothing_else_needs() {
     // Buttons above the bar, where the timeline is narrow.
     window.set_size(vec2(900.0, 600.0));
     window.run_steps(4);
-    let play = window.get_by_label("Play").rect();
-    let note = window.get_by_label("Frame").rect();
-    let bottom = window.get_by_label("Keys ?").rect().top();
-    assert!(play.bottom() < bottom - 40.0 && note.bottom() < bottom - 40.0, "{play:?}");
+    let [play, bar, line] =
+        ["Play", "Scrub bar", "Keys ?"].map(|name| window.get_by_label(name).rect());
+    assert!(play.bottom() <= bar.top() && bar.bottom() < line.top() - 16.0, "{play:?} {bar:?}");
 }
 
 #[test]

@@ -8,6 +8,8 @@ use std::collections::HashSet;
 pub const TABS_HEIGHT: f32 = 24.0;
 /// Width of the border between two tiles in points.
 pub const BORDER: f32 = 2.0;
+/// Margin beside a panel's contents in points.
+pub const MARGIN: f32 = 12.0;
 /// Width of the light's pane in points.
 pub const LIGHT: f32 = 360.0;
 /// Height in points of timeline and log: enough for the ruler, and for three lines of the log.
@@ -16,11 +18,10 @@ const BELOW: f32 = 112.0;
 const NARROW: f32 = 184.0;
 /// The same where light is animated: enough for several lanes or a curve.
 const LANES: f32 = 184.0;
-/// Height of a timeline without keys, with its tabs, its bar and a line of text; and where it is narrow, with the buttons
-/// above its bar.
-const FOLDED: [f32; 2] = [92.0, 131.0];
-/// Width in points from which a timeline has its buttons beside its bar.
-const WIDE: f32 = 624.0;
+/// Height of a timeline without keys: its tabs, its bar and a line of text; and where it is narrow, with the buttons above
+/// its bar.
+const FOLDED: f32 = 92.0;
+const NARROW_FOLDED: f32 = 131.0;
 /// Smallest width and height of the main pane in points.
 const LEAST: f32 = 120.0;
 
@@ -264,6 +265,7 @@ impl Layout {
     pub fn open(&mut self, workspace: Workspace, pane: Pane) {
         let tree = self.tree(workspace);
         if tree.tiles.find_pane(&pane).is_none() {
+            // Beside the picture, whose passes they are.
             let right = (pane == Pane::Effects).then_some(Pane::Light);
             let beside = right.iter().chain(workspace.main()).find_map(|main| {
                 let main = tree.tiles.find_pane(main)?;
@@ -300,48 +302,49 @@ impl Layout {
         if let Some(root) = tree.root {
             let main: HashSet<TileId> =
                 (workspace.main().iter()).filter_map(|pane| tree.tiles.find_pane(pane)).collect();
-            let below = folded(tree).filter(|[rows, _]| holds(&tree.tiles, *rows, &main));
-            let folded = below.filter(|_| has_no_keys);
-            let unfolded = folded.and_then(|[rows, tabs]| {
+            let below = timeline_in_front(tree).filter(|_| has_no_keys);
+            let below = below.filter(|[rows, _]| holds(&tree.tiles, *rows, &main));
+            let unfolded = below.and_then(|[rows, tabs]| {
                 // As wide as it was drawn last.
-                let is_narrow = tree.tiles.rect(tabs).is_some_and(|rect| rect.width() < WIDE);
-                share(tree, rows, tabs, FOLDED[usize::from(is_narrow)])
+                let is_narrow = tree.tiles.rect(tabs).is_some_and(|rect| !is_wide(rect.width()));
+                let height = if is_narrow { NARROW_FOLDED } else { FOLDED };
+                Some((rows, tabs, replace_share(tree, rows, tabs, height)?))
             });
             settle(&mut tree.tiles, root, size, &main);
             tree.ui(panes, ui);
-            if let (Some([rows, tabs]), Some(height)) = (folded, unfolded) {
-                share(tree, rows, tabs, height);
+            // The layout keeps the height of the lanes.
+            if let Some((rows, tabs, height)) = unfolded {
+                replace_share(tree, rows, tabs, height);
             }
         }
     }
 }
 
+/// True if a timeline pane of this width has its buttons beside its bar.
+pub fn is_wide(pane: f32) -> bool {
+    pane >= 624.0
+}
+
 /// The rows that hold the timeline, and its tabs, while it is in front.
-fn folded(tree: &Tree<Pane>) -> Option<[TileId; 2]> {
+fn timeline_in_front(tree: &Tree<Pane>) -> Option<[TileId; 2]> {
     let timeline = tree.tiles.find_pane(&Pane::Timeline)?;
     let tabs = tree.tiles.parent_of(timeline)?;
     let rows = tree.tiles.parent_of(tabs)?;
-    let is_front = match tree.tiles.get(tabs)? {
-        Tile::Container(Container::Tabs(tabs)) => tabs.active == Some(timeline),
-        _ => false,
-    };
-    let is_below = match tree.tiles.get(rows)? {
-        Tile::Container(Container::Linear(rows)) => rows.dir == LinearDir::Vertical,
-        _ => false,
-    };
+    let is_front = matches!(tree.tiles.get(tabs)?,
+        Tile::Container(Container::Tabs(tabs)) if tabs.active == Some(timeline));
+    let is_below = matches!(tree.tiles.get(rows)?,
+        Tile::Container(Container::Linear(rows)) if rows.dir == LinearDir::Vertical);
     (is_front && is_below).then_some([rows, tabs])
 }
 
 /// Sets the height of a tile among `rows`, and returns the one before.
-fn share(tree: &mut Tree<Pane>, rows: TileId, tile: TileId, height: f32) -> Option<f32> {
-    match tree.tiles.get_mut(rows)? {
-        Tile::Container(Container::Linear(rows)) => {
-            let before = rows.shares[tile];
-            rows.shares.set_share(tile, height);
-            Some(before)
-        }
-        _ => None,
-    }
+fn replace_share(tree: &mut Tree<Pane>, rows: TileId, tile: TileId, height: f32) -> Option<f32> {
+    let Some(Tile::Container(Container::Linear(rows))) = tree.tiles.get_mut(rows) else {
+        return None;
+    };
+    let before = rows.shares[tile];
+    rows.shares.set_share(tile, height);
+    Some(before)
 }
 
 /// Converts the shares of a container into points. The part with a main pane takes the remaining space, so that panels

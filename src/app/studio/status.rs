@@ -80,6 +80,9 @@ impl std::fmt::Display for LogLine {
     }
 }
 
+/// Time for which a message that asks for nothing stays.
+const MESSAGE_STAYS: Duration = Duration::from_secs(6);
+
 /// Most lines in the log.
 const LOG_LINES: usize = 1000;
 
@@ -96,6 +99,8 @@ pub struct Status {
     /// Message over the window: the end of the last job, or its advice.
     pub message: Option<String>,
     lasts: Lasts,
+    /// Time of the message.
+    said: Instant,
     /// All messages, newest last.
     pub log: VecDeque<LogLine>,
     /// Opening time of the window.
@@ -112,6 +117,7 @@ impl Status {
             refusal: None,
             message: None,
             lasts: Lasts::Seconds,
+            said: Instant::now(),
             log: VecDeque::new(),
             opened: Instant::now(),
         }
@@ -131,27 +137,28 @@ impl Status {
 
     /// Shows a message for some seconds.
     pub fn say(&mut self, sentence: String) {
-        self.show(sentence, Lasts::Seconds);
+        self.show(Severity::Info, sentence, Lasts::Seconds);
     }
 
     /// Shows a message until it is closed: something is to be done about it.
     pub fn advise(&mut self, sentence: String) {
-        self.show(sentence, Lasts::ToClose);
+        self.show(Severity::Info, sentence, Lasts::ToClose);
     }
 
     /// Shows a message until the next key or click, for some seconds at most.
     pub fn mention(&mut self, sentence: String) {
-        self.show(sentence, Lasts::ToPress);
+        self.show(Severity::Info, sentence, Lasts::ToPress);
     }
 
-    fn show(&mut self, sentence: String, lasts: Lasts) {
-        self.note(Severity::Info, &sentence);
-        (self.message, self.lasts) = (Some(sentence), lasts);
+    fn show(&mut self, severity: Severity, sentence: String, lasts: Lasts) {
+        self.note(severity, &sentence);
+        (self.message, self.lasts, self.said) = (Some(sentence), lasts, Instant::now());
     }
 
-    /// True if the message goes after some seconds.
-    pub fn message_fades(&self) -> bool {
-        self.lasts != Lasts::ToClose
+    /// Time until the message goes; None if it stays until it is closed.
+    pub fn message_left(&self) -> Option<Duration> {
+        let left = MESSAGE_STAYS.saturating_sub(self.said.elapsed());
+        (self.lasts != Lasts::ToClose).then_some(left)
     }
 
     /// Handles a key press or a pointer button.
@@ -221,8 +228,7 @@ impl Status {
                 };
                 self.job = None;
                 if let Some(sentence) = standing.sentence() {
-                    self.note(severity, sentence);
-                    (self.message, self.lasts) = (Some(sentence.to_owned()), lasts);
+                    self.show(severity, sentence.to_owned(), lasts);
                 }
             }
             Event::Report(Report::Blocked(sentence)) => {
@@ -397,9 +403,9 @@ mod tests {
         status.say("saved".into());
         status.pressed();
         assert_eq!(status.message.as_deref(), Some("saved"));
-        assert!(status.message_fades());
+        assert!(status.message_left().is_some_and(|left| left <= MESSAGE_STAYS));
         status.advise("add an environment".into());
-        assert!(!status.message_fades());
+        assert_eq!(status.message_left(), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Drawing of a workspace: each pane of the layout shows its panel.
 
 use super::command::{Command, WindowCommand};
-use super::layout::{BORDER, LIGHT, Pane, TABS_HEIGHT};
+use super::layout::{BORDER, LIGHT, MARGIN, Pane, TABS_HEIGHT};
 use super::panel_context::PanelContext;
 use super::panels::{
     AccuracyPanel, ChecksPanel, EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel,
@@ -153,7 +153,7 @@ impl WorkspaceView<'_> {
 
 /// A panel's contents with a margin.
 fn padded(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
-    Frame::new().inner_margin(Margin::symmetric(12, 4)).show(ui, contents);
+    Frame::new().inner_margin(Margin::symmetric(MARGIN as i8, 4)).show(ui, contents);
 }
 
 fn scrolled(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {

@@ -207,7 +207,7 @@ fn the_next_export_removes_what_a_killed_one_left() {
         Accidents,
         "An export that was killed",
         danger: "its unfinished file stays in the user's folder",
-        done: "the next export to that folder removes it; files with other names are never touched"
+        done: "the next export to that folder removes the unfinished file; files with other names are never touched"
     );
 }
 

@@ -199,7 +199,7 @@ fn only_weights_that_training_wrote_are_removed() {
         Strangers,
         "The user's own files in `checkpoint/`",
         danger: "training removes every .bpk that its table does not name",
-        done: "it removes only files with its own naming scheme"
+        done: "training removes only files with its own naming scheme"
     );
 }
 

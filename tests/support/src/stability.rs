@@ -160,24 +160,10 @@ pub fn page(record: &str) -> String {
     page
 }
 
-/// Measured words that say no more than that the bound was met.
-const MET: [&str; 9] = [
-    "holds",
-    "refused",
-    "equal",
-    "exactly",
-    "all",
-    "none",
-    "all the same",
-    "all named",
-    "the same bits",
-];
-
-/// Measured value and its bound in one cell: the bound alone if a value would add nothing.
+/// Measured value and its bound in one cell.
 fn figure(bound: &str, measured: &str) -> String {
     match (bound, measured) {
-        (bound, measured) if measured.is_empty() || MET.contains(&measured) => bound.to_owned(),
-        ("", measured) => measured.to_owned(),
+        (one, "") | ("", one) => one.to_owned(),
         (bound, measured) => format!("{measured} ({bound})"),
     }
 }

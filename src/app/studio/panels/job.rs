@@ -21,8 +21,6 @@ const LEFT_WIDTH: f32 = 118.0;
 /// Widths in points of a message's text, and of a longer notice.
 const MESSAGE_WIDTH: f32 = 360.0;
 const NOTICE_WIDTH: f32 = 480.0;
-/// Seconds that a message stays that asks for nothing.
-const STAYS: Duration = Duration::from_secs(6);
 /// Height in points of the line's contents.
 const HEIGHT: f32 = 24.0;
 
@@ -42,8 +40,8 @@ impl JobPanel {
     }
 
     /// Draws notices over the bottom of the window, where they move nothing: the reason for a refusal, the reason why a
-    /// job waits and, if `whole`, the last message. Skips those that a pane already shows. A message that asks for nothing
-    /// goes after six seconds away from the pointer.
+    /// job waits and, if `whole`, the last message. Skips those that a pane already shows. A message does not go while the
+    /// pointer is over it.
     pub fn notices_ui(
         &mut self,
         ui: &Ui,
@@ -56,9 +54,6 @@ impl JobPanel {
         let job = status.job.as_ref().filter(|_| !context.job_has_pane());
         let held = job.and_then(|job| job.held.as_ref());
         let said = (status.message.as_ref()).filter(|said| whole && !is_said(context, said));
-        if said.is_none() {
-            ui.data_mut(|data| data.remove::<(String, Instant)>(Id::unique("message since")));
-        }
         if refusal.is_none() && held.is_none() && said.is_none() {
             return;
         }
@@ -84,27 +79,13 @@ impl JobPanel {
                 }
             });
         let is_held = drawn.response.contains_pointer();
-        if said.is_some_and(|said| status.message_fades() && is_over(ui, said, is_held)) {
-            out.push(Command::Window(WindowCommand::DismissMessage));
+        if let Some(left) = said.and(status.message_left()).filter(|_| !is_held) {
+            ui.request_repaint_after(left);
+            if left.is_zero() {
+                out.push(Command::Window(WindowCommand::DismissMessage));
+            }
         }
     }
-}
-
-/// True once a message has been shown for its seconds. They begin again while it `is_held` by the pointer.
-fn is_over(ui: &Ui, said: &str, is_held: bool) -> bool {
-    let now = Instant::now();
-    let since = ui.data_mut(|data| {
-        let fresh = (said.to_owned(), now);
-        let shown = data.get_temp_mut_or(Id::unique("message since"), fresh.clone());
-        // Drawn last: the frame of the message's end, or of an earlier message.
-        if is_held || shown.0 != said {
-            *shown = fresh;
-        }
-        shown.1
-    });
-    let left = STAYS.saturating_sub(now - since);
-    ui.request_repaint_after(left);
-    left.is_zero()
 }
 
 /// True if the viewport shows job and message, as it does while there is no relit picture.

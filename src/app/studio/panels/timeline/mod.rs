@@ -10,7 +10,7 @@ mod track;
 use crate::command::{Command, LookCommand, TimelineCommand, ViewCommand};
 use crate::icons;
 use crate::key_selection::{KeySelection, Onto, pasted};
-use crate::layout::Pane;
+use crate::layout::{MARGIN, Pane, is_wide};
 use crate::panel_context::PanelContext;
 use crate::panels::numbers::computing;
 use crate::state::State;
@@ -25,8 +25,7 @@ use scene::{Animation, Setting};
 use scrub::HANDLE;
 use track::{FIT, RULER, Sight, Track};
 
-/// Width of the pane in points below which the scrub bar is under the buttons, and width of the lanes' names there.
-const WIDE: f32 = 600.0;
+/// Width of the lanes' names in points where the scrub bar is under the buttons.
 const NARROW_NAMES: f32 = 148.0;
 /// Least width in points of the buttons, and of the lanes' names below them.
 const BUTTONS: f32 = 290.0;
@@ -74,7 +73,7 @@ impl TimelinePanel {
             (self.note, self.awaited) = (None, None);
         }
         let area = ui.available_rect_before_wrap();
-        let is_wide = area.width() >= WIDE;
+        let is_wide = is_wide(area.width() + 2.0 * MARGIN);
         let head = area.with_max_y(area.top() + scrub::HEIGHT);
         let buttons = ui.scope_builder(UiBuilder::new().max_rect(head), |ui| {
             ui.horizontal_centered(|ui| {

@@ -274,7 +274,7 @@ fn light_from_below_is_uncovered_by_lamps_above() {
     assert!(above < 0.05);
     shown!(Light, "Lamps only on the upper half of the sphere",
         danger: "light from below is invented without a warning",
-        done: "it goes to the lowest lamps, and its share is reported as uncovered",
+        done: "light from below goes to the lowest lamps, and its share is reported as uncovered",
         bound: "uncovered: over 95 % of light from below, under 5 % of light from above",
         measured: format!("{:.1} % and {:.1} %", 100.0 * below, 100.0 * above));
 }
