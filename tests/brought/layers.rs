@@ -1,28 +1,14 @@
 //! A shoot whose interview has several layers: the chosen one is read from import on.
 
+use afterlight::export::relight::RelightSettings;
+use afterlight::footage::scan::scan;
 use afterlight::footage::{ImportSettings, import, read_light, report_mended};
 use afterlight::imaging::{Image, Response, file};
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::worker::Job;
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage};
-use std::path::Path;
 use std::sync::Mutex;
-use test_shoot::TestShoot;
-
-/// Writes the layers `albedo`, half the light, and `comp`.
-fn write_layers(path: &Path, light: &Image) {
-    let channel = |layer: &str, c: usize, factor: f32| {
-        let values = light.pixels.iter().map(|pixel| factor * pixel[c]).collect();
-        let name = format!("{layer}.{}", ["R", "G", "B"][c]);
-        AnyChannel::new(&*name, FlatSamples::F32(values))
-    };
-    let layers = [("albedo", 0.5), ("comp", 1.0)].into_iter();
-    let channels =
-        layers.flat_map(|(layer, factor)| (0..3).map(move |c| channel(layer, c, factor)));
-    let channels = AnyChannels::sort(channels.collect());
-    exr::prelude::Image::from_channels(light.size(), channels).write().to_file(path).unwrap();
-}
+use test_shoot::{TestShoot, write_layers};
 
 #[test]
 fn a_layer_chosen_at_import_is_read_ever_after() {
@@ -51,6 +37,11 @@ fn a_layer_chosen_at_import_is_read_ever_after() {
     }
     let refused = make("wrong", Some("sky")).unwrap_err().to_string();
     assert!(refused.contains("none called \"sky\": \"albedo\", \"comp\""), "{refused}");
+
+    let scanned = |layer: Option<&str>| scan(&shoot, layer);
+    assert_eq!(scanned(None).layers, ["albedo", "comp"]);
+    assert!(!scanned(None).is_complete() && scanned(Some("comp")).is_complete());
+    assert_eq!(scanned(Some("comp")).picture, Some(lights[0].1.size()));
 
     // Two projects of one shoot, each with its layer.
     for (name, layer) in [("comp", "comp"), ("albedo", "Albedo")] {
@@ -90,4 +81,30 @@ fn a_layer_chosen_at_import_is_read_ever_after() {
     assert_eq!(figures["pictures"][0]["count"], stage.frames);
     let line = "Interview: 3 EXR, 32 bits, layer \"comp\", scene-linear";
     assert!(outcome.sentence().lines().any(|said| said == line), "{}", outcome.sentence());
+}
+
+#[test]
+fn a_panorama_s_layer_is_chosen_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let stage = TestShoot::default();
+    let project = stage.import(folder.path(), "film");
+    let sky = folder.path().join("sky.exr");
+    write_layers(&sky, &Image::filled(8, 4, [2.0, 1.0, 0.5]));
+    #[derive(clap::Parser)]
+    struct Words {
+        #[command(flatten)]
+        settings: RelightSettings,
+    }
+    let find = |more: &[&str]| {
+        let words = ["relight", "--to", "a.png", "--environment", sky.to_str().unwrap()];
+        let words = words.iter().chain(more);
+        let settings = <Words as clap::Parser>::parse_from(words).settings;
+        settings.find_environment(&project, &Progress::silent())
+    };
+    let refused = find(&[]).unwrap_err().to_string();
+    assert!(refused.contains("\"albedo\", \"comp\"") && refused.contains("--environment-layer"));
+    for (layer, factor) in [("comp", 1.0), ("albedo", 0.5)] {
+        let (found, _) = find(&["--environment-layer", layer]).unwrap();
+        assert_eq!(found.radiance.pixels[0], [2.0, 1.0, 0.5].map(|v| factor * v), "{layer}");
+    }
 }

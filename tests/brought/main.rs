@@ -8,6 +8,7 @@ use afterlight::imaging::{file, picture};
 use afterlight::light::panorama;
 use afterlight::movies;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use test_support::{python, repository};
 
@@ -129,4 +130,35 @@ fn every_entrance_gives_the_light_that_a_file_holds() {
     let faults: Vec<String> =
         cases.iter().flat_map(|case| Case::new(folder.path(), case).faults()).collect();
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
+    assert_page(&cases);
+}
+
+/// Compares the list of cases at the end of docs/files.md, or writes it with UPDATE_SNAPSHOTS.
+fn assert_page(cases: &[Value]) {
+    const HEADING: &str = "## Compared files\n";
+    let mut kinds = BTreeMap::<(String, bool), Vec<String>>::new();
+    for case in cases {
+        let file = Path::new(case["file"].as_str().unwrap());
+        let format = file.extension().unwrap_or_default().to_string_lossy().to_uppercase();
+        let stem = file.file_stem().unwrap().to_string_lossy().replace('_', " ");
+        let kind = kinds.entry((format, case["refused"].is_string())).or_default();
+        kind.push(stem);
+    }
+    let mut table = format!(
+        "{HEADING}\n`tests/brought` writes this list: {} files of other programs, each read by every entrance that takes it.\n\n\
+         | format | files | outcome |\n|---|---|---|\n",
+        cases.len()
+    );
+    for ((format, is_refused), files) in kinds {
+        let outcome = if is_refused { "refused by name" } else { "right light" };
+        table += &format!("| {format} | {} | {outcome} |\n", files.join(", "));
+    }
+    let path = repository("docs/files.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (before, found) = page.split_at(page.find(HEADING).unwrap_or(page.len()));
+    if std::env::var_os("UPDATE_SNAPSHOTS").is_some() {
+        std::fs::write(&path, format!("{before}{table}")).unwrap();
+    } else {
+        assert_eq!(found, table, "docs/files.md: run with UPDATE_SNAPSHOTS=1");
+    }
 }

@@ -3,7 +3,9 @@
 
 use base::progress::Progress;
 use calibration::{CalibrateSettings, Calibration};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage};
 use footage::ImportSettings;
+use imaging::Image;
 use project::Project;
 use std::path::{Path, PathBuf};
 use virtual_stage::{StageSettings, write_shoot};
@@ -57,6 +59,20 @@ impl TestShoot {
         found.save(&project).unwrap();
         (project, found)
     }
+}
+
+/// Writes an EXR with the layers `albedo`, half the light, and `comp`.
+pub fn write_layers(path: &Path, light: &Image) {
+    let channel = |layer: &str, c: usize, factor: f32| {
+        let values = light.pixels.iter().map(|pixel| factor * pixel[c]).collect();
+        let name = format!("{layer}.{}", ["R", "G", "B"][c]);
+        AnyChannel::new(&*name, FlatSamples::F32(values))
+    };
+    let layers = [("albedo", 0.5), ("comp", 1.0)].into_iter();
+    let channels =
+        layers.flat_map(|(layer, factor)| (0..3).map(move |c| channel(layer, c, factor)));
+    let channels = AnyChannels::sort(channels.collect());
+    exr::prelude::Image::from_channels(light.size(), channels).write().to_file(path).unwrap();
 }
 
 #[cfg(test)]

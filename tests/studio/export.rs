@@ -354,6 +354,7 @@ fn settings(to: String) -> RelightSettings {
         read: None,
         front: None,
         mapping: None,
+        environment_layer: None,
         yaw_deg: 30.0,
         turntable: false,
         solo: Vec::new(),

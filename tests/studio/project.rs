@@ -5,7 +5,9 @@ use super::{
     until_labelled, window,
 };
 use afterlight::calibration::CalibrateSettings;
+use afterlight::footage::scan::Scan;
 use afterlight::gpu::DeviceChoice;
+use afterlight::imaging::file;
 use afterlight::progress::Progress;
 use afterlight::project::{Lock, Project};
 use afterlight::studio::{Phase, Preferences, StudioApp};
@@ -14,7 +16,7 @@ use afterlight::worker::{Job, Need};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::path::{Path, PathBuf};
-use test_shoot::TestShoot;
+use test_shoot::{TestShoot, write_layers};
 
 /// A small shoot in `folder`.
 pub fn shoot(folder: &Path) -> PathBuf {
@@ -107,6 +109,31 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     window.get_by_label("Cancel").click();
     window.run();
     window.get_by_label("No project is open");
+}
+
+#[test]
+fn a_layer_of_the_interview_is_chosen_before_a_project_is_made() {
+    let folder = crate::temporary();
+    let shoot = shoot(folder.path());
+    for frame in 0..3 {
+        let png = shoot.join(format!("interview/frame_{frame:03}.png"));
+        write_layers(&png.with_extension("exr"), &file::read_linear(&png).unwrap());
+        std::fs::remove_file(&png).unwrap();
+    }
+    let mut window = no_project();
+    drop_onto(&mut window, &shoot);
+    until(&mut window, "look at the shoot", |app| app.wizard().scan().is_some());
+    window.get_by_label_contains("2 layers with colours");
+    assert!(window.get_by_label("Make project").accesskit_node().is_disabled());
+    window.get_by_role_and_label(Role::ComboBox, "EXR layer").click();
+    window.run_steps(4);
+    window.get_by_label("comp").click();
+    window.run();
+    until(&mut window, "look again", |app| app.wizard().scan().is_some_and(Scan::is_complete));
+    window.get_by_label("Make project").click();
+    until(&mut window, "opened project", needs(Some(Need::Calibration)));
+    let made = Project::open(&folder.path().join("shoot-project")).unwrap();
+    assert_eq!(made.settings.shoot.layer.as_deref(), Some("comp"));
 }
 
 /// A small shoot of movies in a folder; the camera keeps rolling from lamp to lamp.

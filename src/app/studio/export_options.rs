@@ -209,6 +209,7 @@ impl ExportOptions {
             read: Some(environment),
             front: Some(look.front()),
             mapping: None,
+            environment_layer: None,
             yaw_deg: look.yaw_deg,
             turntable: false,
             solo,

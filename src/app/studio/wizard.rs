@@ -22,6 +22,8 @@ pub struct Plan {
     pub size: usize,
     /// Number of lamps to use; None for all.
     pub lamps: Option<usize>,
+    /// Layer of EXR files that have several; None for the finished picture.
+    pub layer: Option<String>,
     /// Files and folders added one by one, instead of a shoot's folder.
     pub parts: Vec<PlannedPart>,
 }
@@ -46,6 +48,7 @@ impl Default for Plan {
             name: String::new(),
             size: 128,
             lamps: None,
+            layer: None,
             parts: vec![],
         }
     }
@@ -118,6 +121,7 @@ fn unreadable(folder: PathBuf, sentence: String) -> Scan {
         poses: 0,
         lamps: 0,
         picture: None,
+        layers: vec![],
     }
 }
 
@@ -128,10 +132,10 @@ pub struct Wizard {
     plan: Option<Plan>,
     /// Contents of the last scanned folder.
     scan: Option<Scan>,
-    scans: Query<PathBuf, Scan>,
+    scans: Query<(PathBuf, Option<String>), Scan>,
     /// Kinds of the added files.
     candidates: HashMap<PathBuf, Candidate>,
-    looks: Query<PathBuf, Vec<Candidate>>,
+    looks: Query<(PathBuf, Option<String>), Vec<Candidate>>,
 }
 
 /// An added file, and the knowledge about it.
@@ -188,11 +192,24 @@ impl Wizard {
             poses: parts.iter().filter(|(slot, _)| *slot == Slot::Pose).count(),
             lamps: gathered::lamps(&parts).unwrap_or(0),
             picture: interview.size,
+            layers: self.layers(),
         })
+    }
+
+    /// Layers of EXR files that have several: of the folder, or of the added files.
+    pub fn layers(&self) -> Vec<String> {
+        let parts = self.candidates.values().map(|candidate| &candidate.layers);
+        let all = self.scan().map(|scan| &scan.layers).into_iter().chain(parts);
+        all.max_by_key(|layers| layers.len()).cloned().unwrap_or_default()
     }
 
     /// Changes or discards the plan.
     pub fn set(&mut self, plan: Option<Plan>) {
+        let layer = |plan: &Option<Plan>| plan.as_ref().and_then(|plan| plan.layer.clone());
+        if layer(&self.plan) != layer(&plan) {
+            // Files are read again.
+            self.candidates.clear();
+        }
         self.plan = plan;
         if self.plan.is_none() {
             self.scans.forget();
@@ -203,23 +220,28 @@ impl Wizard {
     /// Scans the shoot's folder if it changed, and takes in the result.
     pub fn look(&mut self, wake: impl Fn() + Clone + Send + 'static) {
         self.look_at_brought(wake.clone());
-        let shoot = self.plan.as_ref().and_then(|plan| typed(&plan.shoot));
+        let shoot =
+            self.plan.as_ref().and_then(|plan| Some((typed(&plan.shoot)?, plan.layer.clone())));
         if let Some(shoot) = shoot {
-            self.scans.ask(shoot, wake, |_| |folder: &PathBuf| Ok(scan(folder)));
+            self.scans.ask(shoot, wake, |_| {
+                |(folder, layer): &(PathBuf, Option<String>)| Ok(scan(folder, layer.as_deref()))
+            });
         }
-        if let Some((folder, found)) = self.scans.answers().last() {
+        if let Some(((folder, _), found)) = self.scans.answers().last() {
             self.scan = Some(found.unwrap_or_else(|sentence| unreadable(folder, sentence)));
         }
     }
 
     /// Examines added files one by one.
     fn look_at_brought(&mut self, wake: impl Fn() + Send + 'static) {
-        for (path, found) in self.looks.answers() {
+        for ((path, layer), found) in self.looks.answers() {
             let failed = |sentence| vec![Candidate::failed(&path, sentence)];
             let mut found = found.unwrap_or_else(failed);
             // A folder may contain several parts, or be one itself.
             found.dedup_by(|a, b| a.path == b.path);
-            let Some(plan) = &mut self.plan else { continue };
+            let Some(plan) = self.plan.as_mut().filter(|plan| plan.layer == layer) else {
+                continue;
+            };
             let Some(at) = plan.parts.iter().position(|part| part.path == path) else {
                 continue;
             };
@@ -239,12 +261,13 @@ impl Wizard {
         if !self.looks.is_waiting()
             && let Some(part) = unseen.next()
         {
-            let look = |path: &PathBuf| {
+            let look = |(path, layer): &(PathBuf, Option<String>)| {
+                imaging::picture::choose_layer(path, layer.as_deref());
                 Ok(expand(path).iter().map(|path| Candidate::look(path)).collect())
             };
             // It may be the last one again, of another plan.
             self.looks.forget();
-            self.looks.ask(part.path.clone(), wake, |_| look);
+            self.looks.ask((part.path.clone(), plan.layer.clone()), wake, |_| look);
         }
     }
 
@@ -301,7 +324,7 @@ impl Wizard {
         let job = Job::Import {
             project: root.clone(),
             shoot,
-            settings: ImportSettings { size: plan.size, seed: 1, layer: None },
+            settings: ImportSettings { size: plan.size, seed: 1, layer: plan.layer.clone() },
             lamps: plan.lamps.filter(|&count| lamps.is_none_or(|all| count < all)),
             name: (!name.is_empty()).then(|| name.to_owned()),
         };
@@ -365,6 +388,7 @@ mod tests {
             poses: 10,
             lamps: 41,
             picture: Some((1920, 1080)),
+            layers: vec![],
         };
         let said = |size, lamps| {
             let plan = Plan { size, lamps, ..Plan::default() };

@@ -168,6 +168,12 @@ impl CalibrationStudy {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
+        if project.settings.shoot.without_balls {
+            return Err(Error::missing(
+                "This shoot has no mirror balls: the lamps' directions are those of its list",
+                "Calibrate; the lamps are shown in Relight",
+            ));
+        }
         let found = match self.found.take() {
             Some(found) => found,
             None => find_circle(&project, &progress)?,

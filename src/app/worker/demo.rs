@@ -120,6 +120,7 @@ pub fn run(
             front: None,
             read: None,
             mapping: None,
+            environment_layer: None,
             yaw_deg: 0.0,
             turntable: true,
             solo: Vec::new(),

@@ -3,7 +3,7 @@
 use super::colors::Encoding;
 use super::destination::Destination;
 use super::provenance::Provenance;
-use super::relight::{RelightSettings, find_environment, frame_range};
+use super::relight::{RelightSettings, frame_range};
 use super::writer::output;
 use base::error::Result;
 use base::progress::Progress;
@@ -43,21 +43,14 @@ impl<'a> Look<'a> {
         let destination = Destination::parse(&files.to)?;
         let encoding = Encoding::open(files.space, files.lut.as_deref())?;
         let encoding = encoding.with_config(files.ocio.transform()?);
-        let (environment, known_front) = match &settings.read {
-            Some(read) => (read.clone(), Front::default()),
-            None => {
-                let (wanted, mapping) = (&settings.environment, settings.mapping);
-                let (found, front) = find_environment(project, wanted, mapping, progress)?;
-                (Arc::new(found), front)
-            }
-        };
+        let (environment, front) = settings.find_environment(project, progress)?;
         let size = picture_size(project, files.at)?;
         Ok(Self {
             project,
             settings,
             frames: frame_range(project, settings.frames)?,
             environment,
-            front: settings.front.unwrap_or(known_front),
+            front,
             output: output(files, size, &destination, &encoding, &settings.largest_effects()),
             colors: encoding.identity().to_owned(),
         })

@@ -6,13 +6,12 @@ use super::job::{ENVIRONMENT, PinnedFile, SNAPSHOT, TABLE};
 use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
-use export::relight::{RelightSettings, find_environment, frame_range};
+use export::relight::{RelightSettings, frame_range};
 use footage::STAND_IN_REACH;
 use project::{Matte, Picture, Project};
 use reflectance::checkpoint;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use training::checkpoints::LOGS;
 
 const REMEDY: &str = "Check that the job's folder can be written and the disk has room";
@@ -96,15 +95,8 @@ pub(crate) fn take(
     job: &Path,
     progress: &Progress,
 ) -> Result<(Project, KeptEnvironment)> {
-    let (environment, front) = match &settings.read {
-        Some(read) => (read.clone(), Default::default()),
-        None => {
-            let (wanted, mapping) = (&settings.environment, settings.mapping);
-            let (found, front) = find_environment(project, wanted, mapping, progress)?;
-            (Arc::new(found), front)
-        }
-    };
-    settings.front = Some(settings.front.unwrap_or(front));
+    let (environment, front) = settings.find_environment(project, progress)?;
+    settings.front = Some(front);
     *settings = settings.of_project(project);
     // A worker has another variable OCIO, or none, and another working folder.
     settings.files.ocio = std::mem::take(&mut settings.files.ocio).pinned()?;

@@ -4,7 +4,7 @@ use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
 use compositor::Levels;
-use export::relight::{RelightSettings, find_environment, lamps_named};
+use export::relight::{RelightSettings, lamps_named};
 use exr::prelude::{
     Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage,
 };
@@ -68,16 +68,8 @@ impl Light {
         (first, last): (usize, usize),
         rig: &Rig,
     ) -> Result<Self> {
-        let (environment, known_front) = match &settings.read {
-            Some(read) => (read.clone(), Front::default()),
-            None => {
-                // Guesses about the file were reported during relighting.
-                let (wanted, silent) = (&settings.environment, Progress::silent());
-                let (found, front) = find_environment(project, wanted, settings.mapping, &silent)?;
-                (Arc::new(found), front)
-            }
-        };
-        let front = settings.front.unwrap_or(known_front);
+        // Guesses about the file were reported during relighting.
+        let (environment, front) = settings.find_environment(project, &Progress::silent())?;
         Self::under(environment, front, settings, (first, last), rig)
     }
 
@@ -228,6 +220,7 @@ pub mod tests {
             front: None,
             read: None,
             mapping: None,
+            environment_layer: None,
             yaw_deg: 30.0,
             turntable: false,
             solo: Vec::new(),

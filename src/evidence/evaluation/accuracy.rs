@@ -269,6 +269,7 @@ mod tests {
             rig_findings: vec![],
             rig_faults: vec![],
             two_balls: None,
+            by_list: false,
             motion: None,
             filled_energy: 0.0,
             rig: Rig::default(),

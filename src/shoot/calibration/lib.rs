@@ -9,6 +9,7 @@ pub mod gamma;
 mod highlight;
 mod least_squares;
 pub mod light_probe;
+mod listed;
 pub mod median;
 mod minimizer;
 pub mod mirror_ball;
@@ -91,6 +92,9 @@ pub struct Calibration {
     /// Motion of the subject during the lamp cycle, removed from exemplars; `None` if not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
+    /// True if the shoot has no mirror balls: directions are its list's, energies and the interview's light the subject's.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub by_list: bool,
     /// The lamps that the network learns.
     #[serde(flatten)]
     pub rig: Rig,
@@ -123,8 +127,12 @@ pub fn calibrate(
     if let Some(circle) = settings.circle {
         circle.apply_to(&mut within.settings.shoot.ball);
     }
-    find_circles(&mut within, settings.find_circle, progress)?;
-    let calibration = calibrate_within(&within, settings, progress)?;
+    let calibration = if project.settings.shoot.without_balls {
+        listed::calibrate(project, settings, progress)?
+    } else {
+        find_circles(&mut within, settings.find_circle, progress)?;
+        calibrate_within(&within, settings, progress)?
+    };
     *project = within;
     for warning in calibration.warnings() {
         progress.say(warning);
@@ -190,17 +198,7 @@ fn calibrate_within(
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
-    let motion = match settings.keep_motion {
-        true => None,
-        false => {
-            let direction = |lamp: &Lamp| lamp.is_usable().then_some(lamp.direction);
-            let directions: Vec<_> = rig.lamps.iter().map(direction).collect();
-            Some(motion::find(project, &found.response, &directions, progress)?)
-        }
-    };
-    if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
-        progress.say(sentence);
-    }
+    let motion = find_motion(project, settings, &found.response, &rig, progress)?;
     let wrong_circle = probes.wrong_circle().map(str::to_owned);
     let (rig_faults, rig_findings) = (wrong_circle.map(|sentence| (Fault::WrongCircle, sentence)))
         .into_iter()
@@ -225,8 +223,29 @@ fn calibrate_within(
         rig_faults,
         two_balls,
         motion,
+        by_list: false,
         rig,
     })
+}
+
+/// Motion of the subject between the lamps of `rig`, unless the settings skip it.
+fn find_motion(
+    project: &Project,
+    settings: &CalibrateSettings,
+    response: &Response,
+    rig: &Rig,
+    progress: &Progress,
+) -> Result<Option<Motion>> {
+    if settings.keep_motion {
+        return Ok(None);
+    }
+    let direction = |lamp: &Lamp| lamp.is_usable().then_some(lamp.direction);
+    let directions: Vec<_> = rig.lamps.iter().map(direction).collect();
+    let motion = motion::find(project, response, &directions, progress)?;
+    if let Some(sentence) = motion.sentence() {
+        progress.say(sentence);
+    }
+    Ok(Some(motion))
 }
 
 /// True if the files of interview and OLATs hold scene-linear light.
@@ -268,8 +287,8 @@ fn rig_findings(
     let mut found: Vec<(Fault, String)> =
         findings.into_iter().map(|f| (f.fault, f.sentence)).collect();
     // The first is the interview's ball.
-    let paths = &project.probe_pictures()[1..];
-    for same in rig_check::same_pictures(paths)? {
+    let balls = project.probe_pictures();
+    for same in rig_check::same_pictures(balls.get(1..).unwrap_or_default())? {
         let names: Vec<&str> = same.iter().map(|&lamp| rig.lamps[lamp].name.as_str()).collect();
         let sentence = format!(
             "the mirror balls of {} are copies of one picture. Give each lamp its own photograph",
@@ -303,7 +322,9 @@ fn rig_findings(
 /// # Errors
 /// When the project has fewer lamps, or the balls cannot be read.
 pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> Result<Subset> {
-    find_circles(project, false, progress)?;
+    if !project.settings.shoot.without_balls {
+        find_circles(project, false, progress)?;
+    }
     let shoot = &project.settings.shoot;
     let learnt = shoot.lamps.len();
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
@@ -422,7 +443,7 @@ impl Calibration {
                 two.median_deg
             ));
         }
-        if self.probe_residual > 0.1 {
+        if self.probe_residual > 0.1 && !self.by_list {
             warnings.push(format!(
                 "the lamps explain only {:.0} % of the light on the interview's mirror ball. Check whether other \
                  lamps lit the interview",

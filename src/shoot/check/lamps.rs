@@ -25,7 +25,32 @@ const FILLED: [f32; 2] = [0.035, 0.15];
 
 /// The four checks of the lamps.
 pub(super) fn checks(calibration: &Calibration) -> Vec<Check> {
+    if calibration.by_list {
+        return of_list(calibration).into();
+    }
     vec![seen(calibration), agree(calibration), clipped(calibration), hidden(calibration)]
+}
+
+/// The checks of a shoot without mirror balls.
+fn of_list(calibration: &Calibration) -> [Check; 4] {
+    const REMEDY: &str = "Photograph a mirror ball under each lamp to measure them";
+    let unknown = |subject, sentence: &str| Check::new(subject, Level::Unknown, sentence);
+    let same = finding(calibration, &[Fault::SameLamp, Fault::SamePicture]);
+    let agree = match same {
+        Some(finding) => from_finding(Subject::LampsAgree, Level::Bad, finding),
+        None => unknown(
+            Subject::LampsAgree,
+            "Directions are those of the shoot's list, without mirror balls to check them",
+        )
+        .remedy(REMEDY),
+    };
+    let sentence = "Energies are measured on the subject, up to a common factor: no mirror balls";
+    [
+        unknown(Subject::LampsSeen, sentence).remedy(REMEDY),
+        agree,
+        unknown(Subject::LampsClipped, "No mirror balls, so energies cannot be clipped there"),
+        unknown(Subject::LampsHidden, "No mirror balls, so no lamp is hidden behind one"),
+    ]
 }
 
 fn seen(calibration: &Calibration) -> Check {

@@ -79,6 +79,16 @@ pub(super) fn response(calibration: &Calibration) -> Check {
             "; the interview is {exposure:.2} times as bright as expected from the mirror balls, as if the exposure was changed"
         );
     }
+    if calibration.by_list {
+        if evidence.same_poses.is_empty() {
+            sentence = format!(
+                "{} is assumed: without mirror balls the response shows only if a frame shows a pose",
+                calibration.response
+            );
+        }
+        return check(level, sentence)
+            .remedy("Give the camera's response: afterlight calibrate PROJECT --gamma srgb, or film one of the poses");
+    }
     // The intervals assume that the lamps explain the interview's light.
     let [doubtful, bad] = UNEXPLAINED;
     let light = Level::of(unexplained(calibration), doubtful, bad);
@@ -92,6 +102,9 @@ pub(super) fn response(calibration: &Calibration) -> Check {
 
 /// Checks the share of the interview's light that is not a sum of the lamps.
 pub(super) fn interview_light(calibration: &Calibration) -> Check {
+    if calibration.by_list {
+        return by_subject(calibration);
+    }
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;
     let level = Level::of(larger(unexplained(calibration), missed), doubtful, bad);
@@ -113,6 +126,21 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
         remedy = "Let the network learn more lamps";
     }
     Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)
+}
+
+/// The interview's light of a shoot without mirror balls.
+fn by_subject(calibration: &Calibration) -> Check {
+    /// Limits for the misfit of the frame: a subject that moved a little has some.
+    const MISFIT: [f32; 2] = [0.15, 0.4];
+    let [doubtful, bad] = MISFIT;
+    let level = Level::of(calibration.probe_residual, doubtful, bad);
+    let sentence = format!(
+        "The frame and the pose that are most alike differ by {:.0} %, if the lamps are weighted for it. Light that the subject \
+         does not show is unknown",
+        100.0 * calibration.probe_residual
+    );
+    Check::new(Subject::InterviewLight, level, sentence)
+        .remedy("Film one of the poses in the interview's light, or photograph a mirror ball in it")
 }
 
 /// Share of the light on the interview's ball that the lamps do not explain.

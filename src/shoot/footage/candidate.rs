@@ -102,6 +102,8 @@ pub struct Candidate {
     pub(super) first: u64,
     /// Number of lamps in a list.
     pub(super) lamps: Option<usize>,
+    /// Layers of its first EXR, if that has several.
+    pub layers: Vec<String>,
 }
 
 impl Candidate {
@@ -119,6 +121,7 @@ impl Candidate {
             light: vec![],
             first: 0,
             lamps: None,
+            layers: vec![],
         }
     }
 
@@ -152,6 +155,9 @@ impl Candidate {
         self.guess = named;
         self.reason = why.map_or(String::new(), |why| format!("the name contains “{why}”"));
         let series = self.path.is_dir().then(|| Series::find(&self.path)).transpose()?;
+        let first = series.as_ref().and_then(|series| series.names.first());
+        let first = first.map_or_else(|| self.path.clone(), |name| self.path.join(&**name));
+        self.layers = imaging::picture::layers(&first).unwrap_or_default();
         let path = series.as_ref().map_or_else(|| self.path.clone(), Series::path);
         let source = movies::open(&path)?;
         (self.first, self.frames) = (source.first(), source.count()?);

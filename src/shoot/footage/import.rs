@@ -80,7 +80,7 @@ pub fn plan_import(
         }
     }
     manifest.check_counts(shoot, &listing)?;
-    let Listing { poses, lamps, frames, frame_rate, .. } = listing;
+    let Listing { poses, lamps, frames, frame_rate, without_balls, .. } = listing;
     let ball = manifest.ball();
     let said = manifest.frame_rate();
     let frame_rate = frame_rate.or(said).unwrap_or(24.0);
@@ -98,10 +98,12 @@ pub fn plan_import(
     }
     // Without the ball's size, distances in metres are useless.
     let dome_radius_m = manifest.dome_radius_m.filter(|_| !ball.is_far());
-    if ball.is_far() {
+    if without_balls {
+        progress.say(WITHOUT_BALLS);
+    } else if ball.is_far() {
         progress.say(FAR);
     }
-    if !ball.has_circle() {
+    if !ball.has_circle() && !without_balls {
         progress.advise(
             "The manifest does not give the mirror ball's position in its photographs. Calibrating finds it; check the circle \
              in the workspace Calibrate",
@@ -119,6 +121,16 @@ pub fn plan_import(
         }
         layout
     });
+    if without_balls && lamp_layout.is_empty() {
+        return Err(Error::missing(
+            format!(
+                "{} has no mirror balls, and its list of lamps (.lp) does not name all {} lamps of the poses",
+                shoot.display(),
+                lamps.len()
+            ),
+            "Name each lamp of exemplars/POSE in the list, or add probes/ with the mirror balls",
+        ));
+    }
     std::fs::create_dir_all(root)
         .map_err(|e| Error::io("make", root, e, "Check that the folder above can be written"))?;
     if let Frames::Clip(clip) = &frames {
@@ -148,6 +160,7 @@ pub fn plan_import(
                 dome_radius_m,
                 environments: manifest.hdris,
                 lamp_layout,
+                without_balls,
                 layer: settings.layer.clone(),
             },
             environments: Vec::new(),
@@ -293,9 +306,9 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
             "afterlight frame PROJECT",
         );
     }
-    let mut probes = vec![project.interview_probe_picture()];
-    probes.extend((0..shoot.lamps.len()).map(|l| project.lamp_probe_picture(l)));
-    group("checking probes", probes)?;
+    if !shoot.without_balls {
+        group("checking probes", project.probe_pictures())?;
+    }
     if let Some(second) = &shoot.second_ball {
         let lamps = (0..shoot.lamps.len()).map(|l| project.second_probe_picture(second, l));
         group("checking probes", lamps.collect())?;
@@ -345,6 +358,11 @@ const FAR: &str = "The manifest does not hold the ball's radius and the camera's
                    the lamps count as far away. A lamp's direction is then off by up to 57° divided by the camera's \
                    distance in ball radii (1.1° at 50), most near the ball's rim, and by up to as much for the lamp's \
                    distance. Give `camera.position` and `probes.ball_radius_m` in the manifest to avoid that";
+
+/// Effect of missing mirror balls.
+const WITHOUT_BALLS: &str = "No mirror balls: the lamps' directions are those of the list. Calibration finds their energies and the \
+                             interview's light from the subject, and the camera's response only if a frame shows a pose: \
+                             otherwise give it with --gamma. Backgrounds and the subject may differ in brightness";
 
 fn differs(
     (picture, size): (&Picture, (usize, usize)),

@@ -118,7 +118,11 @@ fn a_shoot_of_movies_is_the_shoot_of_its_files() {
     for name in ["manifest.json", "probes/interview.png"] {
         std::fs::copy(shoot.join(name), filmed.join(name)).unwrap();
     }
-    assert!(crate::scan::scan(&filmed).is_complete(), "{:?}", crate::scan::scan(&filmed));
+    assert!(
+        crate::scan::scan(&filmed, None).is_complete(),
+        "{:?}",
+        crate::scan::scan(&filmed, None)
+    );
     let root = folder.path().join("movies");
     let movies = import(&root, &filmed, &SETTINGS, &silent).unwrap();
     let said = Frame::load(&movies, &Response::Srgb, 0).unwrap_err().for_terminal();

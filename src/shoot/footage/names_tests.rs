@@ -99,7 +99,7 @@ fn numbers_without_zeros_and_endings_in_any_case_are_the_same_shoot() {
         let ball = shoot.join("probes").join(name.replace("olat", "ball").to_lowercase());
         std::fs::rename(shoot.join("probes").join(&name), ball).unwrap();
     }
-    assert!(scan::scan(&shoot).is_complete(), "{:?}", scan::scan(&shoot));
+    assert!(scan::scan(&shoot, None).is_complete(), "{:?}", scan::scan(&shoot, None));
     let (project, said) = imported(&shoot);
     let project = project.unwrap_or_else(|e| panic!("{e}"));
     assert!(is_same(&seen(&project), &wanted) && project.settings.shoot.lamps == names);
@@ -186,7 +186,7 @@ fn several_candidates_are_refused_by_their_names() {
             std::fs::copy(&picture, shoot.join(file)).unwrap();
         }
         let said = refused(&shoot);
-        let line = scan::scan(&shoot).lines[line].lack.clone().unwrap_or_default();
+        let line = scan::scan(&shoot, None).lines[line].lack.clone().unwrap_or_default();
         for text in [&said, &line] {
             assert!(says.iter().all(|word| text.contains(word)), "{files:?}: {text}");
         }
@@ -264,7 +264,7 @@ fn lamps_balls_and_mattes_may_be_of_any_format() {
         }
     };
     ["exemplars/pose00", "probes", "interview_masks", "exemplar_masks"].into_iter().for_each(jpeg);
-    assert!(scan::scan(&shoot).is_complete(), "{:?}", scan::scan(&shoot));
+    assert!(scan::scan(&shoot, None).is_complete(), "{:?}", scan::scan(&shoot, None));
     let project = imported(&shoot).0.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(project.settings.shoot, pngs.settings.shoot);
     assert!(project.olat_picture(0, 3).file().ends_with("pose00/olat_03.jpg"));

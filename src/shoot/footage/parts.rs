@@ -42,6 +42,7 @@ impl Parts {
         if shoot.is_file() {
             return Self::of_interview(shoot, progress);
         }
+        check_parts(shoot)?;
         Self::of_folder(shoot, Manifest::read(shoot)?, Listing::read(shoot)?, progress)
     }
 
@@ -89,7 +90,7 @@ impl Parts {
         let list = lamp_list_of(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
         let mut expected = known.or(list.as_ref().map(Vec::len)).or(manifest.olat_conditions);
-        let names: Vec<String> = list.iter().flatten().map(|(name, _)| name.clone()).collect();
+        let mut names: Vec<String> = list.iter().flatten().map(|(name, _)| name.clone()).collect();
         let name_lamps = |listing: &mut Listing, count: usize| {
             if listing.lamps.is_empty() {
                 listing.lamps = match names.len() == count {
@@ -115,9 +116,19 @@ impl Parts {
             name_lamps(&mut listing, found.0.lamps.len());
             takes.poses.insert(pose, rounds.take(found, &listing.lamps));
         }
+        let in_order: Vec<Vec3> = list.iter().flatten().map(|(_, direction)| *direction).collect();
         let by_name: HashMap<String, Vec3> = list.into_iter().flatten().collect();
-        let directions: Option<_> =
+        let mut directions: Option<Vec<Vec3>> =
             listing.lamps.iter().map(|lamp| by_name.get(lamp).copied()).collect();
+        let is_other = !names.iter().any(|name| listing.lamps.contains(name));
+        if listing.without_balls && is_other && in_order.len() == listing.lamps.len() {
+            progress.say(format!(
+                "The .lp list has other names than the lamps: it follows their order, from {} for {}",
+                names[0], listing.lamps[0]
+            ));
+            names.clone_from(&listing.lamps);
+            directions = Some(in_order);
+        }
         let unknown = names.iter().find(|name| !listing.lamps.contains(name));
         let mut named = Vec::new();
         match (&directions, unknown) {
@@ -208,11 +219,69 @@ impl Parts {
 }
 
 /// Lamps of the `.lp` list in a shoot's folder; `None` without one.
+/// Refuses a folder that lacks several parts, with all of them and the cost of each.
+fn check_parts(shoot: &Path) -> Result<()> {
+    let is_movie = |path: &Path, name: &str| {
+        movies::is_movie(path) && path.file_stem().is_some_and(|stem| stem == name)
+    };
+    let named = |name: &str| {
+        entries(shoot, |path| is_movie(path, name).then(String::new))
+            .is_ok_and(|all| !all.is_empty())
+    };
+    let has = |name: &str| shoot.join(name).is_dir() || named(name);
+    let has_list = lamp_list_of(shoot).is_ok_and(|list| list.is_some());
+    let lacks = [
+        (!has("interview"), "interview/ or interview.mov: nothing to relight"),
+        (
+            !has("exemplars"),
+            "exemplars/ with each pose under each single lamp: the effect of the lamps is unknown",
+        ),
+        (
+            !has("probes") && !has_list,
+            "probes/ with the mirror balls, or a list of the lamps (.lp): their directions are unknown",
+        ),
+    ];
+    let lacks: Vec<&str> =
+        lacks.into_iter().filter_map(|(lacks, part)| lacks.then_some(part)).collect();
+    if lacks.len() < 2 || !shoot.is_dir() {
+        return Ok(());
+    }
+    Err(Error::missing(
+        format!("{} lacks {}", shoot.display(), lacks.join("; ")),
+        "Choose the shoot's folder, or add these parts",
+    ))
+}
+
 fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
     let lists = entries(shoot, |path| has_extension(path, "lp").then(|| name_of(path)))?;
     match &lists[..] {
         [] => Ok(None),
         [name] => lamp_list::read(&shoot.join(name)).map(Some),
         _ => Err(several(shoot, "list of lamps", &lists, "Keep one of them in the shoot's folder")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_that_a_folder_lacks_is_listed_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let find = || match Parts::find(folder.path(), None, &Progress::silent()) {
+            Err(e) => e.to_string(),
+            Ok(_) => panic!("no shoot"),
+        };
+        let all = find();
+        for part in
+            ["interview/ or interview.mov", "exemplars/", "probes/", "(.lp)", "nothing to relight"]
+        {
+            assert!(all.contains(part), "{part}: {all}");
+        }
+        std::fs::create_dir(folder.path().join("interview")).unwrap();
+        std::fs::write(folder.path().join("dome.lp"), "a 0 0 1\n").unwrap();
+        // One part is named by its own reader.
+        let one = find();
+        assert!(one.contains("exemplars") && !one.contains("probes"), "{one}");
     }
 }

@@ -3,6 +3,7 @@
 use super::shoot::{Listing, MANIFEST, Manifest, Part, name_of, picture_names};
 use base::Result;
 use imaging::file::{dimensions, with_ending};
+use imaging::picture;
 use project::Frames;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,8 @@ pub struct Scan {
     pub lamps: usize,
     /// Width and height of the first frame.
     pub picture: Option<(usize, usize)>,
+    /// Layers of an EXR of the shoot that has several.
+    pub layers: Vec<String>,
 }
 
 /// One part of a shoot.
@@ -47,9 +50,10 @@ pub fn is_shoot(folder: &Path) -> bool {
     folder.join(MANIFEST).is_file() || (has("interview") && has("exemplars"))
 }
 
-/// Scans the shoot in `folder`: lists files, reads the manifest and one picture's header. (The import reads every
-/// header.)
-pub fn scan(folder: &Path) -> Scan {
+/// Scans the shoot in `folder`: lists files, reads the manifest and the headers of a picture of each kind. (The import reads
+/// every header.) EXR files are read by `layer`.
+pub fn scan(folder: &Path, layer: Option<&str>) -> Scan {
+    picture::choose_layer(folder, layer);
     let manifest = Manifest::read(folder);
     let listing = Listing::present(folder);
     let picture = match &listing.frames {
@@ -61,6 +65,7 @@ pub fn scan(folder: &Path) -> Scan {
             Some(movies::open(&folder.join(&clip.movie)).map(|source| source.size()))
         }
     };
+    let layers = layers(folder, &listing);
     let rate = manifest.as_ref().ok().and_then(Manifest::frame_rate);
     let rate = listing.frame_rate.or(rate).unwrap_or(24.0);
     let lines = vec![
@@ -79,7 +84,20 @@ pub fn scan(folder: &Path) -> Scan {
         poses: listing.poses.len(),
         lamps: listing.lamps.len(),
         picture: picture.and_then(Result::ok),
+        layers,
     }
+}
+
+/// Layers of the first frame, OLAT or mirror ball that has several.
+fn layers(folder: &Path, listing: &Listing) -> Vec<String> {
+    let first = |inside: &str| {
+        let name = picture_names(&folder.join(inside)).ok()?.into_iter().next()?;
+        Some(with_ending(&folder.join(inside).join(name)))
+    };
+    let poses = listing.poses.first().map(|pose| format!("exemplars/{pose}"));
+    let folders = ["interview", "probes"].into_iter().chain(poses.as_deref());
+    let found = folders.filter_map(first).filter_map(|file| picture::layers(&file).ok());
+    found.max_by_key(Vec::len).unwrap_or_default()
 }
 
 /// A part that every project needs.
@@ -155,6 +173,18 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
 }
 
 fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
+    if listing.without_balls {
+        return Line {
+            part: "Mirror balls",
+            found: "none: directions by the list of lamps".to_owned(),
+            lack: Some(
+                "The interview's light and the lamps' energies are found from the subject, the camera's response only if \
+                 a frame shows a pose"
+                    .to_owned(),
+            ),
+            needed: false,
+        };
+    }
     let there = pictures(folder, "probes");
     let interview = listing.interview_ball.is_none().then_some("interview");
     let is_take = listing.ball_movie.is_some() || listing.takes.balls.is_some();
@@ -289,7 +319,7 @@ mod tests {
         let stage = StageSettings { frames: 2, size: 16, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent).unwrap();
         assert!(is_shoot(&shoot) && !is_shoot(folder.path()));
-        let whole = scan(&shoot);
+        let whole = scan(&shoot, None);
         assert!(whole.is_complete(), "{whole:?}");
         assert_eq!((whole.frames, whole.lamps, whole.picture), (2, 4, Some((16, 16))));
         assert!(whole.lines[2].found.ends_with("× 4 lamps"));
@@ -309,15 +339,15 @@ mod tests {
             let path = shoot.join(file);
             let bytes = std::fs::read(&path).unwrap();
             std::fs::remove_file(&path).unwrap();
-            let holed = scan(&shoot);
+            let holed = scan(&shoot, None);
             let sentence = holed.lines[line].lack.clone().unwrap_or_default();
             assert!(says.iter().all(|word| sentence.contains(word)), "{file}: {sentence}");
             assert!(!holed.is_complete() && refused("film"), "{file}");
             std::fs::write(&path, bytes).unwrap();
         }
-        let nothing = scan(&folder.path().join("nothing"));
+        let nothing = scan(&folder.path().join("nothing"), None);
         assert!(!nothing.is_complete() && nothing.name == "nothing");
         assert!(nothing.lines.iter().all(|line| line.lack.is_some()));
-        assert_eq!(scan(&shoot), whole);
+        assert_eq!(scan(&shoot, None), whole);
     }
 }

@@ -86,12 +86,16 @@ pub struct Probes {
 }
 
 impl Manifest {
-    /// Reads the manifest of the shoot in folder `shoot`.
+    /// Reads the manifest of the shoot in folder `shoot`; a shoot without mirror balls needs none.
     ///
     /// # Errors
     /// When it is missing or invalid.
     pub fn read(shoot: &Path) -> Result<Self> {
         let path = shoot.join(MANIFEST);
+        // The manifest's facts are about the balls.
+        if !path.exists() && is_without_balls(shoot) {
+            return Ok(Self::default());
+        }
         let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
             Error::io(
                 "open",
@@ -197,6 +201,8 @@ pub struct Listing {
     pub ball_movie: Option<PathBuf>,
     /// Movie of the mirror ball under the interview's light, if it is a movie.
     pub interview_ball: Option<PathBuf>,
+    /// True if the shoot has a list of lamps (`.lp`) and no mirror balls.
+    pub without_balls: bool,
     /// Movie of the interview's mattes, and pictures of poses and balls that have other names than the lamps and follow
     /// their order.
     pub takes: Takes,
@@ -302,6 +308,10 @@ impl Listing {
         const KEEP: &str = "Keep one of them in the shoot's folder";
         self.ball_movie = movie_named(shoot, "probes", KEEP)?;
         self.interview_ball = movie_named(shoot, "probes_interview", KEEP)?;
+        self.without_balls = is_without_balls(shoot) && self.ball_movie.is_none();
+        if self.without_balls {
+            return Ok(());
+        }
         // With a movie of the balls, the folder holds at most the interview's ball.
         if self.ball_movie.is_none() {
             let mut names = picture_names(&shoot.join("probes"))?;
@@ -422,6 +432,12 @@ impl Listing {
         self.takes.interview_mattes = movie;
         Ok(())
     }
+}
+
+/// True if a shoot's folder has a list of lamps and no folder of mirror balls.
+fn is_without_balls(shoot: &Path) -> bool {
+    let list = |path: &Path| has_extension(path, "lp").then(|| name_of(path));
+    !shoot.join("probes").exists() && entries(shoot, list).is_ok_and(|lists| !lists.is_empty())
 }
 
 /// Pictures of a folder under these lamps, in the same order as their names.

@@ -112,6 +112,7 @@ impl Project {
                     dome_radius_m: None,
                     environments: vec![],
                     lamp_layout: vec![],
+                    without_balls: false,
                     layer: None,
                 },
                 environments: vec![],

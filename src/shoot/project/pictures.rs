@@ -114,9 +114,13 @@ impl Project {
         self.file(second.folder.join(name))
     }
 
-    /// All mirror balls: the interview's, then the lamps'.
+    /// All mirror balls: the interview's, then the lamps'; none if the shoot has none.
     pub fn probe_pictures(&self) -> Vec<Picture> {
-        let lamps = 0..self.settings.shoot.all_lamps().len();
+        let shoot = &self.settings.shoot;
+        if shoot.without_balls {
+            return Vec::new();
+        }
+        let lamps = 0..shoot.all_lamps().len();
         std::iter::once(self.interview_probe_picture())
             .chain(lamps.map(|lamp| self.lamp_probe_picture(lamp)))
             .collect()

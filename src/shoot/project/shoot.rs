@@ -45,6 +45,9 @@ pub struct Shoot {
     /// if the shoot has none. Used only to check the measured rig.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamp_layout: Vec<Vec3>,
+    /// True if the shoot has no mirror balls: the lamps' directions are those of [`Shoot::lamp_layout`].
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub without_balls: bool,
     /// Layer of the shoot's EXR files that have several; `None` for the finished picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<String>,

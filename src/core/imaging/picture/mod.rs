@@ -207,6 +207,17 @@ pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
     }
 }
 
+/// Names of a file's layers with colours, the finished picture first; empty unless there are several.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn layers(path: &Path) -> Result<Vec<String>> {
+    match open(path)? {
+        (source, Format::OpenExr) => openexr::layers(source),
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// A whole picture.
 pub struct Picture {
     pub about: About,

@@ -304,6 +304,14 @@ fn color_layers(headers: &[Header]) -> Vec<Layer> {
     found
 }
 
+pub(super) fn layers(Source { path, file }: Source) -> Result<Vec<String>> {
+    let reader = exr::block::read(file, false).map_err(|e| super::broken(path, e))?;
+    let mut layers = color_layers(reader.headers());
+    layers.sort_by_key(Layer::rank);
+    let names = layers.iter().map(|layer| layer.name.trim_matches('.').to_owned());
+    Ok(if layers.len() > 1 { names.collect() } else { Vec::new() })
+}
+
 fn is_flat(header: &Header) -> bool {
     !header.deep && header.channels.list.iter().all(|c| (c.sampling.x(), c.sampling.y()) == (1, 1))
 }
@@ -335,7 +343,8 @@ fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<La
                     path.display(),
                     names.join(", ")
                 ),
-                "Choose one with --layer NAME (import, probe), write the wanted one as R, G and B, or name it \"beauty\"",
+                "Choose one as EXR layer in New project or with --layer NAME (import, probe) or --environment-layer NAME (relight), \
+                 write the wanted one as R, G and B, or name it \"beauty\"",
             ));
         }
         if count > 1 {

@@ -1,12 +1,39 @@
 //! Environments and lamps by name.
 
+use super::RelightSettings;
 use base::error::{Error, Result};
 use base::progress::Progress;
+use imaging::picture::choose_layer;
 use light::conventions::Front;
 use light::panorama::{self, ReadSettings};
 use light::{Environment, Mapping, Rig, built_in};
 use project::{KnownEnvironment, Project};
 use std::path::Path;
+use std::sync::Arc;
+
+impl RelightSettings {
+    /// The environment, read before or by name, and its front. Guesses and repairs of a file are reported.
+    ///
+    /// # Errors
+    /// As [`find_environment`].
+    pub fn find_environment(
+        &self,
+        project: &Project,
+        progress: &Progress,
+    ) -> Result<(Arc<Environment>, Front)> {
+        let (environment, known) = match &self.read {
+            Some(read) => (read.clone(), Front::default()),
+            None => {
+                let file = project.environment(&self.environment).map(|known| known.file);
+                let file = file.as_ref().unwrap_or(&self.environment);
+                choose_layer(file, self.environment_layer.as_deref());
+                let found = find_environment(project, &self.environment, self.mapping, progress)?;
+                (Arc::new(found.0), found.1)
+            }
+        };
+        Ok((environment, self.front.unwrap_or(known)))
+    }
+}
 
 /// Environment by name: one of the project's, a file, or a built-in one, with its front direction if the project
 /// remembers it. Guesses and repairs of a file are reported.

@@ -34,6 +34,10 @@ pub struct RelightSettings {
     /// Sphere layout of the panorama file, if it is not lat-long.
     #[arg(long, value_enum)]
     pub mapping: Option<Mapping>,
+    /// Layer of an EXR panorama that has several [default: the finished picture].
+    #[arg(long, value_name = "NAME")]
+    #[serde(default)]
+    pub environment_layer: Option<String>,
     /// Yaw of the environment: positive moves it to camera-right in front.
     #[arg(
         long = "yaw",

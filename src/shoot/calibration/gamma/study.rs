@@ -50,6 +50,15 @@ impl GammaStudy {
     /// As [`crate::calibrate`], and when the pose does not exist.
     pub fn load(project: &Project, pose: usize, progress: &Progress) -> Result<Self> {
         project.check_parts()?;
+        if project.settings.shoot.without_balls {
+            return Err(Error::missing(
+                "This shoot has no mirror balls, so responses cannot be compared here",
+                (
+                    "Calibrate with the camera's response",
+                    "afterlight calibrate PROJECT --gamma srgb",
+                ),
+            ));
+        }
         let probes = Probes::load(project, progress)?;
         let subject = Subject::load(project, &probes, progress)?;
         let interview = histogram(

@@ -40,7 +40,7 @@ struct LampCells {
 /// Correlation between a surface's responses to light from two directions at an angle, 1 to 0, averaged over all
 /// surfaces: matte shading with any normal, times a shadow edge in any direction. Both are arc-cosine kernels (Cho
 /// and Saul 2009, degrees 1 and 0).
-pub(super) fn kernel(cosine: f32) -> f32 {
+pub(crate) fn kernel(cosine: f32) -> f32 {
     use std::f32::consts::PI;
     let angle = cosine.clamp(-1.0, 1.0).acos();
     let shading = (angle.sin() + (PI - angle) * angle.cos()) / PI;
@@ -49,7 +49,7 @@ pub(super) fn kernel(cosine: f32) -> f32 {
 
 /// Inverse of a symmetric positive matrix of `n` × `n`, regularised if slightly indefinite; `None` if it is 0, NaN
 /// or infinite.
-fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+pub(crate) fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
     let mut positive = matrix.to_vec();
     for i in 0..n {

@@ -1,7 +1,7 @@
 //! Mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken by one camera at
 //! one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
 
-mod interview;
+pub(super) mod interview;
 mod profile;
 
 use super::PROVISIONAL;

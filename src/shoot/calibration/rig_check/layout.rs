@@ -221,19 +221,19 @@ impl LayoutComparison {
         match &self.outcome {
             Outcome::Nothing => vec![],
             Outcome::WrongCount(count) => whole(format!(
-                "The layout has {count} directions for {} lamps and was not checked. Correct the \
-                 directions in the manifest and import again",
+                "The list of lamps has {count} directions for {} lamps and was not checked. Correct the list (.lp, or the \
+                 manifest's directions) and import again",
                 rig.lamps.len()
             )),
             Outcome::Mirrored => whole(
-                "The layout is the mirror image of the measured lamps: left and right are swapped in it, or the \
-                 pictures are flopped. Change the sign of x in the manifest's directions, or flop the pictures"
+                "The list of lamps is the mirror image of the measured lamps: left and right are swapped in it, or the \
+                 pictures are flopped. Change the sign of x in the list (.lp, or the manifest's directions), or flop the pictures"
                     .into(),
             ),
             Outcome::OtherDome(median_deg) => whole(format!(
-                "The measured lamps are {median_deg:.0}° (median) away from their places in the layout, and no \
-                 rotation of the layout helps. Check that the manifest belongs to this dome and uses the axes +X \
-                 right, +Y up, +Z to the camera"
+                "The measured lamps are {median_deg:.0}° (median) away from their places in the list of lamps, and no \
+                 rotation of the list helps. Check that the list (.lp, or the manifest's directions) belongs to this dome and \
+                 uses the axes +X right, +Y up, +Z to the camera"
             )),
             Outcome::Reordered(moved) => {
                 let mut lamps: Vec<usize> = moved.iter().map(|(lamp, _)| *lamp).collect();

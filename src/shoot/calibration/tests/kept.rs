@@ -92,6 +92,7 @@ fn small_calibration() -> Calibration {
         rig_findings: vec![],
         rig_faults: vec![],
         two_balls: None,
+        by_list: false,
         motion: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {

@@ -8,6 +8,7 @@ use project::{Ball, Shoot};
 use std::path::{Path, PathBuf};
 
 mod kept;
+mod listed;
 mod real;
 mod shared;
 mod strange;

@@ -45,6 +45,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         None => quiet_ui(ui, "Reading the folder"),
     }
     ui.add_space(GAP);
+    layer_ui(ui, &context.wizard.layers(), &mut changed);
     if let Some(scan) = scan.or(gathered.as_ref()) {
         choices_ui(ui, scan, plan, &mut changed, out);
         ui.add_space(GAP);
@@ -129,6 +130,24 @@ fn line_ui(ui: &mut Ui, line: &Line) {
         if let Some(lack) = &line.lack {
             ui.add(egui::Label::new(RichText::new(lack).color(color)).wrap());
         }
+    });
+}
+
+/// Choice among the layers of EXR files that have several.
+fn layer_ui(ui: &mut Ui, layers: &[String], plan: &mut Plan) {
+    if layers.is_empty() && plan.layer.is_none() {
+        return;
+    }
+    row_ui(ui, "EXR layer", |ui, name| {
+        const FINISHED: &str = "Finished picture";
+        let shown = plan.layer.clone().unwrap_or_else(|| FINISHED.to_owned());
+        let list = ComboBox::from_id_salt("layer").selected_text(shown).show_ui(ui, |ui| {
+            ui.selectable_value(&mut plan.layer, None, FINISHED);
+            for layer in layers.iter().filter(|layer| !layer.is_empty()) {
+                ui.selectable_value(&mut plan.layer, Some(layer.clone()), layer);
+            }
+        });
+        list.response.labelled_by(name);
     });
 }
 

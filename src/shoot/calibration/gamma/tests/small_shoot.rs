@@ -90,6 +90,7 @@ impl SmallShoot {
                 shoot: Shoot {
                     folder: PathBuf::from("shoot"),
                     frame_rate: 25.0,
+                    without_balls: false,
                     layer: None,
                     poses: names("pose", 4),
                     lamps: names("olat_", dome().len()),
