@@ -42,6 +42,14 @@ impl Shading {
         }
     }
 
+    /// Light of each OLAT relative to the median.
+    pub fn relative(&self) -> impl Iterator<Item = f64> {
+        let mut sorted = self.light.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        self.light.iter().map(move |light| light / median)
+    }
+
     /// The shading under some lamps, divided by their energies.
     pub fn of_lamps(&self, lamps: &[usize], energies: &[f64]) -> Self {
         let all = self.light.len();

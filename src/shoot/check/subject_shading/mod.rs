@@ -28,6 +28,8 @@ const FEWEST: usize = 5;
 const BLACK: f64 = 0.1;
 /// The same without another pose to compare with, for lamps behind the subject: their light is known less.
 const BLACK_BEHIND: f64 = 0.02;
+/// Share of the median OLAT's light below which no lamp is on.
+const NOTHING: f64 = 5e-4;
 /// Share of the brightest lamp's light on a convex subject below which a lamp is behind it.
 const BEHIND: f64 = 0.1;
 /// Correlation of the lamps with the places of their light below which left and right are exchanged.
@@ -185,19 +187,39 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
         order.iter().map(|&lamp| lamps[lamp].direction.as_dvec3()).collect();
     let energies: Vec<f64> =
         order.iter().map(|&lamp| f64::from(luminance(lamps[lamp].energy))).collect();
-    let poses: Vec<Shading> = poses.iter().map(|pose| pose.of_lamps(&order, &energies)).collect();
-    if poses.iter().any(|pose| !(pose.light.iter().sum::<f64>() > 0.0)) {
+    let given: Vec<Shading> = poses.iter().map(|pose| pose.of_lamps(&order, &energies)).collect();
+    if given.iter().any(|pose| !(pose.light.iter().sum::<f64>() > 0.0)) {
         return None;
     }
     let kernel = Kernel::new(&directions)?;
-    let black = black(&poses, &kernel);
-    let mut faults = mirrored(&directions, &poses, &black);
-    let products: Vec<Vec<f64>> = poses.iter().map(|pose| pose.products.clone()).collect();
-    faults.extend(kernel.faults(&order, &products, &black));
-    for (i, &lamp) in order.iter().enumerate() {
-        let poses: Vec<usize> = (0..poses.len()).filter(|&pose| black[pose][i]).collect();
-        if !poses.is_empty() {
-            faults.push(Fault { kind: Kind::Black(lamp), poses, certain: true });
+    // The OLATs in the order found without the black ones.
+    let ordered = |black: &[Vec<bool>]| {
+        let (faults, places) = kernel.faults(&order, &given, black);
+        let pose = |(pose, places): (&&Shading, &Vec<usize>)| {
+            let lamps: Vec<usize> = places.iter().map(|&place| order[place]).collect();
+            pose.of_lamps(&lamps, &energies)
+        };
+        (faults, poses.iter().zip(&places).map(pose).collect::<Vec<Shading>>())
+    };
+    // A weak lamp in the place of a strong one looks black, until they are exchanged.
+    let usual = black(&given, &kernel);
+    let count = |black: &[Vec<bool>]| black.concat().iter().filter(|black| **black).count();
+    let lit = ordered(
+        &given
+            .iter()
+            .map(|pose| pose.relative().map(|l| l < NOTHING).collect())
+            .collect::<Vec<_>>(),
+    );
+    let (mut faults, poses) =
+        if count(&black(&lit.1, &kernel)) < count(&usual) { lit } else { ordered(&usual) };
+    if !faults.iter().any(|fault| fault.kind == Kind::Disordered) {
+        let black = black(&poses, &kernel);
+        faults.extend(mirrored(&directions, &poses, &black));
+        for (i, &lamp) in order.iter().enumerate() {
+            let poses: Vec<usize> = (0..poses.len()).filter(|&pose| black[pose][i]).collect();
+            if !poses.is_empty() {
+                faults.push(Fault { kind: Kind::Black(lamp), poses, certain: true });
+            }
         }
     }
     faults.sort_by_key(|fault| !fault.certain);
@@ -207,13 +229,7 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
 /// Black OLATs of each pose: dark beside those of other poses, or in all poses beside those of other lamps.
 fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
     let lamps = 0..kernel.deviations.len();
-    let relative = |pose: &Shading| {
-        let mut sorted = pose.light.clone();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted[sorted.len() / 2];
-        pose.light.iter().map(|light| light / median).collect::<Vec<f64>>()
-    };
-    let relative: Vec<Vec<f64>> = poses.iter().map(relative).collect();
+    let relative: Vec<Vec<f64>> = poses.iter().map(|pose| pose.relative().collect()).collect();
     let shares: Vec<Vec<f64>> = poses.iter().map(|pose| kernel.shares(&pose.products)).collect();
     let brightest = kernel.deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
     let never = |lamp: usize| {

@@ -1,6 +1,6 @@
 //! The OLATs' order, by the correlations that the lamps' directions let expect.
 
-use super::{Fault, Kind};
+use super::{Fault, Kind, Shading};
 use calibration::cholesky::Cholesky;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -31,6 +31,14 @@ struct Change {
     from: usize,
     to: usize,
     turn: Turn,
+}
+
+/// A pose in an order of its OLATs.
+struct Ordered {
+    /// Correlations of the OLATs, row by row.
+    measured: Vec<f64>,
+    /// Place of each lamp's OLAT in the given order.
+    places: Vec<usize>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,16 +112,21 @@ impl Kernel {
         (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| value(i, j)).collect()
     }
 
-    /// Faults of the order of the lamps' OLATs. `lamps` has the lamps' indices in the rig, `products` and `black` those
-    /// of each pose.
+    /// Faults of the OLATs' order, and for each pose the place of every lamp's OLAT. `lamps` are the lamps' indices in
+    /// the rig.
     pub fn faults(
         &self,
         lamps: &[usize],
-        products: &[Vec<f64>],
+        poses: &[Shading],
         black: &[Vec<bool>],
-    ) -> Vec<Fault> {
-        let mut poses: Vec<Vec<f64>> =
-            products.iter().zip(black).map(|(p, b)| self.measured(p, b)).collect();
+    ) -> (Vec<Fault>, Vec<Vec<usize>>) {
+        let places: Vec<usize> = (0..self.count()).collect();
+        let mut poses: Vec<Ordered> = (poses.iter().zip(black))
+            .map(|(pose, black)| Ordered {
+                measured: self.measured(&pose.products, black),
+                places: places.clone(),
+            })
+            .collect();
         let all: Vec<usize> = (0..poses.len()).collect();
         let [together, single] = GAIN;
         let mut faults =
@@ -129,25 +142,24 @@ impl Kernel {
                 }
             }
         }
-        faults
+        (faults, poses.into_iter().map(|pose| pose.places).collect())
     }
 
     /// Finds changes of order that all of these poses share, and undoes them.
     fn changes(
         &self,
         lamps: &[usize],
-        measured: &mut [Vec<f64>],
+        ordered: &mut [Ordered],
         poses: &[usize],
         least: f64,
     ) -> Vec<Fault> {
         let mut faults = Vec::new();
         for round in 0.. {
-            let mean = mean(measured);
+            let mean = mean(ordered);
             let (change, gain) = self.best(&mean);
             let unit = self.median_cost(&change.applied(&mean, self.count()));
-            let against =
-                |pose: &Vec<f64>| self.gain(pose, change) < -least * unit && measured.len() > 1;
-            if gain < least * unit || measured.iter().any(against) {
+            let against = |pose: &Ordered| self.gain(&pose.measured, change) < -least * unit;
+            if gain < least * unit || ordered.iter().any(against) {
                 break;
             }
             let disordered = round == CHANGES;
@@ -160,8 +172,9 @@ impl Kernel {
             if disordered {
                 break;
             }
-            for pose in &mut *measured {
-                *pose = change.applied(pose, self.count());
+            for pose in &mut *ordered {
+                pose.measured = change.applied(&pose.measured, self.count());
+                pose.places = (0..self.count()).map(|i| pose.places[change.source(i)]).collect();
             }
         }
         faults
@@ -253,11 +266,13 @@ fn matt(lamp: DVec3) -> Vec<f64> {
     (0..NORMALS).map(|i| scale * normal(i).dot(lamp).max(0.0)).collect()
 }
 
-/// Mean of some matrices.
-fn mean(matrices: &[Vec<f64>]) -> Vec<f64> {
-    let mut mean = vec![0.0; matrices[0].len()];
-    for (sum, value) in matrices.iter().flat_map(|m| m.iter().enumerate()).map(|(i, v)| (i, v)) {
-        mean[sum] += value / matrices.len() as f64;
+/// Mean of the correlations of some poses.
+fn mean(poses: &[Ordered]) -> Vec<f64> {
+    let mut mean = vec![0.0; poses[0].measured.len()];
+    for pose in poses {
+        for (sum, value) in mean.iter_mut().zip(&pose.measured) {
+            *sum += value / poses.len() as f64;
+        }
     }
     mean
 }

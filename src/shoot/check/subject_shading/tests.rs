@@ -51,7 +51,7 @@ impl Measured {
     }
 
     fn black(&self, poses: &[usize], lamp: usize) -> Self {
-        let factor = |i| if i == lamp { 1e3 } else { 1.0 };
+        let factor = |i| if i == lamp { 1e4 } else { 1.0 };
         let factors: Vec<f64> = (0..self.lamps.len()).map(factor).collect();
         self.changed(poses, &self.in_order(), &factors)
     }
