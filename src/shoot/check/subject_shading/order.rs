@@ -37,6 +37,8 @@ struct Change {
 struct Ordered {
     /// Correlations of the OLATs, row by row.
     measured: Vec<f64>,
+    /// True for black OLATs, which tell nothing of their order.
+    black: Vec<bool>,
     /// Place of each lamp's OLAT in the given order.
     places: Vec<usize>,
 }
@@ -124,6 +126,7 @@ impl Kernel {
         let mut poses: Vec<Ordered> = (poses.iter().zip(black))
             .map(|(pose, black)| Ordered {
                 measured: self.measured(&pose.products, black),
+                black: black.clone(),
                 places: places.clone(),
             })
             .collect();
@@ -156,7 +159,9 @@ impl Kernel {
         let mut faults = Vec::new();
         for round in 0.. {
             let mean = mean(ordered);
-            let (change, gain) = self.best(&mean);
+            let black: Vec<bool> =
+                (0..self.count()).map(|i| ordered.iter().all(|pose| pose.black[i])).collect();
+            let (change, gain) = self.best(&mean, &black);
             let unit = self.median_cost(&change.applied(&mean, self.count()));
             let against = |pose: &Ordered| self.gain(&pose.measured, change) < -least * unit;
             if gain < least * unit || ordered.iter().any(against) {
@@ -174,6 +179,7 @@ impl Kernel {
             }
             for pose in &mut *ordered {
                 pose.measured = change.applied(&pose.measured, self.count());
+                pose.black = (0..self.count()).map(|i| pose.black[change.source(i)]).collect();
                 pose.places = (0..self.count()).map(|i| pose.places[change.source(i)]).collect();
             }
         }
@@ -181,11 +187,12 @@ impl Kernel {
     }
 
     /// The change of order with the largest gain.
-    fn best(&self, measured: &[f64]) -> (Change, f64) {
+    fn best(&self, measured: &[f64], black: &[bool]) -> (Change, f64) {
         let n = self.count();
         let exchanges = (0..n).flat_map(|from| {
             (from + 1..n).map(move |to| Change { from, to, turn: Turn::Exchange })
         });
+        let exchanges = exchanges.filter(|change| !black[change.from] && !black[change.to]);
         // A picture too few or too many moves all before or after it.
         let ends = (2..n).map(|to| (0, to)).chain((1..n - 2).map(|from| (from, n - 1)));
         let turns = ends

@@ -87,7 +87,7 @@ fn kinds(faults: &[Fault]) -> Vec<(Kind, Vec<usize>)> {
 #[test]
 fn each_fault_of_a_shoot_is_named_and_a_good_shoot_has_none() {
     let folder = tempfile::tempdir().unwrap();
-    let shoot = TestShoot { frames: 2, lamps: 41, size: 96, working_size: 64 };
+    let shoot = TestShoot { frames: 2, lamps: 41, size: 64, working_size: 64 };
     let (project, _) = shoot.calibrate(folder.path(), "project");
     let good = Measured::read(&project);
     let (all, last) = (good.all(), good.lamps.len() - 1);
@@ -207,8 +207,8 @@ impl Table {
 fn random_faults_are_named_and_good_shoots_stay_good() {
     let text = |name: &str| std::env::var(name).ok();
     let read = |name: &str, usual: usize| text(name).map_or(usual, |text| text.parse().unwrap());
-    let (count, first, each) = (read("SHOOTS", 2), read("FIRST", 0), read("EACH", 4));
-    let (lamps, size) = (read("LAMPS", 41), read("SIZE", 96));
+    let (count, first, each) = (read("SHOOTS", 1), read("FIRST", 0), read("EACH", 4));
+    let (lamps, size) = (read("LAMPS", 41), read("SIZE", 64));
     let mut random = ChaCha8Rng::seed_from_u64(first as u64);
     let mut draw = move |below: usize| random.random_range(0..below);
     let mut table = Table::default();
