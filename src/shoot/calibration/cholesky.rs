@@ -1,7 +1,7 @@
 //! Positive definite systems of a few hundred unknowns.
 
 /// Lower triangle L of L·Lᵀ = `matrix` (n × n, row by row, positive definite).
-pub(crate) struct Cholesky {
+pub struct Cholesky {
     lower: Vec<f64>,
     n: usize,
 }

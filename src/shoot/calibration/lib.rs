@@ -1,7 +1,7 @@
 //! Calibration: lamp directions and energies, the interview's light as a sum of lamps, and the camera response.
 
 mod blind_cone;
-mod cholesky;
+pub mod cholesky;
 mod code_values;
 pub mod develop;
 mod footprint;

@@ -115,7 +115,8 @@ mod tests {
         let level = |shown: Mask| {
             let poses = [13.0, 15.0, 17.0, 19.0].map(|at| {
                 let (plate, mask) = subject(at, 0..32);
-                Pose { olats: vec![], peaks: vec![], plate, mask, matte: String::new() }
+                let (matte, name, shading) = Default::default();
+                Pose { olats: vec![], peaks: vec![], plate, mask, matte, name, shading }
             });
             let frames = [14.0, 16.0, 18.0].map(|at| {
                 let (plate, mask) = subject(at, filmed.clone());

@@ -13,6 +13,7 @@ mod mattes;
 mod motion;
 mod pictures;
 mod response;
+mod subject_shading;
 
 pub use environments::LitEnvironment;
 
@@ -48,6 +49,8 @@ pub enum Subject {
     LampsSeen,
     /// Agreement of all evidence on the lamps' directions.
     LampsAgree,
+    /// Agreement of the lamps on the mirror balls with the subject's shading.
+    Shading,
     /// Clipping of the lamps on the mirror balls.
     LampsClipped,
     /// Lamps hidden behind the ball.
@@ -72,7 +75,7 @@ pub enum Subject {
 
 impl Subject {
     /// Subjects for every calibrated project.
-    const OF_PROJECT: [Self; 9] = [
+    const OF_PROJECT: [Self; 10] = [
         Self::LampsSeen,
         Self::LampsAgree,
         Self::LampsClipped,
@@ -80,6 +83,7 @@ impl Subject {
         Self::Response,
         Self::InterviewLight,
         Self::Motion,
+        Self::Shading,
         Self::Frames,
         Self::Mattes,
     ];
@@ -162,6 +166,7 @@ impl Subject {
         match self {
             Self::LampsSeen => "Lamps seen",
             Self::LampsAgree => "Lamps agree",
+            Self::Shading => "Lamps on the subject",
             Self::LampsClipped => "Lamps clipped",
             Self::LampsHidden => "Lamps hidden",
             Self::Response => "Camera response",
@@ -261,6 +266,7 @@ impl Evidence {
 
     /// Judges the project, and the demands of some environments on it.
     pub fn report(&self, environments: &[LitEnvironment]) -> CheckReport {
+        const OF_PICTURES: [Subject; 3] = [Subject::Shading, Subject::Frames, Subject::Mattes];
         let mut checks = match &self.calibration {
             Ok(Some(calibration)) => {
                 let mut checks = lamps::checks(calibration);
@@ -268,10 +274,13 @@ impl Evidence {
                 checks.push(response::interview_light(calibration));
                 checks.push(motion::check(calibration));
                 checks.extend(match &self.pictures {
-                    Some(Ok(pictures)) => [frames::check(pictures), mattes::check(pictures)],
-                    Some(Err(why)) => [Subject::Frames, Subject::Mattes]
-                        .map(|subject| Check::unread(subject, why)),
-                    None => [Subject::Frames, Subject::Mattes].map(Check::uncalibrated),
+                    Some(Ok(pictures)) => [
+                        subject_shading::check(pictures, calibration),
+                        frames::check(pictures),
+                        mattes::check(pictures),
+                    ],
+                    Some(Err(why)) => OF_PICTURES.map(|subject| Check::unread(subject, why)),
+                    None => OF_PICTURES.map(Check::uncalibrated),
                 });
                 checks
             }

@@ -1,5 +1,6 @@
 //! Small pictures of the poses and some frames, so that all fit into memory.
 
+use super::subject_shading::Shading;
 use base::error::Result;
 use base::progress::Progress;
 use calibration::Calibration;
@@ -34,6 +35,9 @@ pub(super) struct Pose {
     pub mask: Mask,
     /// Name of the matte in sentences.
     pub matte: String,
+    pub name: String,
+    /// Shading under every lamp of the shoot.
+    pub shading: Shading,
 }
 
 /// A frame of the interview.
@@ -102,13 +106,15 @@ impl Pose {
             .collect::<Result<Vec<_>>>()?;
         let (mut olats, mut peaks): (Vec<Image>, Vec<Image>) = pictures.into_iter().unzip();
         let plate = sum(&olats, &calibration.interview_light());
-        // The other lamps light the interview, but no environment.
-        olats.truncate(settings.shoot.lamps.len());
-        peaks.truncate(settings.shoot.lamps.len());
         let matte = project.exemplar_matte(pose);
         let mask = footage::read_mask(&matte, &settings.framing)?;
         let mask = resize_area(&mask, side, side);
-        Ok(Self { olats, peaks, plate, mask, matte: matte.display().to_string() })
+        let shading = Shading::from_olats(&olats, &mask);
+        // The other lamps light the interview, but no environment.
+        olats.truncate(settings.shoot.lamps.len());
+        peaks.truncate(settings.shoot.lamps.len());
+        let (matte, name) = (matte.display().to_string(), settings.shoot.poses[pose].clone());
+        Ok(Self { olats, peaks, plate, mask, matte, name, shading })
     }
 }
 

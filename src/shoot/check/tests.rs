@@ -165,7 +165,7 @@ fn nothing_is_green_before_it_was_measured() {
     let project = TestShoot::default().import(folder.path(), "project");
     let evidence = Evidence::read(&project, &Progress::silent()).unwrap();
     let report = evidence.report(&[lit(Image::filled(8, 4, [1.0; 3]))]);
-    assert_eq!((report.level, report.checks.len()), (Level::Unknown, 12));
+    assert_eq!((report.level, report.checks.len()), (Level::Unknown, 13));
     for check in &report.checks {
         assert_eq!(check.level, Level::Unknown);
         assert!(check.remedy.as_ref().unwrap().contains("Calibrate the project"));
@@ -173,7 +173,7 @@ fn nothing_is_green_before_it_was_measured() {
     let json = serde_json::to_value(&report).unwrap();
     assert_eq!(json["level"], "unknown");
     assert_eq!(json["checks"][0]["subject"], "lamps-seen");
-    assert_eq!(json["checks"][10]["environment"], "test");
+    assert_eq!(json["checks"][11]["environment"], "test");
 }
 
 #[test]
@@ -330,6 +330,8 @@ fn brightness_beyond_half_floats_and_dark_that_is_lost_are_named() {
             plate: even(1.0),
             mask: imaging::Mask::filled(side, side, 1.0),
             matte: "pose00.png".to_owned(),
+            name: "pose00".to_owned(),
+            shading: Default::default(),
             olats: olats.to_vec(),
             peaks,
         };
@@ -358,5 +360,5 @@ fn the_plain_stage_is_green() {
     let (project, _) = shoot.calibrate(folder.path(), "project");
     let report = report(&project);
     assert_eq!(report.level, Level::Good, "{}", report.sentence());
-    assert_eq!(report.checks.len(), 9);
+    assert_eq!(report.checks.len(), 10);
 }

@@ -1,0 +1,290 @@
+//! Agreement of the lamps with the subject: each OLAT's shading against its lamp on the mirror balls.
+//!
+//! A matt point with normal n reflects max(n·l, 0) of a distant lamp l (Woodham 1980). Over all normals in view of the
+//! camera, OLATs of lamps l and m therefore correlate by k(l, m) = E[max(n·l, 0) · max(n·m, 0)] · (1 − θ/π), with θ
+//! between the lamps: shading times a shadow's edge, as in the interview's light. With Gaussian pixels of that
+//! covariance K, a hypothesis on the OLATs' order costs tr(K⁻¹·G), G the measured correlations, so that orders are
+//! compared without the pictures (Rasmussen and Williams 2006, section 5.4). Turned or mirrored balls keep K: these
+//! show in the place of the light on the subject, which is convex as a whole.
+
+mod measured;
+mod order;
+
+pub(super) use measured::Shading;
+
+use super::pictures::Pictures;
+use super::{Check, Level, Subject};
+use base::files::natural_order;
+use calibration::Calibration;
+use footage::scan::counted;
+use glam::{DVec2, DVec3};
+use imaging::color::luminance;
+use light::Lamp;
+use order::Kernel;
+
+/// Fewest lamps whose order shows.
+const FEWEST: usize = 5;
+/// Share of its usual light below which an OLAT is black.
+const BLACK: f64 = 0.1;
+/// The same without another pose to compare with, for lamps behind the subject: their light is known less.
+const BLACK_BEHIND: f64 = 0.02;
+/// Share of the median OLAT's light below which no lamp is on.
+const NOTHING: f64 = 5e-4;
+/// Share of the brightest lamp's light on a convex subject below which a lamp is behind it.
+const BEHIND: f64 = 0.1;
+/// Correlation of the lamps with the places of their light below which left and right are exchanged.
+const MIRRORED: f64 = -0.5;
+/// Least standard deviation of the lamps' directions along an axis to compare them with places.
+const SPREAD: f64 = 0.1;
+
+/// One disagreement.
+#[derive(Clone, Debug, PartialEq)]
+struct Fault {
+    kind: Kind,
+    /// Poses, counted from 0; all of them if a fault of the balls would look the same.
+    poses: Vec<usize>,
+    /// True if the evidence is strong.
+    certain: bool,
+}
+
+/// Kind of a disagreement, with lamps counted as in the rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// The OLAT is black, the lamp's ball is lit.
+    Black(usize),
+    /// Two lamps are exchanged.
+    Exchanged(usize, usize),
+    /// From one lamp to another, each OLAT shows the next lamp.
+    Early(usize, usize),
+    /// From one lamp to another, each OLAT shows the lamp before.
+    Late(usize, usize),
+    /// Another order altogether.
+    Disordered,
+    /// Left and right are mirrored.
+    Mirrored,
+    /// Up and down are mirrored.
+    UpsideDown,
+}
+
+/// Checks that the poses' shading agrees with the lamps.
+pub(super) fn check(pictures: &Pictures, calibration: &Calibration) -> Check {
+    let lamps = &calibration.rig.lamps;
+    let poses: Vec<&Shading> = pictures.poses.iter().map(|pose| &pose.shading).collect();
+    let Some(faults) = faults(lamps, &poses) else {
+        let sentence = format!(
+            "The subject does not show whether the OLATs fit the mirror balls: that takes {FEWEST} lamps and the poses' \
+             mattes"
+        );
+        return Check::new(Subject::Shading, Level::Unknown, sentence)
+            .remedy("Photograph more lamps, and check the mattes");
+    };
+    let names: Vec<&str> = pictures.poses.iter().map(|pose| pose.name.as_str()).collect();
+    judged(&faults, lamps, &names)
+}
+
+/// The check of some disagreements.
+fn judged(faults: &[Fault], lamps: &[Lamp], poses: &[&str]) -> Check {
+    const MOST: usize = 4;
+    let Some(first) = faults.first() else {
+        let sentence = format!(
+            "The subject's shading in {} agrees with the mirror balls",
+            counted(poses.len(), "pose")
+        );
+        return Check::new(Subject::Shading, Level::Good, sentence);
+    };
+    let mut sentences: Vec<String> =
+        faults.iter().take(MOST).map(|fault| fault.sentence(lamps, poses)).collect();
+    if let more @ 1.. = faults.len().saturating_sub(MOST) {
+        sentences.push(format!("{more} more"));
+    }
+    let certain = faults.iter().any(|fault| fault.certain);
+    let level = if certain { Level::Bad } else { Level::Doubtful };
+    let all = first.poses.len() == poses.len();
+    Check::new(Subject::Shading, level, sentences.join("; ")).remedy(first.kind.remedy(all))
+}
+
+impl Fault {
+    fn sentence(&self, lamps: &[Lamp], poses: &[&str]) -> String {
+        let name = |lamp: usize| &lamps[lamp].name;
+        let all = self.poses.len() == poses.len();
+        let named: Vec<&str> = self.poses.iter().map(|&pose| poses[pose]).collect();
+        let place = match (all, &named[..]) {
+            (true, [_, _, ..]) => "All poses".to_owned(),
+            (_, named) => format!("Pose {}", named.join(", ")),
+        };
+        match self.kind {
+            Kind::Black(lamp) => {
+                format!("{place}, {}: the OLAT is black, its mirror ball is lit", name(lamp))
+            }
+            Kind::Exchanged(a, b) => {
+                let (a, b) = (name(a), name(b));
+                format!("{place}: {a} and {b} are exchanged on the subject, not on the balls")
+            }
+            Kind::Early(from, to) => {
+                let (from, to) = (name(from), name(to));
+                format!("{place}: from {from} to {to}, each OLAT shows the next ball's lamp")
+            }
+            Kind::Late(from, to) => {
+                let (from, to) = (name(from), name(to));
+                format!("{place}: from {from} to {to}, each OLAT shows the lamp of the ball before")
+            }
+            Kind::Disordered => format!("{place}: the OLATs are in another order than the balls"),
+            Kind::Mirrored if all => {
+                "The mirror balls are mirrored: they show lamps on the left that light the subject from the right"
+                    .to_owned()
+            }
+            Kind::Mirrored => format!("{place}: the OLATs are mirrored left to right"),
+            Kind::UpsideDown if all => {
+                "The mirror balls are upside down: they show lamps above that light the subject from below".to_owned()
+            }
+            Kind::UpsideDown => format!("{place}: the OLATs are upside down"),
+        }
+    }
+}
+
+impl Kind {
+    /// Remedy for a fault in all poses or in some.
+    fn remedy(self, all: bool) -> &'static str {
+        match self {
+            Self::Black(_) if all => {
+                "Photograph this lamp again, or remove its pictures from all poses and the balls, and import again"
+            }
+            Self::Black(_) => {
+                "Photograph this OLAT again, or remove the lamp from all poses and the balls, and import again"
+            }
+            Self::Exchanged(..) if all => {
+                "Exchange the two names among the balls or among the OLATs, whichever is wrong, and calibrate again"
+            }
+            Self::Exchanged(..) => "Exchange the two OLATs of this pose, and calibrate again",
+            Self::Early(..) | Self::Late(..) if all => {
+                "Look for a missing or extra picture among the balls or the OLATs, number them again, and calibrate again"
+            }
+            Self::Early(..) | Self::Late(..) => {
+                "Look for a missing or extra picture in this pose, number its OLATs again, and calibrate again"
+            }
+            Self::Disordered => {
+                "Compare the OLATs with the balls, name them alike, and calibrate again"
+            }
+            Self::Mirrored | Self::UpsideDown if all => {
+                "Flip the photographs of the balls, and calibrate again"
+            }
+            Self::Mirrored | Self::UpsideDown => {
+                "Flip the pictures of this pose, and calibrate again"
+            }
+        }
+    }
+}
+
+/// All disagreements, the gravest first; None if the poses cannot tell.
+fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
+    let known = poses.iter().map(|pose| pose.light.len()).fold(lamps.len(), usize::min);
+    let mut order: Vec<usize> = (0..known).filter(|&lamp| lamps[lamp].is_usable()).collect();
+    order.sort_by(|&a, &b| natural_order(&lamps[a].name, &lamps[b].name));
+    if order.len() < FEWEST || poses.is_empty() {
+        return None;
+    }
+    let directions: Vec<DVec3> =
+        order.iter().map(|&lamp| lamps[lamp].direction.as_dvec3()).collect();
+    let energies: Vec<f64> =
+        order.iter().map(|&lamp| f64::from(luminance(lamps[lamp].energy))).collect();
+    let given: Vec<Shading> = poses.iter().map(|pose| pose.of_lamps(&order, &energies)).collect();
+    if given.iter().any(|pose| !(pose.light.iter().sum::<f64>() > 0.0)) {
+        return None;
+    }
+    let kernel = Kernel::new(&directions)?;
+    // The OLATs in the order found without the black ones.
+    let ordered = |black: &[Vec<bool>]| {
+        let (faults, places) = kernel.faults(&order, &given, black);
+        let pose = |(pose, places): (&&Shading, &Vec<usize>)| {
+            let lamps: Vec<usize> = places.iter().map(|&place| order[place]).collect();
+            pose.of_lamps(&lamps, &energies)
+        };
+        (faults, poses.iter().zip(&places).map(pose).collect::<Vec<Shading>>())
+    };
+    // A weak lamp in the place of a strong one looks black, until they are exchanged.
+    let usual = black(&given, &kernel);
+    let count = |black: &[Vec<bool>]| black.concat().iter().filter(|black| **black).count();
+    let lit = ordered(
+        &given
+            .iter()
+            .map(|pose| pose.relative().map(|l| l < NOTHING).collect())
+            .collect::<Vec<_>>(),
+    );
+    let (mut faults, poses) =
+        if count(&black(&lit.1, &kernel)) < count(&usual) { lit } else { ordered(&usual) };
+    if !faults.iter().any(|fault| fault.kind == Kind::Disordered) {
+        let black = black(&poses, &kernel);
+        faults.extend(mirrored(&directions, &poses, &black));
+        for (i, &lamp) in order.iter().enumerate() {
+            let poses: Vec<usize> = (0..poses.len()).filter(|&pose| black[pose][i]).collect();
+            if !poses.is_empty() {
+                faults.push(Fault { kind: Kind::Black(lamp), poses, certain: true });
+            }
+        }
+    }
+    faults.sort_by_key(|fault| !fault.certain);
+    Some(faults)
+}
+
+/// Black OLATs of each pose: dark beside those of other poses, or in all poses beside those of other lamps.
+fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
+    let lamps = 0..kernel.deviations.len();
+    let relative: Vec<Vec<f64>> = poses.iter().map(|pose| pose.relative().collect()).collect();
+    let shares: Vec<Vec<f64>> = poses.iter().map(|pose| kernel.shares(&pose.products)).collect();
+    let brightest = kernel.deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let never = |lamp: usize| {
+        let behind = kernel.deviations[lamp].powi(2) < BEHIND * brightest.powi(2);
+        let limit = if behind { BLACK_BEHIND } else { BLACK };
+        shares.iter().all(|shares| shares[lamp] < limit)
+    };
+    let beside = |pose: usize, lamp: usize| {
+        let all: f64 = relative.iter().map(|light| light[lamp]).sum();
+        let others = (all - relative[pose][lamp]) / (poses.len() - 1) as f64;
+        relative[pose][lamp] < BLACK * others
+    };
+    (0..poses.len())
+        .map(|pose| {
+            let beside = |lamp| poses.len() > 1 && beside(pose, lamp);
+            lamps.clone().map(|lamp| never(lamp) || beside(lamp)).collect()
+        })
+        .collect()
+}
+
+/// Mirrored balls or poses: light from the right is found on the left of the subject, or light from above below.
+fn mirrored(directions: &[DVec3], poses: &[Shading], black: &[Vec<bool>]) -> Vec<Fault> {
+    let along = |axis: usize| -> Vec<f64> {
+        (poses.iter().zip(black))
+            .map(|(pose, black)| {
+                let lit =
+                    (0..directions.len()).filter(|&i| !black[i] && pose.places[i].is_finite());
+                correlation(lit.map(|i| DVec2::new(directions[i][axis], pose.places[i][axis])))
+            })
+            .collect()
+    };
+    let mut faults = Vec::new();
+    for (axis, kind) in [(0, Kind::Mirrored), (1, Kind::UpsideDown)] {
+        let along = along(axis);
+        let poses: Vec<usize> = (0..along.len()).filter(|&p| along[p] < MIRRORED).collect();
+        if !poses.is_empty() {
+            faults.push(Fault { kind, poses, certain: true });
+        }
+    }
+    faults
+}
+
+/// Correlation of two quantities; 0 if the first hardly varies.
+fn correlation(pairs: impl Iterator<Item = DVec2>) -> f64 {
+    let pairs: Vec<DVec2> = pairs.collect();
+    let mean = pairs.iter().sum::<DVec2>() / pairs.len().max(1) as f64;
+    let (mut square, mut product) = (DVec2::ZERO, 0.0);
+    for pair in &pairs {
+        let off = *pair - mean;
+        square += off * off;
+        product += off.x * off.y;
+    }
+    let varies = (square.x / pairs.len() as f64).sqrt() > SPREAD && square.y > 0.0;
+    if varies { product / (square.x * square.y).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests;
