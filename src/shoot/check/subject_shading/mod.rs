@@ -79,7 +79,17 @@ pub(super) fn check(pictures: &Pictures, calibration: &Calibration) -> Check {
             .remedy("Photograph more lamps, and check the mattes");
     };
     let names: Vec<&str> = pictures.poses.iter().map(|pose| pose.name.as_str()).collect();
-    judged(&faults, lamps, &names)
+    let check = judged(&faults, lamps, &names);
+    if !calibration.by_list {
+        return check;
+    }
+    // Without balls, the list stands in their place.
+    let of_list = |text: String| {
+        let text = text.replace(" are upside down: they show", " is upside down: it has");
+        let text = text.replace(" are mirrored: they show", " is mirrored: it has");
+        text.replace("mirror balls", "list of lamps").replace("mirror ball", "place in the list")
+    };
+    Check { sentence: of_list(check.sentence), remedy: check.remedy.map(of_list), ..check }
 }
 
 /// The check of some disagreements.
