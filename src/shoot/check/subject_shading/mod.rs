@@ -24,10 +24,12 @@ use order::Kernel;
 
 /// Fewest lamps whose order shows.
 const FEWEST: usize = 5;
-/// Share of its usual light below which an OLAT is black.
+/// Share of its predicted light below which an OLAT is black, in front of the subject and behind, where it is known less.
 const BLACK: f64 = 0.1;
-/// The same without another pose to compare with, for lamps behind the subject: their light is known less.
 const BLACK_BEHIND: f64 = 0.02;
+/// Share of its light in other poses below which an OLAT is black. The subject may shade a lamp in some poses.
+const BESIDE: f64 = 0.02;
+const BESIDE_BEHIND: f64 = 0.005;
 /// Share of the median OLAT's light below which no lamp is on.
 const NOTHING: f64 = 5e-4;
 /// Share of the brightest lamp's light on a convex subject below which a lamp is behind it.
@@ -242,15 +244,16 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
     let relative: Vec<Vec<f64>> = poses.iter().map(|pose| pose.relative().collect()).collect();
     let shares: Vec<Vec<f64>> = poses.iter().map(|pose| kernel.shares(&pose.products)).collect();
     let brightest = kernel.deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let is_behind = |lamp: usize| kernel.deviations[lamp].powi(2) < BEHIND * brightest.powi(2);
     let never = |lamp: usize| {
-        let behind = kernel.deviations[lamp].powi(2) < BEHIND * brightest.powi(2);
-        let limit = if behind { BLACK_BEHIND } else { BLACK };
+        let limit = if is_behind(lamp) { BLACK_BEHIND } else { BLACK };
         shares.iter().all(|shares| shares[lamp] < limit)
     };
     let beside = |pose: usize, lamp: usize| {
         let all: f64 = relative.iter().map(|light| light[lamp]).sum();
         let others = (all - relative[pose][lamp]) / (poses.len() - 1) as f64;
-        relative[pose][lamp] < BLACK * others
+        let limit = if is_behind(lamp) { BESIDE_BEHIND } else { BESIDE };
+        relative[pose][lamp] < limit * others
     };
     (0..poses.len())
         .map(|pose| {
