@@ -21,6 +21,13 @@ pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     picture.0.pixels.iter().map(|pixel| pixel.map(code)).collect()
 }
 
+/// Mean square of the rounding errors of some codes, encoded: of 8 bits if all are whole 8-bit codes, else of [`STEPS`].
+pub(super) fn rounding<'a>(mut codes: impl Iterator<Item = &'a CodeValues>) -> f64 {
+    let is_8_bit = codes.all(|code| code.iter().all(|c| c % 16 == 0));
+    let steps = if is_8_bit { 255.0 } else { f64::from(STEPS) };
+    1.0 / (12.0 * steps * steps)
+}
+
 /// Largest light of scaled pictures: below clipping.
 const HIGHEST: f32 = 0.9;
 
@@ -97,6 +104,13 @@ impl ResponseTable {
 mod tests {
     use super::*;
     use imaging::Raster;
+
+    #[test]
+    fn rounding_is_that_of_the_file() {
+        let of = |codes: &[CodeValues]| rounding(codes.iter()).sqrt() * 12f64.sqrt();
+        assert!((of(&[[0, 16, 4080], [32, 32, 32]]) - 1.0 / 255.0).abs() < 1e-12);
+        assert!((of(&[[0, 16, 4080], [32, 33, 32]]) - 1.0 / 4080.0).abs() < 1e-12);
+    }
 
     #[test]
     fn a_table_agrees_with_the_curve() {

@@ -108,6 +108,9 @@ impl Evidence {
     /// Deviation from which an exponent is only roughly known: at an encoded value of 0.2, a tenth of an exponent
     /// is a quarter of a stop.
     pub const ROUGH: f32 = 0.1;
+    /// Remedy for a curve that the pictures do not determine.
+    pub const REMEDY: &str = "Give the camera's curve, such as --gamma srgb, or film one of the poses in the interview's \
+                              light, and calibrate again";
     /// Size of ln exposure that counts as a changed exposure.
     pub const OTHER_EXPOSURE: f32 = 0.08;
     /// Smallest probability of a changed exposure that gives a warning.
@@ -150,6 +153,13 @@ impl Evidence {
         ];
         // An assumed exponent makes the other one rough too; only the cause is reported.
         let is_assumed = deviation.iter().any(|d| *d >= Self::UNDETERMINED);
+        if deviation.iter().all(|d| *d >= Self::UNDETERMINED) && self.better_curve.is_none() {
+            warnings.push(format!(
+                "the pictures do not determine the camera's curve, or contradict every dual gamma. {}",
+                Self::REMEDY
+            ));
+            return warnings;
+        }
         for (deviation, (exponent, tone, extent, remedy)) in deviation.into_iter().zip(tones) {
             if deviation >= Self::UNDETERMINED {
                 warnings.push(format!(
@@ -229,6 +239,10 @@ mod tests {
     #[test]
     fn each_doubt_has_its_sentence_and_its_remedy() {
         let evidence = Evidence { darkest: 0.4, exposure_deviation: 0.05, ..Evidence::default() };
+        let [unknown] = &evidence.warnings([0.6; 2], 1.0)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(unknown.contains("contradict every dual gamma") && unknown.contains("--gamma"));
         let [dark] = &evidence.warnings([0.6, 0.03], 1.0)[..] else {
             panic!("one doubt, one sentence");
         };

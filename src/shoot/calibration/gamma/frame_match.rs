@@ -12,7 +12,7 @@ pub(crate) struct FrameMatch {
     pub frame: usize,
     /// Pixels of the pose that are also the subject in the frame.
     pub pixels: Vec<MatchedPixel>,
-    /// Mismatch under a provisional response: the distance of the two pictures, divided by the distance of the pose
+    /// Least mismatch under the provisional responses: the distance of the two pictures, divided by the distance of the pose
     /// from the frame shifted by the matte's margin. 0 is a perfect match; at 1 a shift makes no difference.
     pub mismatch: f32,
 }
@@ -73,8 +73,8 @@ pub(super) struct PoseSamples {
     pose: usize,
     size: (usize, usize),
     places: Vec<usize>,
-    /// Relit pixels in light.
-    relit: Vec<[f32; 3]>,
+    /// Pixels relit under each provisional response, in light.
+    relit: Vec<Vec<[f32; 3]>>,
 }
 
 impl PoseSamples {
@@ -82,7 +82,7 @@ impl PoseSamples {
         pose: usize,
         size: (usize, usize),
         places: Vec<usize>,
-        relit: Vec<[f32; 3]>,
+        relit: Vec<Vec<[f32; 3]>>,
     ) -> Self {
         Self { pose, size, places, relit }
     }
@@ -94,7 +94,7 @@ impl PoseSamples {
         frame: usize,
         mask: &Mask,
         picture: &[CodeValues],
-        provisional: &ResponseTable,
+        provisional: &[ResponseTable],
     ) -> Option<FrameMatch> {
         if mask.size() != self.size {
             return None;
@@ -122,7 +122,9 @@ impl PoseSamples {
             })
             .collect();
         let mut found = FrameMatch { pose: self.pose, frame, pixels, mismatch: 1.0 };
-        found.mismatch = found.mismatch_under(&self.relit, provisional);
+        let mismatches = self.relit.iter().zip(provisional);
+        found.mismatch =
+            mismatches.map(|(relit, table)| found.mismatch_under(relit, table)).fold(1.0, f32::min);
         Some(found)
     }
 }

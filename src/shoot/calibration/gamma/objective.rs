@@ -1,7 +1,7 @@
 //! Cost of a response: the distance from the relit poses to the interview, and from the sum of the lamps' balls to
 //! the interview's ball.
 
-use super::super::code_values::{ResponseTable, STEPS};
+use super::super::code_values::{self, ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
 use super::GAMMA_PRIOR;
 use super::brightness::{Brightness, ExposurePrior, LocalCost, ball_errors};
@@ -11,11 +11,6 @@ use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use glam::{DMat3, DVec3};
 use imaging::{DualGamma, Response};
-
-/// Root-mean-square rounding error of 8 bits, the smallest measurable distance.
-pub(super) fn rounding() -> f64 {
-    1.0 / 255.0 / 12f64.sqrt()
-}
 
 /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the channels of
 /// pixels.
@@ -113,6 +108,8 @@ pub(super) struct Objective<'a> {
     pub remainder: f64,
     /// Assumption about the exposure.
     pub exposure: ExposurePrior,
+    /// Mean square of the rounding errors of the interview's codes.
+    rounding: f64,
 }
 
 impl<'a> Objective<'a> {
@@ -128,6 +125,7 @@ impl<'a> Objective<'a> {
             ball_count: subject.lamps as f64,
             remainder: 0.0,
             exposure: ExposurePrior::LeftAlone,
+            rounding: code_values::rounding(subject.frames.iter().flatten()),
             matched,
         };
         if objective.matched.is_empty() {
@@ -145,8 +143,8 @@ impl<'a> Objective<'a> {
     /// the interview's light is not a sum of the lamps, it carries no information about the response. The pixels of
     /// a pose and its frame are treated likewise, with one error for each of [`BLOCKS`].
     pub fn weigh(&mut self, best: &LinearPictures) {
-        let noise_share = |square: f64, noise: f64| {
-            let noise = noise.max(rounding().powi(2));
+        let noise_share = |square: f64, noise: f64, rounding: f64| {
+            let noise = noise.max(rounding);
             noise / square.max(noise)
         };
         self.remainder = best.ball.remainder();
@@ -155,7 +153,7 @@ impl<'a> Objective<'a> {
         let others = if self.remainder > 0.0 { 0.0 } else { pixels.min(self.subject.lamps as f64) };
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals have their
         // stated probability.
-        let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
+        let own = noise_share(self.ball_square(&ball), ball.noise, ball.rounding).powf(1.5);
         let count = own * pixels + (1.0 - own) * others;
         let shared = NOISE_BIAS * ball.noise.sqrt();
         self.ball_count = count / (1.0 + shared.powi(2) * count);
@@ -170,7 +168,10 @@ impl<'a> Objective<'a> {
                 errors.widen(&best.errors(x));
             }
         } else {
-            let own = noise_share(best.subject_square(x), self.matched_noise(best, x));
+            let own =
+                noise_share(best.subject_square(x), self.matched_noise(best, x), self.rounding);
+            // Light beside the lamps errs alike in neighbouring pixels, and fine detail makes its error look like noise.
+            let own = if self.remainder > 0.0 { 0.0 } else { own };
             let pixels = (best.pairs.values.len() / 3) as f64;
             self.pixel_count = own * pixels + (1.0 - own) * pixels.min(BLOCKS as f64);
         }
@@ -326,7 +327,7 @@ impl<'a> Objective<'a> {
             }
             None => {
                 let count = errors.len().max(1) as f64;
-                let square = product(&errors, &errors) / count + rounding().powi(2);
+                let square = product(&errors, &errors) / count + self.rounding;
                 let certainty = self.pixel_count / (count * square);
                 (errors, slopes, self.pixel_count * square.ln(), certainty)
             }
@@ -342,7 +343,7 @@ impl<'a> Objective<'a> {
 
     /// Cost of the balls: independent errors of unknown size.
     fn ball_cost(&self, linear: &LinearPictures) -> f64 {
-        self.ball_count * (self.ball_square(&linear.ball) + rounding().powi(2)).ln()
+        self.ball_count * (self.ball_square(&linear.ball) + linear.ball.rounding).ln()
     }
 
     /// Score over all brightnesses.

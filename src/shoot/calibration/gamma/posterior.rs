@@ -14,6 +14,8 @@ const STEPS: [f64; 3] = [0.03, 0.01, 0.3];
 /// Places of the grid on either side of the middle, and their spacing in deviations.
 const REACH: i32 = 2;
 const SPACING: f64 = 1.25;
+/// Distance from a bound of the exponents at which a minimum lies on it: more than the search's last step.
+const AT_BOUND: f64 = 0.01;
 
 /// The exponents and ln exposure under one assumption about the exposure.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +73,7 @@ impl Posterior {
                 break;
             }
         }
-        let prior = GAMMA_PRIOR.1;
+        let (middle, prior) = GAMMA_PRIOR;
         let mut posterior = posterior.unwrap_or(Self {
             gammas: found,
             log_exposure: 0.0,
@@ -80,6 +82,14 @@ impl Posterior {
             cost: f64::INFINITY,
         });
         posterior.gammas = found;
+        // Pictures that pull beyond the range contradict every curve in it, so they say nothing about the camera's.
+        let (low, high) = bounds();
+        if found.iter().any(|gamma| (gamma - low).min(high - gamma) < AT_BOUND) {
+            posterior.gammas = [middle; 2];
+            posterior.mean[..2].fill(middle);
+            posterior.deviation[..2].fill(prior);
+        }
+        let found = posterior.gammas;
         if let Some(linear) = objective.linearize(found) {
             posterior.log_exposure = objective.score(&linear).brightness.log_exposure;
         }

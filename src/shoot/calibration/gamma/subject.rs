@@ -4,12 +4,11 @@ use super::super::StandIn;
 use super::super::code_values::{self, CLIPPED, CodeValues, ResponseTable, STEPS, codes, encoded};
 use super::super::least_squares::NormalEquations;
 use super::super::probe::Probes;
-use super::GAMMA_PRIOR;
 use super::frame_match::{FrameMatch, PoseSamples};
 use super::matte::inside;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use imaging::{DualGamma, Mask, Response};
+use imaging::{Mask, Response};
 use project::{Framings, Matte, Picture, Project};
 use rayon::prelude::*;
 
@@ -19,6 +18,8 @@ pub(super) const QUANTILES: usize = 20;
 const SAMPLES: usize = 3000;
 /// Number of pooled interview frames, spread over the clip so that head movement averages out.
 const FRAMES: usize = 8;
+/// Exponents of the responses under which frames are matched to poses, before one is fitted.
+const PROVISIONAL: [f32; 4] = [1.0, 1.5, 2.2, 3.0];
 /// Number of interview frames searched for a pose: the first, and others spread over the clip.
 const SEARCHED_FRAMES: usize = 96;
 
@@ -49,20 +50,17 @@ pub(crate) struct Subject {
 
 impl Subject {
     /// Reads every pose and some frames at full size, because averaging encoded pixels would be wrong. The probes'
-    /// weights under a plausible response find the frame nearest to each pose.
+    /// weights under plausible responses find the frame nearest to each pose.
     ///
     /// # Errors
     /// When a file cannot be read or differs in size from its matte, the job was stopped, the mattes show no
     /// subject, or the subject is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
-        let provisional = &ResponseTable::new(&DualGamma {
-            gamma1: GAMMA_PRIOR.0 as f32,
-            gamma2: GAMMA_PRIOR.0 as f32,
-        });
-        let weights = &probes.weights(provisional);
+        let provisional = PROVISIONAL.map(|gamma| ResponseTable::of(&Response::Power(gamma)));
+        let weights = provisional.each_ref().map(|table| probes.weights(table));
         let scale = scale(project)?;
-        let (mut poses, samples) = load_poses(project, provisional, (weights, scale), progress)?;
-        let (frames, matched) = load_frames(project, &samples, (provisional, scale), progress)?;
+        let (mut poses, samples) = load_poses(project, (&provisional, &weights), scale, progress)?;
+        let (frames, matched) = load_frames(project, &samples, (&provisional, scale), progress)?;
         check_light(project, &poses, &frames)?;
         for (pose, frame_match) in poses.iter_mut().zip(matched) {
             pose.frame_match = frame_match;
@@ -93,8 +91,8 @@ impl Subject {
         sum(codes.unwrap_or_default(), table, weights)
     }
 
-    /// Each pose with its nearest frame and their mismatch under a response; poses without a frame of the same
-    /// outline are left out.
+    /// Each pose with its nearest frame and their mismatch under a response, or under a provisional one if that is less:
+    /// another pose differs under every response. Poses without a frame of the same outline are left out.
     pub fn nearest(
         &self,
         table: &ResponseTable,
@@ -104,7 +102,8 @@ impl Subject {
         matched
             .map(|(pose, frame_match)| {
                 let relit = self.relit(pose, table, weights);
-                (pose, frame_match, frame_match.mismatch_under(&relit, table))
+                let mismatch = frame_match.mismatch_under(&relit, table);
+                (pose, frame_match, mismatch.min(frame_match.mismatch))
             })
             .collect()
     }
@@ -157,8 +156,8 @@ impl Subject {
 /// Non-empty poses, with their samples relit under `weights` for the search of their frames.
 fn load_poses(
     project: &Project,
-    provisional: &ResponseTable,
-    (weights, scale): (&[[f32; 3]], f32),
+    (provisional, weights): (&[ResponseTable], &[Vec<[f32; 3]>]),
+    scale: f32,
     progress: &Progress,
 ) -> Result<(Vec<Pose>, Vec<PoseSamples>)> {
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
@@ -180,7 +179,9 @@ fn load_poses(
         let codes: Vec<CodeValues> =
             (0..inside.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
         if !codes.is_empty() {
-            let relit = relit(&codes, lamps, provisional, weights);
+            let responses = provisional.iter().zip(weights);
+            let relit =
+                responses.map(|(table, weights)| relit(&codes, lamps, table, weights)).collect();
             samples.push(PoseSamples::new(pose, mask.size(), inside, relit));
             poses.push(Pose { codes, frame_match: None });
         }
@@ -192,7 +193,7 @@ fn load_poses(
 fn load_frames(
     project: &Project,
     poses: &[PoseSamples],
-    (provisional, scale): (&ResponseTable, f32),
+    (provisional, scale): (&[ResponseTable], f32),
     progress: &Progress,
 ) -> Result<(Vec<Samples>, Vec<Option<FrameMatch>>)> {
     type FrameSample = (usize, Samples, Vec<Option<FrameMatch>>);

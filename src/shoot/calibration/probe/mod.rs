@@ -41,6 +41,8 @@ pub struct Probes {
     /// Median code values of the interview's ball outside the lamps; black if lamps are everywhere.
     interview_dark: CodeValues,
     profile: Vec<ProfilePixel>,
+    /// Mean square of the rounding errors of the profile's codes.
+    pub(super) profile_rounding: f64,
     /// Warning about the ball's circle.
     wrong_circle: Option<String>,
     /// Factor on the light of the ball's photographs: see [`scale`].
@@ -145,11 +147,13 @@ impl Probes {
             comparable,
             interview_dark: [0; 3],
             profile: vec![],
+            profile_rounding: 0.0,
             wrong_circle: None,
             scale: 1.0,
         };
         probes.interview_dark = probes.find_interview_dark();
         probes.profile = probes.make_profile(provisional);
+        probes.profile_rounding = code_values::rounding(probes.profile_codes());
         probes
     }
 

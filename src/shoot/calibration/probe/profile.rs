@@ -27,6 +27,8 @@ pub(crate) struct Profile {
     pub weights: Vec<[f32; 3]>,
     /// Evidence about the remainder from each channel of each cell.
     cells: Vec<CellSums>,
+    /// Mean square of the codes' rounding errors.
+    pub rounding: f64,
 }
 
 /// Sums over a cell's pixels of a channel for the fit of its remainder. Light is divided by the slope of the
@@ -85,15 +87,12 @@ impl Profile {
         let cost = |power: f64| {
             let [left, room] = (self.cells.iter().map(|cell| cell.left(power)))
                 .fold([0.0; 2], |sum, cell| [sum[0] + cell[0], sum[1] + cell[1]]);
-            pixels * (left + pixels * ROUNDING).max(1e-300).ln() + room
+            pixels * (left + pixels * self.rounding).max(1e-300).ln() + room
         };
         let powers = (0..=12).map(|i| if i == 0 { 0.0 } else { 10f64.powf(0.5 * f64::from(i)) });
         powers.min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(0.0)
     }
 }
-
-/// Mean square of 8-bit rounding errors.
-const ROUNDING: f64 = 1.0 / (255.0 * 255.0 * 12.0);
 
 impl Probes {
     /// Squared distance in encoded values between the interview's ball and the best sum of the lamps' balls, pixel
@@ -180,6 +179,7 @@ impl Probes {
         Profile {
             square: channels.iter().map(|channel| channel.square).sum::<f64>() / 3.0,
             noise: 0.5 * (noise(&channels[0], &channels[1]) + noise(&channels[1], &channels[2])),
+            rounding: self.profile_rounding,
             weights: lamps
                 .map(|lamp| [0, 1, 2].map(|c: usize| channels[c].weights[lamp] as f32))
                 .collect(),
