@@ -127,7 +127,7 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
     let root = folder.path().join("imported");
     let target = Target::of_text("manifest", path, vec![full, some.into_bytes(), b"{}".to_vec()]);
     let measured = fuzz::run!(target, |path: &Path| {
-        scan::scan(&shoot);
+        scan::scan(&shoot, None);
         let settings = ImportSettings { size: 32, seed: 1, layer: None };
         let _ = std::fs::remove_dir_all(&root);
         let imported = import(&root, &shoot, &settings, &Progress::silent())
