@@ -200,7 +200,8 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
     let energies: Vec<f64> =
         order.iter().map(|&lamp| f64::from(luminance(lamps[lamp].energy))).collect();
     let given: Vec<Shading> = poses.iter().map(|pose| pose.of_lamps(&order, &energies)).collect();
-    if given.iter().any(|pose| !(pose.light.iter().sum::<f64>() > 0.0)) {
+    let is_lit = |pose: &Shading| pose.light.iter().sum::<f64>() > 0.0;
+    if !given.iter().all(is_lit) {
         return None;
     }
     let kernel = Kernel::new(&directions)?;
