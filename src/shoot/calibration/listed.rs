@@ -1,8 +1,8 @@
 //! Calibration of a shoot without mirror balls: directions from its list of lamps, energies and the interview's light from
 //! the subject.
 
-use super::code_values::{CLIPPED, CodeValues, ResponseTable, codes};
-use super::gamma::{Case, Comparison, Evidence, Interval};
+use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
+use super::gamma::{Case, Comparison, Evidence, Interval, sample};
 use super::least_squares::NormalEquations;
 use super::median::median;
 use super::probe::interview::{inverse, kernel};
@@ -535,30 +535,29 @@ impl Samples {
     fn read(project: &Project, light: &Light) -> Result<Self> {
         const MOST: usize = 1000;
         let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
-        let masks = [project.exemplar_matte(light.pose), project.frame_matte(light.frame)]
-            .map(|matte| footage::read_mask(&matte, framing));
-        let [pose, frame] = masks;
-        let (pose, frame) = (pose?, frame?);
+        let mattes = [project.exemplar_matte(light.pose), project.frame_matte(light.frame)];
+        let read = |matte| footage::read_mask(matte, framing);
+        let masks = [read(&mattes[0])?, read(&mattes[1])?];
+        let [pose, frame] = &masks;
         let lamps = shoot.all_lamps().len();
-        let read = |picture: &_| Ok(codes(&footage::read_encoded(picture, framing)?));
-        let plate = read(&project.frame_picture(light.frame))?;
-        let is_open = |code: &CodeValues| code.iter().all(|c| *c < CLIPPED);
-        let mut shared: Vec<usize> = Vec::new();
-        if pose.size() == frame.size() && plate.len() == pose.pixels.len() {
-            shared.extend((0..plate.len()).filter(|&at| {
-                pose.pixels[at] > SOLID && frame.pixels[at] > SOLID && is_open(&plate[at])
-            }));
-        }
+        let is_shared = |at: &usize| pose.pixels[*at] > SOLID && frame.pixels[*at] > SOLID;
+        let same_size = pose.size() == frame.size();
+        let shared: Vec<usize> =
+            (0..pose.pixels.len()).filter(|at| same_size && is_shared(at)).collect();
         let step = shared.len().div_ceil(MOST).max(1);
         let places: Vec<usize> = shared.into_iter().step_by(step).collect();
+        let picture = project.frame_picture(light.frame);
+        let plate = sample(&picture, framing, frame, &mattes[1], &places, 1.0)?;
+        let is_open = |code: &CodeValues| code.iter().all(|c| *c < CLIPPED);
+        let (places, frame): (Vec<usize>, Vec<CodeValues>) =
+            places.into_iter().zip(plate).filter(|(_, code)| is_open(code)).unzip();
         let olats = (0..lamps)
             .into_par_iter()
             .map(|lamp| {
-                let olat = read(&project.olat_picture(light.pose, lamp))?;
-                Ok(places.iter().map(|&at| olat.get(at).copied().unwrap_or_default()).collect())
+                let picture = project.olat_picture(light.pose, lamp);
+                sample(&picture, framing, pose, &mattes[0], &places, 1.0)
             })
-            .collect::<Result<Vec<Vec<CodeValues>>>>()?;
-        let frame: Vec<CodeValues> = places.iter().map(|&at| plate[at]).collect();
+            .collect::<Result<Vec<_>>>()?;
         let olats = (0..frame.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
         Ok(Self { lamps, olats, frame })
     }
@@ -584,8 +583,7 @@ impl Samples {
                     .map(|(code, weight)| weight * f64::from(table.light(code[c])))
                     .sum();
                 let found = f64::from(table.encode(sum as f32));
-                square +=
-                    (found - f64::from(frame[c]) / f64::from(super::code_values::STEPS)).powi(2);
+                square += (found - f64::from(frame[c]) / f64::from(STEPS)).powi(2);
             }
         }
         square / (3 * self.frame.len()).max(1) as f64

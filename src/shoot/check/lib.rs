@@ -49,7 +49,7 @@ pub enum Subject {
     LampsSeen,
     /// Agreement of all evidence on the lamps' directions.
     LampsAgree,
-    /// Agreement of the lamps on the mirror balls with the subject's shading.
+    /// Agreement of the lamps' directions with the subject's shading.
     Shading,
     /// Clipping of the lamps on the mirror balls.
     LampsClipped,

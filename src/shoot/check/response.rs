@@ -86,8 +86,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
                 calibration.response
             );
         }
-        return check(level, sentence)
-            .remedy("Give the camera's response: afterlight calibrate PROJECT --gamma srgb, or film one of the poses");
+        return check(level, sentence).remedy(Evidence::REMEDY);
     }
     // The intervals assume that the lamps explain the interview's light.
     let [doubtful, bad] = UNEXPLAINED;

@@ -2,7 +2,7 @@
 
 use super::lamp_list;
 use super::map::{self, Map};
-use super::shoot::{Camera, Listing, Manifest, Probes, entries, name_of, several};
+use super::shoot::{Camera, Listing, Manifest, Probes, lamp_lists, movie_named, name_of, several};
 use super::takes::Rounds;
 use base::error::{Error, Result};
 use base::has_extension;
@@ -221,15 +221,9 @@ impl Parts {
 /// Lamps of the `.lp` list in a shoot's folder; `None` without one.
 /// Refuses a folder that lacks several parts, with all of them and the cost of each.
 fn check_parts(shoot: &Path) -> Result<()> {
-    let is_movie = |path: &Path, name: &str| {
-        movies::is_movie(path) && path.file_stem().is_some_and(|stem| stem == name)
-    };
-    let named = |name: &str| {
-        entries(shoot, |path| is_movie(path, name).then(String::new))
-            .is_ok_and(|all| !all.is_empty())
-    };
-    let has = |name: &str| shoot.join(name).is_dir() || named(name);
-    let has_list = lamp_list_of(shoot).is_ok_and(|list| list.is_some());
+    let has =
+        |name: &str| shoot.join(name).is_dir() || !matches!(movie_named(shoot, name, ""), Ok(None));
+    let has_list = lamp_lists(shoot).is_ok_and(|lists| !lists.is_empty());
     let lacks = [
         (!has("interview"), "interview/ or interview.mov: nothing to relight"),
         (
@@ -253,7 +247,7 @@ fn check_parts(shoot: &Path) -> Result<()> {
 }
 
 fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
-    let lists = entries(shoot, |path| has_extension(path, "lp").then(|| name_of(path)))?;
+    let lists = lamp_lists(shoot)?;
     match &lists[..] {
         [] => Ok(None),
         [name] => lamp_list::read(&shoot.join(name)).map(Some),

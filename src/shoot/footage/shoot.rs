@@ -434,10 +434,17 @@ impl Listing {
     }
 }
 
+/// Lists of lamps (`.lp`) in a shoot's folder.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn lamp_lists(shoot: &Path) -> Result<Vec<String>> {
+    entries(shoot, |path| has_extension(path, "lp").then(|| name_of(path)))
+}
+
 /// True if a shoot's folder has a list of lamps and no folder of mirror balls.
 fn is_without_balls(shoot: &Path) -> bool {
-    let list = |path: &Path| has_extension(path, "lp").then(|| name_of(path));
-    !shoot.join("probes").exists() && entries(shoot, list).is_ok_and(|lists| !lists.is_empty())
+    !shoot.join("probes").exists() && lamp_lists(shoot).is_ok_and(|lists| !lists.is_empty())
 }
 
 /// Pictures of a folder under these lamps, in the same order as their names.
@@ -467,7 +474,7 @@ fn in_order(shoot: &Path, inside: &Path, names: &[String], lamps: &[String]) -> 
 ///
 /// # Errors
 /// When there are several.
-fn movie_named(shoot: &Path, name: &str, remedy: &str) -> Result<Option<PathBuf>> {
+pub fn movie_named(shoot: &Path, name: &str, remedy: &str) -> Result<Option<PathBuf>> {
     let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
     let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
     let found = entries(shoot, movie).unwrap_or_default();

@@ -73,7 +73,7 @@ impl Posterior {
                 break;
             }
         }
-        let (middle, prior) = GAMMA_PRIOR;
+        let prior = GAMMA_PRIOR.1;
         let mut posterior = posterior.unwrap_or(Self {
             gammas: found,
             log_exposure: 0.0,
@@ -82,18 +82,23 @@ impl Posterior {
             cost: f64::INFINITY,
         });
         posterior.gammas = found;
-        // Pictures that pull beyond the range contradict every curve in it, so they say nothing about the camera's.
-        let (low, high) = bounds();
-        if found.iter().any(|gamma| (gamma - low).min(high - gamma) < AT_BOUND) {
-            posterior.gammas = [middle; 2];
-            posterior.mean[..2].fill(middle);
-            posterior.deviation[..2].fill(prior);
-        }
-        let found = posterior.gammas;
-        if let Some(linear) = objective.linearize(found) {
+        posterior.doubt_bounds();
+        if let Some(linear) = objective.linearize(posterior.gammas) {
             posterior.log_exposure = objective.score(&linear).brightness.log_exposure;
         }
         Ok(posterior)
+    }
+
+    /// Replaces an answer at a bound by the prior: pictures that pull beyond the range contradict every curve in it, so they
+    /// say nothing about the camera's.
+    fn doubt_bounds(&mut self) {
+        let (low, high) = bounds();
+        if self.gammas.iter().any(|gamma| (gamma - low).min(high - gamma) < AT_BOUND) {
+            let (middle, prior) = GAMMA_PRIOR;
+            self.gammas = [middle; 2];
+            self.mean[..2].fill(middle);
+            self.deviation[..2].fill(prior);
+        }
     }
 
     /// Mean, deviation and probability over all places of a grid with these axes, and the exponents' covariance.
@@ -194,4 +199,33 @@ fn principal(covariance: DMat2) -> (DMat2, DVec2) {
     let axes = DMat2::from_cols(turn, turn.perp());
     let along = |axis: DVec2| axis.dot(covariance * axis).max(0.0);
     (axes, DVec2::new(along(axes.x_axis), along(axes.y_axis)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_at_a_bound_is_none() {
+        let (low, high) = bounds();
+        let posterior = |gammas: [f64; 2]| {
+            let mut posterior = Posterior {
+                gammas,
+                log_exposure: 0.0,
+                mean: [gammas[0], gammas[1], 0.1],
+                deviation: [0.01; 3],
+                cost: 0.0,
+            };
+            posterior.doubt_bounds();
+            posterior
+        };
+        let (middle, prior) = GAMMA_PRIOR;
+        for gammas in [[high, 3.0], [1.5, high - 1e-3], [low, low]] {
+            let found = posterior(gammas);
+            assert_eq!((found.gammas, found.mean), ([middle; 2], [middle, middle, 0.1]));
+            assert_eq!(found.deviation, [prior, prior, 0.01]);
+        }
+        let inside = posterior([low + 0.05, high - 0.05]);
+        assert_eq!((inside.gammas[0], inside.deviation), (low + 0.05, [0.01; 3]));
+    }
 }

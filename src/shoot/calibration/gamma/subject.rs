@@ -309,7 +309,7 @@ fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
 }
 
 /// Code values of a picture at some places of its matte.
-pub(super) fn sample(
+pub(crate) fn sample(
     picture: &Picture,
     framing: &Framings,
     mask: &Mask,

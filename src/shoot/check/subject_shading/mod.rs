@@ -1,4 +1,4 @@
-//! Agreement of the lamps with the subject: each OLAT's shading against its lamp on the mirror balls.
+//! Agreement of the lamps with the subject: each OLAT's shading against its lamp's direction, by mirror balls or a list.
 //!
 //! A matt point with normal n reflects max(n·l, 0) of a distant lamp l (Woodham 1980). Over all normals in view of the
 //! camera, OLATs of lamps l and m therefore correlate by k(l, m) = E[max(n·l, 0) · max(n·m, 0)] · (1 − θ/π), with θ
@@ -74,24 +74,13 @@ pub(super) fn check(pictures: &Pictures, calibration: &Calibration) -> Check {
     let poses: Vec<&Shading> = pictures.poses.iter().map(|pose| &pose.shading).collect();
     let Some(faults) = faults(lamps, &poses) else {
         let sentence = format!(
-            "The subject does not show whether the OLATs fit the mirror balls: that takes {FEWEST} lamps and the poses' \
-             mattes"
+            "The OLATs cannot be compared with the lamps' directions: that takes {FEWEST} lamps and the poses' mattes"
         );
         return Check::new(Subject::Shading, Level::Unknown, sentence)
             .remedy("Photograph more lamps, and check the mattes");
     };
     let names: Vec<&str> = pictures.poses.iter().map(|pose| pose.name.as_str()).collect();
-    let check = judged(&faults, lamps, &names);
-    if !calibration.by_list {
-        return check;
-    }
-    // Without balls, the list stands in their place.
-    let of_list = |text: String| {
-        let text = text.replace(" are upside down: they show", " is upside down: it has");
-        let text = text.replace(" are mirrored: they show", " is mirrored: it has");
-        text.replace("mirror balls", "list of lamps").replace("mirror ball", "place in the list")
-    };
-    Check { sentence: of_list(check.sentence), remedy: check.remedy.map(of_list), ..check }
+    judged(&faults, lamps, &names)
 }
 
 /// The check of some disagreements.
@@ -99,7 +88,7 @@ fn judged(faults: &[Fault], lamps: &[Lamp], poses: &[&str]) -> Check {
     const MOST: usize = 4;
     let Some(first) = faults.first() else {
         let sentence = format!(
-            "The subject's shading in {} agrees with the mirror balls",
+            "The subject's shading in {} agrees with the lamps' directions",
             counted(poses.len(), "pose")
         );
         return Check::new(Subject::Shading, Level::Good, sentence);
@@ -126,28 +115,28 @@ impl Fault {
         };
         match self.kind {
             Kind::Black(lamp) => {
-                format!("{place}, {}: the OLAT is black, its mirror ball is lit", name(lamp))
+                format!("{place}, {}: the OLAT is black, though the lamp was found", name(lamp))
             }
             Kind::Exchanged(a, b) => {
                 let (a, b) = (name(a), name(b));
-                format!("{place}: {a} and {b} are exchanged on the subject, not on the balls")
+                format!("{place}: the OLATs of {a} and {b} are exchanged")
             }
             Kind::Early(from, to) => {
                 let (from, to) = (name(from), name(to));
-                format!("{place}: from {from} to {to}, each OLAT shows the next ball's lamp")
+                format!("{place}: from {from} to {to}, each OLAT shows the next lamp")
             }
             Kind::Late(from, to) => {
                 let (from, to) = (name(from), name(to));
-                format!("{place}: from {from} to {to}, each OLAT shows the lamp of the ball before")
+                format!("{place}: from {from} to {to}, each OLAT shows the lamp before")
             }
-            Kind::Disordered => format!("{place}: the OLATs are in another order than the balls"),
+            Kind::Disordered => format!("{place}: the OLATs are in another order than the lamps"),
             Kind::Mirrored if all => {
-                "The mirror balls are mirrored: they show lamps on the left that light the subject from the right"
+                "The lamps' directions are mirrored: lamps on the left light the subject from the right"
                     .to_owned()
             }
             Kind::Mirrored => format!("{place}: the OLATs are mirrored left to right"),
             Kind::UpsideDown if all => {
-                "The mirror balls are upside down: they show lamps above that light the subject from below".to_owned()
+                "The lamps' directions are upside down: lamps above light the subject from below".to_owned()
             }
             Kind::UpsideDown => format!("{place}: the OLATs are upside down"),
         }
@@ -159,26 +148,24 @@ impl Kind {
     fn remedy(self, all: bool) -> &'static str {
         match self {
             Self::Black(_) if all => {
-                "Photograph this lamp again, or remove its pictures from all poses and the balls, and import again"
+                "Photograph this lamp again, or remove it from all poses and from the balls or the list, and import again"
             }
             Self::Black(_) => {
-                "Photograph this OLAT again, or remove the lamp from all poses and the balls, and import again"
+                "Photograph this OLAT again, or remove the lamp from all poses and from the balls or the list, and import again"
             }
             Self::Exchanged(..) if all => {
-                "Exchange the two names among the balls or among the OLATs, whichever is wrong, and calibrate again"
+                "Exchange the two names among the OLATs, or among the balls or in the list, whichever is wrong, and import again"
             }
             Self::Exchanged(..) => "Exchange the two OLATs of this pose, and calibrate again",
             Self::Early(..) | Self::Late(..) if all => {
-                "Look for a missing or extra picture among the balls or the OLATs, number them again, and calibrate again"
+                "Look for a missing or extra picture among the balls, in the list or among the OLATs, number them again, and import again"
             }
             Self::Early(..) | Self::Late(..) => {
                 "Look for a missing or extra picture in this pose, number its OLATs again, and calibrate again"
             }
-            Self::Disordered => {
-                "Compare the OLATs with the balls, name them alike, and calibrate again"
-            }
+            Self::Disordered => "Name the OLATs like the balls or the list, and import again",
             Self::Mirrored | Self::UpsideDown if all => {
-                "Flip the photographs of the balls, and calibrate again"
+                "Flip the photographs of the balls, or the list's axis, and import again"
             }
             Self::Mirrored | Self::UpsideDown => {
                 "Flip the pictures of this pose, and calibrate again"

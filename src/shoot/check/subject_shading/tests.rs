@@ -124,11 +124,15 @@ fn sentences_name_pose_lamp_and_remedy() {
     let lamps = [lamp("lamp_11"), lamp("lamp_12")];
     let fault = Fault { kind: Kind::Black(1), poses: vec![1], certain: true };
     let check = judged(std::slice::from_ref(&fault), &lamps, &["p02", "p03"]);
-    assert_eq!(check.sentence, "Pose p03, lamp_12: the OLAT is black, its mirror ball is lit");
+    assert_eq!(check.sentence, "Pose p03, lamp_12: the OLAT is black, though the lamp was found");
     assert!(check.level == Level::Bad && check.remedy.unwrap().contains("Photograph"));
     let exchanged = Fault { kind: Kind::Exchanged(0, 1), poses: vec![0, 1], certain: false };
     let check = judged(&[exchanged], &lamps, &["p02", "p03"]);
-    assert!(check.sentence.starts_with("All poses: lamp_11 and lamp_12"), "{}", check.sentence);
+    assert!(
+        check.sentence.starts_with("All poses: the OLATs of lamp_11 and lamp_12"),
+        "{}",
+        check.sentence
+    );
     assert_eq!(check.level, Level::Doubtful);
     let many = vec![fault; 6];
     assert!(judged(&many, &lamps, &["p02", "p03"]).sentence.ends_with("; 2 more"));
