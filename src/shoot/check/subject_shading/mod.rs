@@ -27,13 +27,13 @@ const FEWEST: usize = 5;
 /// Share of its predicted light below which an OLAT is black, in front of the subject and behind, where it is known less.
 const BLACK: f64 = 0.1;
 const BLACK_BEHIND: f64 = 0.02;
+/// Share of the median OLAT's light above which no OLAT is black: a lamp that grazes the subject is no black one.
+const DARK: f64 = 0.003;
 /// Share of its light in other poses below which an OLAT is black. The subject may shade a lamp in some poses.
 const BESIDE: f64 = 0.02;
 const BESIDE_BEHIND: f64 = 0.005;
 /// Share of the median OLAT's light below which no lamp is on.
 const NOTHING: f64 = 5e-4;
-/// Share of the brightest lamp's light on a convex subject below which a lamp is behind it.
-const BEHIND: f64 = 0.1;
 /// Correlation of the lamps with the places of their light below which left and right are exchanged.
 const MIRRORED: f64 = -0.5;
 /// Least standard deviation of the lamps' directions along an axis to compare them with places.
@@ -218,7 +218,9 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
         for (i, &lamp) in order.iter().enumerate() {
             let poses: Vec<usize> = (0..poses.len()).filter(|&pose| black[pose][i]).collect();
             if !poses.is_empty() {
-                faults.push(Fault { kind: Kind::Black(lamp), poses, certain: true });
+                // Behind the subject, hair and shoulders shade a lamp in ways that are not known.
+                let certain = !kernel.is_behind(i);
+                faults.push(Fault { kind: Kind::Black(lamp), poses, certain });
             }
         }
     }
@@ -231,12 +233,12 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
     let lamps = 0..kernel.deviations.len();
     let relative: Vec<Vec<f64>> = poses.iter().map(|pose| pose.relative().collect()).collect();
     let shares: Vec<Vec<f64>> = poses.iter().map(|pose| kernel.shares(&pose.products)).collect();
-    let brightest = kernel.deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
-    let is_behind = |lamp: usize| kernel.deviations[lamp].powi(2) < BEHIND * brightest.powi(2);
+    let is_behind = |lamp: usize| kernel.is_behind(lamp);
     let never = |lamp: usize| {
         let limit = if is_behind(lamp) { BLACK_BEHIND } else { BLACK };
         shares.iter().all(|shares| shares[lamp] < limit)
     };
+    let is_dark = |pose: usize, lamp: usize| relative[pose][lamp] < DARK;
     let beside = |pose: usize, lamp: usize| {
         let all: f64 = relative.iter().map(|light| light[lamp]).sum();
         let others = (all - relative[pose][lamp]) / (poses.len() - 1) as f64;
@@ -246,7 +248,8 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
     (0..poses.len())
         .map(|pose| {
             let beside = |lamp| poses.len() > 1 && beside(pose, lamp);
-            lamps.clone().map(|lamp| never(lamp) || beside(lamp)).collect()
+            let is_black = |lamp| is_dark(pose, lamp) && (never(lamp) || beside(lamp));
+            lamps.clone().map(is_black).collect()
         })
         .collect()
 }

@@ -79,6 +79,13 @@ impl Kernel {
         Some(Self { deviations, correlations, inverse })
     }
 
+    /// True for a lamp behind the subject: its light on a convex one is below a tenth of the brightest lamp's.
+    pub fn is_behind(&self, lamp: usize) -> bool {
+        const BEHIND: f64 = 0.1;
+        let brightest = self.deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
+        self.deviations[lamp].powi(2) < BEHIND * brightest.powi(2)
+    }
+
     fn count(&self) -> usize {
         self.deviations.len()
     }
