@@ -8,10 +8,12 @@ use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
 
 /// Names as in `evaluate --with`, in page order.
-pub const METHODS: [&str; 7] =
-    ["nearest", "ratio", "harmonics", "transfer", "texler", "sun", "truth-olats"];
+pub const METHODS: [&str; 8] =
+    ["nearest", "ratio", "harmonics", "texler", "sun", "network", "transfer", "truth-olats"];
 /// Methods that are trained during the measurement.
 const LEARNING: [&str; 2] = ["texler", "sun"];
+/// The network without the transfer: scored with a rung's network, beside its prediction.
+const ALONE: &str = "network";
 /// The rig's limit, an upper bound for every method.
 pub const LIMIT: &str = "truth-olats";
 
@@ -50,7 +52,7 @@ pub fn measure(
     let Some((base, most)) = minutes(&ladder) else {
         return Ok(());
     };
-    for method in METHODS {
+    for method in METHODS.into_iter().filter(|method| *method != ALONE) {
         let learns = LEARNING.contains(&method);
         let first = seed == 0 && !longest;
         if clock.is_over() || !(learns || first) {
@@ -114,7 +116,7 @@ pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
     let mut found = Vec::new();
     for method in METHODS {
         let mut learnt: Vec<Option<(u64, f64)>> = vec![None];
-        if LEARNING.contains(&method) {
+        if LEARNING.contains(&method) || method == ALONE {
             let every = lengths.iter().flat_map(|&minutes| {
                 let first = first_seed(ladder);
                 (first..first + options.seeds).map(move |seed| Some((seed, minutes)))
@@ -132,7 +134,7 @@ pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
 }
 
 /// The prediction of the rung trained for these minutes with the first seed, with its pictures; the project applies the
-/// rung for this. Measured once; None if there is no such rung, or no time.
+/// rung for this, and the network alone is scored too. Measured once; None if there is no such rung, or no time.
 ///
 /// # Errors
 /// When the program fails.
@@ -163,6 +165,7 @@ pub fn network(
             let project = source.project();
             let project = project.to_string_lossy();
             options.afterlight(&["tradeoff", &project, "--apply", &rung.name])?;
+            score(options, source, ALONE, learnt)?;
             score(options, source, "prediction", learnt)?;
             let Some(kept) = Kept::read(&path) else {
                 return Ok(None);

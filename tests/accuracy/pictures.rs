@@ -19,7 +19,8 @@ const HEAD: &str = "# Which method wins where
 
 The prediction beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the same light;
 written by `make accuracy`. Pictures have the measure's exposure and codes, over black: for each light the frames in which the prediction
-is closest to the truth and farthest from it. Below each picture is its difference from the truth, times four, about grey. The best
+is closest to the truth and farthest from it. OLATs: a truth frame under the lamps with the prediction's lowest PSNR, its lower quartile
+and its median. Below each picture is its difference from the truth, times four, about grey. The best
 picture of a row is framed; the rig's limit (true OLATs) is not ranked.
 
 Tables: PSNR in each region of the subject, dB, over all truth frames; in brackets the region's share; best in bold. *Edge*: the
@@ -43,13 +44,18 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
             continue;
         };
         let name = format!("{}.jpg", measuring::file_name(&shoot.name));
-        let file = shoot.elsewhere.as_deref().unwrap_or(folder).join(&name);
-        sheet::write(&file, &compared)?;
+        let olats = format!("{}-olats.jpg", measuring::file_name(&shoot.name));
+        let place = shoot.elsewhere.as_deref().unwrap_or(folder);
+        sheet::write(&place.join(&name), &compared, sheet::relit_rows)?;
+        let has_olats = sheet::write(&place.join(&olats), &compared, sheet::olat_rows)?;
         let shown = match shoot.elsewhere {
+            None if has_olats => format!(
+                "![Truth, prediction and methods]({name})\n\n![True and predicted OLATs]({olats})"
+            ),
             None => format!("![Truth, prediction and methods]({name})"),
             Some(_) => format!(
                 "Its pictures may not be published here: `make accuracy` writes them to `{}`.",
-                file.display()
+                place.display()
             ),
         };
         text += &section(shoot, &compared, &shown);

@@ -24,31 +24,41 @@ const GAIN: f32 = 4.0;
 const GAMMA: f32 = 2.2;
 
 /// A row of pictures: a frame in a light.
-struct Row {
-    environment: String,
+pub struct Row {
+    light: Light,
     frame: u64,
 }
 
-/// Writes the sheet as a JPEG. For each light it shows the frames in which the first method, the network, is closest to
-/// the truth and farthest from it. Under each picture is its difference from the truth, and the best is framed.
+enum Light {
+    Environment(String),
+    /// Lamp, from 0.
+    Olat(usize),
+}
+
+/// Writes a sheet of the chosen rows as a JPEG. Under each picture is its difference from the truth, and the best is
+/// framed. Returns false without a row: nothing is written.
 ///
 /// # Errors
 /// When a picture is missing, or the file cannot be written.
-pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
+pub fn write(path: &Path, methods: &[&Scored], rows: fn(&[&Value]) -> Vec<Row>) -> Result<bool> {
     let mut tiles: Vec<(String, Encoded)> = Vec::new();
-    let Some(network) = methods.first() else {
-        return Ok(());
-    };
     let all: Vec<&Value> = methods.iter().map(|of| &of.kept.result).collect();
-    for row in rows(&all) {
+    let rows = rows(&all);
+    let Some(network) = methods.first().filter(|_| !rows.is_empty()) else {
+        return Ok(false);
+    };
+    for row in rows {
+        let light = match &row.light {
+            Light::Environment(name) => name.clone(),
+            Light::Olat(lamp) => format!("olat-{lamp}"),
+        };
         let file = |of: &Scored, end: &str| {
-            let name = format!("{}-{}{end}.png", row.environment, row.frame);
-            read_encoded(&of.pictures.join(name))
+            read_encoded(&of.pictures.join(format!("{light}-{}{end}.png", row.frame)))
         };
         let truth = file(network, "-truth")?;
         let reached: Vec<Option<f64>> = methods.iter().map(|of| row.decibels(of)).collect();
         let best = best(methods, &reached);
-        let place = format!("{} frame {}", row.environment, row.frame);
+        let place = format!("{} frame {}", light.replace('-', " "), row.frame);
         tiles.push((place, small(&truth)));
         let mut differences = vec![("difference x 4".to_owned(), small_difference(&truth, &truth))];
         for (number, of) in methods.iter().enumerate() {
@@ -77,11 +87,37 @@ pub fn write(path: &Path, methods: &[&Scored]) -> Result<()> {
             break;
         }
     }
-    write_beside(path, |out| out.write_all(&bytes))
+    write_beside(path, |out| out.write_all(&bytes))?;
+    Ok(true)
+}
+
+/// A frame of which all methods have OLATs, under the lamps with the first method's lowest PSNR, its lower quartile and
+/// its median.
+pub fn olat_rows(methods: &[&Value]) -> Vec<Row> {
+    let of = |scores: &Value, frame: &str| scores["olat_psnr_by_lamp_db"][frame].clone();
+    let Some(first) = methods.first() else {
+        return Vec::new();
+    };
+    let frames = first["olat_psnr_by_lamp_db"].as_object().into_iter().flatten();
+    let mut common =
+        frames.filter(|(frame, _)| methods.iter().all(|scores| of(scores, frame).is_array()));
+    let Some((frame, lamps)) = common.next() else {
+        return Vec::new();
+    };
+    let Ok(frame) = frame.parse() else {
+        return Vec::new();
+    };
+    let reached = lamps.as_array().into_iter().flatten().filter_map(Value::as_f64);
+    let mut reached: Vec<(usize, f64)> = reached.enumerate().collect();
+    reached.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut places = vec![0, reached.len() / 4, reached.len() / 2];
+    places.dedup();
+    let lamps = places.into_iter().filter_map(|place| reached.get(place));
+    lamps.map(|&(lamp, _)| Row { light: Light::Olat(lamp), frame }).collect()
 }
 
 /// Frames to show, out of those that all methods have: in each light the first method's best and worst.
-fn rows(methods: &[&Value]) -> Vec<Row> {
+pub fn relit_rows(methods: &[&Value]) -> Vec<Row> {
     let frames_of = |scores: &Value| -> Vec<u64> {
         let frames = scores["frames"].as_array().into_iter().flatten();
         frames.filter_map(Value::as_u64).collect()
@@ -105,11 +141,10 @@ fn rows(methods: &[&Value]) -> Vec<Row> {
             .collect();
         reached.sort_by(|a, b| b.0.total_cmp(&a.0));
         let ends = [reached.first(), reached.last().filter(|_| reached.len() > 1)];
-        rows.extend(
-            ends.into_iter()
-                .flatten()
-                .map(|(_, frame)| Row { environment: environment.clone(), frame: *frame }),
-        );
+        rows.extend(ends.into_iter().flatten().map(|(_, frame)| Row {
+            light: Light::Environment(environment.clone()),
+            frame: *frame,
+        }));
     }
     rows
 }
@@ -118,9 +153,15 @@ impl Row {
     /// PSNR of a method for this row.
     fn decibels(&self, of: &Scored) -> Option<f64> {
         let scores = &of.kept.result;
+        let environment = match &self.light {
+            Light::Environment(name) => name,
+            Light::Olat(lamp) => {
+                return scores["olat_psnr_by_lamp_db"][self.frame.to_string()][lamp].as_f64();
+            }
+        };
         let frames = scores["frames"].as_array()?;
         let place = frames.iter().position(|frame| frame.as_u64() == Some(self.frame))?;
-        scores["relit_psnr_by_frame_db"][&self.environment][place].as_f64()
+        scores["relit_psnr_by_frame_db"][environment][place].as_f64()
     }
 }
 
@@ -212,15 +253,16 @@ mod tests {
             method("truth-olats", [40.0, 40.0], 0.6),
         ];
         let results: Vec<&Value> = all.iter().map(|of| &of.kept.result).collect();
-        let found: Vec<u64> = rows(&results).iter().map(|row| row.frame).collect();
+        let found: Vec<u64> = relit_rows(&results).iter().map(|row| row.frame).collect();
         assert_eq!(found, [3, 8]);
         // A frame that one method lacks is not shown.
         let fewer = json!({"frames": [8]});
-        let shown = rows(&[results[0], &fewer]);
+        let shown = relit_rows(&[results[0], &fewer]);
         assert_eq!(shown.iter().map(|row| row.frame).collect::<Vec<_>>(), [8]);
         let all: Vec<&Scored> = all.iter().collect();
         let path = folder.path().join("sheet.jpg");
-        write(&path, &all)?;
+        assert!(write(&path, &all, relit_rows)?);
+        assert!(!write(&path, &all, olat_rows)?);
         let bytes = std::fs::metadata(&path).unwrap().len();
         assert!(bytes > 1000 && bytes <= MOST_BYTES as u64, "{bytes}");
         let sheet = read_encoded(&path)?.0;

@@ -157,29 +157,41 @@ impl Comparison {
         Ok(scores)
     }
 
-    /// Writes each measured frame as `ENVIRONMENT-FRAME.png` and its truth as `ENVIRONMENT-FRAME-truth.png`: the
-    /// measure's codes, over black.
+    /// Writes each measured frame as `ENVIRONMENT-FRAME.png`, each of its OLATs as `olat-LAMP-FRAME.png`, lamps counted
+    /// from 0, and each truth beside them as `…-truth.png`: the measure's codes, over black.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn write_pictures(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder)
             .map_err(|e| Error::io("write", folder, e, "Check that the folder can be written"))?;
-        for (name, set) in &self.relit {
+        let write = |set: &[FramePictures], name: &dyn Fn(usize) -> String| -> Result<()> {
+            if set.is_empty() {
+                return Ok(());
+            }
             let scale = psnr_of(set)?.scale;
             for shown in set {
                 let exposure = shown.compared().exposure();
-                let write = |picture: &Image, gain: f64, of: &str| {
+                let write = |picture: &Image, gain: f64, name: String| {
                     let mut picture = picture.clone();
                     extend_edges(&mut picture, &shown.mask);
                     let codes = encoded(&picture, &shown.mask, gain as f32);
-                    write_png(&folder.join(format!("{name}-{}{of}.png", shown.frame)), &codes)
+                    write_png(&folder.join(name), &codes)
                 };
-                write(&shown.pictures[0], exposure * scale, "")?;
-                write(&shown.truths[0], exposure, "-truth")?;
+                for (place, (picture, truth)) in
+                    shown.pictures.iter().zip(&shown.truths).enumerate()
+                {
+                    let stem = format!("{}-{}", name(place), shown.frame);
+                    write(picture, exposure * scale, format!("{stem}.png"))?;
+                    write(truth, exposure, format!("{stem}-truth.png"))?;
+                }
             }
+            Ok(())
+        };
+        for (name, set) in &self.relit {
+            write(set, &|_| name.clone())?;
         }
-        Ok(())
+        write(&self.olats, &|lamp| format!("olat-{lamp}"))
     }
 }
 
@@ -315,6 +327,14 @@ mod tests {
             assert!((shares - 1.0).abs() < 1e-9);
         }
         assert!(scores.relit_psnr_by_frame_db.len() > 1);
+        for (frame, lamps) in &scores.olat_psnr_by_lamp_db {
+            for lamp in 0..lamps.len() {
+                for end in ["", "-truth"] {
+                    read_encoded(&pictures.join(format!("olat-{lamp}-{frame}{end}.png")))?;
+                }
+            }
+        }
+        assert!(!scores.olat_psnr_by_lamp_db.is_empty());
         Ok(())
     }
 }

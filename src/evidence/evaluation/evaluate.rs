@@ -64,7 +64,7 @@ pub struct EvaluateSettings {
     /// Also write a contact sheet of the 20 OLATs furthest from the truth.
     #[arg(long, value_name = "FILE.png")]
     pub worst: Option<PathBuf>,
-    /// Also write each measured frame and its truth into this folder.
+    /// Also write each measured frame, its OLATs and their truths into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
     /// Device of the network.
