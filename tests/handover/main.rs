@@ -2,6 +2,7 @@
 
 mod blender;
 mod exr_file;
+mod light_layers;
 mod nuke;
 mod nuke_script;
 mod numbers;

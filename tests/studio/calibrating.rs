@@ -194,7 +194,7 @@ fn a_response_is_tried_wiped_and_kept() {
             > first.subject_distance.hypot(first.ball_distance)
     );
 
-    let picture = window.get_by_label("Interview and relit exemplar").rect();
+    let picture = window.get_by_label("Interview and relit pose").rect();
     plain_drag(&mut window, picture.center(), Pos2::new(0.0, picture.center().y));
     assert_eq!(window.state().state().wipe, 0.0);
     window.key_press(Key::W);
@@ -212,7 +212,7 @@ fn a_response_is_tried_wiped_and_kept() {
         window.get_by_label_contains(entry).click();
         until_tried(window);
     };
-    choose(&mut window, "Exemplar", "pose01");
+    choose(&mut window, "Pose", "pose01");
     assert_eq!(view(&window).pose, 1);
     assert_ne!(view(&window).relit.rgb, first.relit.rgb);
     choose(&mut window, "Curve", "sRGB:");

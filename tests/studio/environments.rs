@@ -39,7 +39,7 @@ fn project_and_yard(folder: &Path) -> (PathBuf, PathBuf) {
 }
 
 #[test]
-fn two_of_one_name_are_told_apart() {
+fn a_built_in_environment_yields_to_the_shoot_s_of_that_name() {
     let folder = crate::temporary();
     let mut environments = clay::environments(folder.path());
     let sky = &mut environments[1];
@@ -48,12 +48,11 @@ fn two_of_one_name_are_told_apart() {
     let project = clay::project(folder.path(), environments);
     project.save().unwrap();
     let mut window = open(folder.path());
-    for (name, entry) in [("Nave, built in", "Nave"), ("nave, from the shoot", "nave")] {
-        window.get_by_label(name).click();
-        until_shown(&mut window);
-        assert_eq!(window.state().relit().unwrap().environment, entry);
-    }
+    window.get_by_label("nave").click();
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "nave");
     assert!(window.query_by_label("Nave").is_none());
+    window.get_by_label("Courtyard");
     window.get_by_label("window");
     // The saved look contains only the name.
     drop(window);
@@ -62,6 +61,12 @@ fn two_of_one_name_are_told_apart() {
     let kept = Project::open(folder.path()).unwrap();
     let names: Vec<_> = kept.environments().into_iter().map(|e| e.name).collect();
     assert_eq!(names, ["window", "nave"]);
+    // A look of the built-in namesake shows the shoot's.
+    let look = look.replace("\"environment\": \"nave\"", "\"environment\": \"Nave\"");
+    std::fs::write(folder.path().join("look.json"), look).unwrap();
+    let mut window = open(folder.path());
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "nave");
 }
 
 fn drop_file(window: &mut Window, file: PathBuf) {

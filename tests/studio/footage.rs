@@ -66,7 +66,7 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     until(&mut window, "its picture", file("interview/frame_002.png"));
     window.get_by_label("Matte").click();
     until(&mut window, "its matte", file("interview_masks/frame_002.png"));
-    window.get_by_label("Exemplars").click();
+    window.get_by_label("Poses").click();
     until(&mut window, "a pose's matte", file("exemplar_masks/pose00.png"));
     window.get_by_label("Matte overlay").click();
     until(&mut window, "a pose", file("exemplars/pose00/olat_00.png"));
@@ -273,7 +273,7 @@ fn a_matte_that_cannot_be_painted_says_why() {
     window.run_steps(2);
     window.get_by_label_contains("The shoot has its own matte for this frame");
     assert!(window.query_by_label("Matte brush").is_none());
-    window.get_by_label("Exemplars").click();
+    window.get_by_label("Poses").click();
     window.run_steps(2);
     window.get_by_label("Show the interview").click();
     window.run_steps(2);

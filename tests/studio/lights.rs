@@ -51,12 +51,12 @@ fn type_number(window: &mut Window, field: &str, text: &str) {
 }
 
 #[test]
-fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
+fn a_light_has_an_intensity_in_stops_and_a_temperature_and_is_muted() {
     let (_folder, mut window) = crate::shown_window();
     let without = picture(&window);
     add(&mut window);
     let lit = picture(&window);
-    type_number(&mut window, "Gain", "1");
+    type_number_of_light(&mut window, "Intensity", "1");
     assert_eq!(lights(&window)[0].gain_stops(), 1.0);
     assert!(brightness(&picture(&window)) > brightness(&lit));
     type_number_of_light(&mut window, "Temperature", "3200");
@@ -68,7 +68,7 @@ fn a_light_has_a_gain_in_stops_and_a_temperature_and_is_muted() {
     assert_eq!(picture(&window), without);
     // Its settings fold, and its line stays.
     click(&mut window, "Settings of Light 1");
-    assert!(window.query_by_role_and_label(Role::SpinButton, "Gain").is_none());
+    assert!(window.query_by_role_and_label(Role::SpinButton, "Azimuth").is_none());
     window.get_by_label("Solo Light 1");
 }
 
@@ -85,7 +85,7 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     let of: Vec<&str> = lights(&window).iter().map(|light| &*light.group).collect();
     assert_eq!(of, ["Group 1", "Group 1"]);
 
-    type_number(&mut window, "Gain of Group 1", "1.5");
+    type_number(&mut window, "Intensity of Group 1", "1.5");
     assert_eq!(groups(&window)[0].gain_stops, 1.5);
     assert!(brightness(&picture(&window)) > brightness(&both));
     until_labelled(&mut window, "Light 2 on the picture");
@@ -382,7 +382,7 @@ fn a_group_folds_and_a_name_that_is_taken_is_refused_in_words() {
     type_number(&mut window, "Azimuth", "120");
     click(&mut window, "Group 2 group");
     assert!(window.query_by_label("Name of Light 2").is_none());
-    assert!(window.query_by_role_and_label(Role::SpinButton, "Gain of Group 2").is_none());
+    assert!(window.query_by_role_and_label(Role::SpinButton, "Intensity of Group 2").is_none());
     window.get_by_label("Name of Light 1");
     // Its name and mute button stay, and it stays folded after a rename.
     click(&mut window, "Mute Group 2");
@@ -449,7 +449,7 @@ fn lights_their_groups_and_copies_are_there_when_the_window_opens_again() {
     let (folder, mut window) = crate::shown_window();
     add(&mut window);
     choose(&mut window, "Group", "New group");
-    type_number(&mut window, "Gain of Group 1", "1.5");
+    type_number(&mut window, "Intensity of Group 1", "1.5");
     type_into(&mut window, (Role::TextInput, "Name of Light 1"), "Key");
     click(&mut window, "Key azimuth key at this frame");
     click(&mut window, "Duplicate light 1");
@@ -505,7 +505,7 @@ fn every_line_of_many_lights_is_reached_and_nothing_of_it_is_cut() {
     }
     // The last settings of the last light in the longest group.
     click(&mut window, "Settings of Light 12");
-    for field in ["Gain", "Azimuth", "Elevation", "Radius"] {
+    for field in ["Azimuth", "Elevation", "Radius"] {
         let of = |window: &Window| window.get_by_role_and_label(Role::SpinButton, field).rect();
         window.get_by_role_and_label(Role::SpinButton, field).scroll_to_me();
         window.run_steps(4);

@@ -1,6 +1,7 @@
 //! Typed, computed and reset numbers.
 
 use super::{Window, click_on, double_click, scroll_to, type_into, until_shown};
+use afterlight::light::placed::PlacedLight;
 use egui::Pos2;
 use egui::accesskit::Role;
 use egui_kittest::kittest::Queryable;
@@ -32,19 +33,19 @@ fn a_bar_computes_and_a_double_click_resets_it() {
 }
 
 #[test]
-fn a_light_s_gain_computes_and_is_reset() {
+fn a_light_s_azimuth_computes_and_is_reset() {
     let (_folder, mut window) = crate::new_window();
     scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     window.run_steps(4);
-    let stops = |window: &Window| window.state().state().look.lighting.placed[0].gain_stops();
+    let azimuth = |window: &Window| window.state().state().look.lighting.placed[0].yaw_deg;
     for (typed, expected) in [("3", 3.0), ("+1", 4.0), ("/2", 2.0)] {
-        type_into(&mut window, field("Gain"), typed);
-        assert!((stops(&window) - expected).abs() < 1e-5, "{typed}");
+        type_into(&mut window, field("Azimuth"), typed);
+        assert!((azimuth(&window) - expected).abs() < 1e-5, "{typed}");
     }
-    let at = place(&mut window, "Gain");
+    let at = place(&mut window, "Azimuth");
     double_click(&mut window, at);
-    assert!(stops(&window).abs() < 1e-5);
+    assert_eq!(azimuth(&window), PlacedLight::default().yaw_deg);
 }
 
 #[test]

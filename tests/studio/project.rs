@@ -62,7 +62,7 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
     window.get_by_label("New project…");
     drop_onto(&mut window, &shoot);
     until(&mut window, "look at the shoot", |app| app.wizard().scan().is_some());
-    for part in ["Manifest", "Interview", "Exemplars", "Mirror balls", "Mattes"] {
+    for part in ["Manifest", "Interview", "Poses", "Mirror balls", "Mattes"] {
         window.get_by_label(&format!("{part}: complete"));
     }
     let scan = window.state().wizard().scan().unwrap().clone();
@@ -87,6 +87,7 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
     assert_eq!((settings.name.as_str(), settings.size), ("Anna", 64));
     assert_eq!((settings.shoot.lamps.len(), settings.shoot.other_lamps.len()), (3, 3));
     assert_eq!(window.state().project().unwrap().settings.name, "Anna");
+    assert_eq!(format!("{:?}", window.state().state().workspace), "Calibrate");
 }
 
 #[test]

@@ -442,3 +442,32 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
     window.get_by_label("New project…").click();
     until_labelled(&mut window, "New project");
 }
+
+#[test]
+fn no_control_is_wider_than_its_window() {
+    let (mut window, _root, _folder) = opened_with_configuration();
+    for place in 0..Workspace::ALL.len() {
+        enter(&mut window, place);
+        if Workspace::ALL[place] == Workspace::Export {
+            choose_colors(&mut window, "sRGB", "Un-tone-mapped");
+            click_on(&mut window, "Format EXR");
+            click_on(&mut window, "One for each lamp");
+        }
+        for size in [vec2(1280.0, 720.0), vec2(1366.0, 768.0), vec2(1920.0, 1080.0)] {
+            window.set_size(size);
+            window.run_steps(6);
+            let controls = window.root().children_recursive();
+            let controls = controls.filter(|node| {
+                is_placed(node) && egui::accessibility::is_input(node.accesskit_node().role())
+            });
+            let mut count = 0;
+            for control in controls {
+                let (name, rect) = (control.accesskit_node().label(), control.rect());
+                let fits = rect.left() >= 0.0 && rect.right() <= size.x;
+                assert!(fits, "{:?} at {size}: {name:?} {rect}", Workspace::ALL[place]);
+                count += 1;
+            }
+            assert!(count > 10, "{count} controls");
+        }
+    }
+}

@@ -106,7 +106,7 @@ impl CalibrationAnalysis {
     pub fn trial(&self, state: &State) -> Result<Trial, String> {
         match state.look.trial {
             Some(trial) => Ok(trial),
-            None => Ok(known(&self.gamma, "exemplars and the interview")?.calibrated),
+            None => Ok(known(&self.gamma, "poses and the interview")?.calibrated),
         }
     }
 

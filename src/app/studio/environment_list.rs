@@ -63,7 +63,14 @@ impl ListedEnvironment {
     }
 }
 
-/// The list of a newly opened project: from the shoot, built in, and added.
+/// The entry of this name, or otherwise the first that differs from it by case alone.
+pub fn named(list: &[ListedEnvironment], name: &str) -> Option<usize> {
+    let exact = list.iter().position(|listed| listed.name == name);
+    let wanted = name.to_lowercase();
+    exact.or_else(|| list.iter().position(|listed| listed.name.to_lowercase() == wanted))
+}
+
+/// The list of a newly opened project: from the shoot, built in without namesakes of the shoot's, and added.
 pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     let (added, shoots): (Vec<_>, Vec<_>) =
         project.environments().into_iter().partition(|e| e.added);
@@ -75,7 +82,9 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
             owner,
         }
     };
-    let built_in = built_in::all().into_iter().map(|own| ListedEnvironment {
+    let has = |name: &str| shoots.iter().any(|of| of.name.to_lowercase() == name.to_lowercase());
+    let built_in: Vec<_> = (built_in::all().into_iter().filter(|own| !has(own.title))).collect();
+    let built_in = built_in.into_iter().map(|own| ListedEnvironment {
         name: own.title.to_owned(),
         origin: Origin::BuiltIn(own),
         front: None,

@@ -1,5 +1,6 @@
 //! The look of a project between two sessions: `look.json` beside `project.toml`, saved automatically.
 
+use super::environment_list;
 use super::look::LookSettings;
 use base::error::{Error, Result};
 use base::files;
@@ -92,7 +93,7 @@ impl SavedLook {
 
     /// Applies it to the look of a window at frame 0, once the environment list is known.
     pub fn apply(self, look: &mut LookSettings) {
-        let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
+        let place = environment_list::named(&look.environments, &self.environment);
         look.environment = place.unwrap_or(look.environment);
         look.animation = self.keys;
         for (setting, keys) in

@@ -1,7 +1,7 @@
 //! One version of a stored look, as a file: the look, its time of storing, and its environment, described so that
 //! another project can find it.
 
-use super::environment_list::ListedEnvironment;
+use super::environment_list::{self, ListedEnvironment};
 use super::look::LookSettings;
 use super::saved_look::SavedLook;
 use base::error::{Error, Result};
@@ -80,7 +80,7 @@ impl LookEnvironment {
 
     /// Index of an environment with the same name, possibly a different file.
     pub fn namesake_in(&self, list: &[ListedEnvironment]) -> Option<usize> {
-        list.iter().position(|listed| listed.name == self.name)
+        environment_list::named(list, &self.name)
     }
 }
 

@@ -163,7 +163,7 @@ impl DemoReport {
             "# Afterlight demo\n\n\
              Camera response: {}. Lamps found: {}.\n\n\
              Training took {:.0} s, {} steps; the network ran on the {}.\n\n\
-             | environment | prediction, dB | exemplars carried over, dB | network, dB | ratio image, dB |\n\
+             | environment | prediction, dB | poses carried over, dB | network, dB | ratio image, dB |\n\
              |---|---:|---:|---:|---:|\n",
             calibration.response,
             calibration.rig.lamps.len(),

@@ -134,7 +134,7 @@ pub fn open_project(
         rig: calibration.rig,
         device: match predictor.network() {
             Some(_) => compute.description.clone(),
-            None => format!("{}. Not trained yet: exemplars carried over", compute.description),
+            None => format!("{}. Not trained yet: poses carried over", compute.description),
         },
         later,
         comparison: Box::new(comparisons.find()),

@@ -81,7 +81,7 @@ impl LightSetting {
         (Self::Yaw, "yaw", "azimuth"),
         (Self::Pitch, "pitch", "elevation"),
         (Self::Radius, "radius", "radius"),
-        (Self::Intensity, "intensity", "gain"),
+        (Self::Intensity, "intensity", "intensity"),
         (Self::Red, "red", "red"),
         (Self::Green, "green", "green"),
         (Self::Blue, "blue", "blue"),
@@ -156,7 +156,7 @@ impl Setting {
             }
             Self::Group(id) => {
                 let name = group(id, lighting).map_or("Group", |i| &lighting.groups[i].name);
-                format!("{name} gain")
+                format!("{name} intensity")
             }
             plain => plain.names().1.to_owned(),
         }
@@ -377,10 +377,10 @@ mod tests {
     }
 
     #[test]
-    fn a_light_s_gain_is_shown_in_stops_as_in_its_row() {
+    fn a_light_s_intensity_is_shown_in_stops_as_in_its_row() {
         let (_, mut lighting) = all();
         let gain = Setting::Light(2, LightSetting::Intensity);
-        assert_eq!(gain.title(&lighting), "Light 2 gain");
+        assert_eq!(gain.title(&lighting), "Light 2 intensity");
         assert_eq!(gain.to_string(), "lights.2.intensity");
         let unit = gain.unit();
         assert_eq!(unit.suffix(), " stops");

@@ -46,12 +46,12 @@ impl Poses {
         let mut poses = Vec::with_capacity(count);
         for pose in (0..count).filter(|pose| held_out != Some(*pose)) {
             progress.check("nothing was learnt yet")?;
-            progress.step("reading exemplars", pose as u64, count as u64, "");
+            progress.step("reading poses", pose as u64, count as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
             let plate = exemplar.relit_by_all(project, &calibration.response, &light)?;
             poses.push(Pose { plate, mask: exemplar.mask, olats: exemplar.olats });
         }
-        progress.step("reading exemplars", count as u64, count as u64, "");
+        progress.step("reading poses", count as u64, count as u64, "");
         poses.retain(|pose| subject(&pose.mask).next().is_some());
         if poses.is_empty() {
             return Err(Error::invalid(

@@ -83,7 +83,7 @@ impl TrainingData {
         let (mut levels, mut targets) = (Vec::new(), Vec::new());
         for pose in 0..poses {
             progress.check("nothing was trained yet")?;
-            progress.step("reading exemplars", pose as u64, poses as u64, "");
+            progress.step("reading poses", pose as u64, poses as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
             let plate = exemplar.relit_by_all(project, &calibration.response, &interview_light)?;
             // The held-out pose affects nothing.
@@ -97,7 +97,7 @@ impl TrainingData {
             }
             exemplars.push((exemplar, plate));
         }
-        progress.step("reading exemplars", poses as u64, poses as u64, "");
+        progress.step("reading poses", poses as u64, poses as u64, "");
         let frame_numbers: Vec<usize> =
             (0..project.settings.shoot.frames.len()).filter(|f| !exclude.contains(f)).collect();
         let frames = frame_numbers

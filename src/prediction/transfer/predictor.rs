@@ -131,8 +131,8 @@ impl OlatPredictor {
     /// A sentence on the source of the OLATs.
     pub fn sentence(&self) -> &'static str {
         match self.network {
-            Some(_) => "OLATs: exemplars carried over, corrected by the trained network",
-            None => "OLATs: exemplars carried over. No network is trained yet",
+            Some(_) => "OLATs: poses carried over, corrected by the trained network",
+            None => "OLATs: poses carried over. No network is trained yet",
         }
     }
 

@@ -169,7 +169,7 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
         count => counted(count, "lamp"),
     };
     let found = format!("{} × {lamps}", counted(poses.len(), "pose"));
-    needed("Exemplars", found, fault(listing, Part::Exemplars).or(lack))
+    needed("Poses", found, fault(listing, Part::Exemplars).or(lack))
 }
 
 fn mirror_balls(folder: &Path, listing: &Listing) -> Line {

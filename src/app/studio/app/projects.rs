@@ -173,7 +173,24 @@ impl StudioApp {
         if self.session.can_leave().is_ok()
             && let Some(project) = self.picker.made.take()
         {
-            self.open_folder(&project, false);
+            self.errand(
+                move || {
+                    let project = Project::open(&project)?;
+                    let lacks_mattes = footage::missing_matte(&project).is_some();
+                    let is_next = !lacks_mattes && !project.calibration_path().exists();
+                    Ok((project, is_next))
+                },
+                |app, opened| match opened {
+                    Ok((project, is_next)) => {
+                        let root = project.root.clone();
+                        app.leave_for(project, false);
+                        if is_next && app.session.is_of(&root) {
+                            app.apply_to_window(WindowCommand::Workspace(Workspace::Calibrate));
+                        }
+                    }
+                    Err(e) => app.status.refuse(e.to_string()),
+                },
+            );
         }
     }
 

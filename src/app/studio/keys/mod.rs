@@ -98,6 +98,8 @@ pub struct Listed {
     pub key: String,
     pub label: &'static str,
     pub command: Command,
+    /// True if only the active pane has it.
+    pub is_of_pane: bool,
 }
 
 /// Commands with shortcuts in a pane, the pane's own first.
@@ -110,6 +112,7 @@ pub fn listed(ctx: &egui::Context, pane: Pane) -> Vec<Listed> {
             key: if free { key } else { String::new() },
             label: binding.label,
             command: binding.command.clone(),
+            is_of_pane: binding.only.is_some(),
         });
     }
     all

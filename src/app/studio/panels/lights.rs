@@ -327,7 +327,7 @@ fn settings_ui(
         let light = &mut edit.lighting.placed[index];
         let stops = light.gain_stops().max(*Lighting::STOPS.start());
         let reset = || with(&|light| light.set_gain_stops(0.0));
-        let (field, gain) = bar(ui, "Gain", (stops, Lighting::STOPS), STOPS, out, reset);
+        let (field, gain) = bar(ui, "Intensity", (stops, Lighting::STOPS), STOPS, out, reset);
         if let Some(gain) = gain {
             light.set_gain_stops(gain);
         }
@@ -401,7 +401,7 @@ fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
     all.push((Some(new), "New group"));
     let mut wanted = now;
     choice_ui(ui, "Group", &all, &mut wanted)
-        .on_hover_text("Mute, solo and gain act on the whole group");
+        .on_hover_text("Mute, solo and intensity act on the whole group");
     match wanted {
         _ if wanted == now => {}
         None => light.group = String::new(),
@@ -422,7 +422,7 @@ fn free_name(names: &[String]) -> String {
     free.next().unwrap_or_default()
 }
 
-/// A group's line: name, mute, solo and gain. Returns whether it is folded.
+/// A group's line: name, mute, solo and intensity. Returns whether it is folded.
 fn group_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -467,7 +467,7 @@ fn group_ui(
             relit(lighting)
         };
         grid("group").show(ui, |ui| {
-            let (name, now) = (format!("Gain of {title}"), group.gain_stops);
+            let (name, now) = (format!("Intensity of {title}"), group.gain_stops);
             let (field, gain) = bar(ui, &name, (now, Lighting::STOPS), STOPS, out, reset);
             if let Some(gain) = gain {
                 group.gain_stops = gain;

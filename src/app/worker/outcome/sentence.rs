@@ -130,7 +130,7 @@ pub(super) fn evaluated(report: &EvaluateReport) -> String {
     let scores = &report.scores;
     let method = match scores.method {
         Method::Prediction => "The prediction",
-        Method::Transfer => "The exemplars carried over",
+        Method::Transfer => "The poses carried over",
         Method::Network => "The network",
         Method::TruthOlats => "The true OLATs",
         Method::Nearest => "The nearest pose",

@@ -87,7 +87,7 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
         format!("{} steps in {minutes:.1} minutes, {frames} interview frames", info.step)
     });
     let mut facts = vec![
-        ("OLATs", "exemplars carried over; poses from the other poses alone".to_owned()),
+        ("OLATs", "poses carried over; poses from the other poses alone".to_owned()),
         ("Network", network),
         ("Training", training),
         ("Camera response", calibration.response.to_string()),

@@ -260,7 +260,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
         }
     };
     segments_ui(ui, |ui| {
-        for (name, exemplars) in [("Interview", false), ("Exemplars", true)] {
+        for (name, exemplars) in [("Interview", false), ("Poses", true)] {
             choice(ui, name, FootageView { exemplars, ..view });
         }
     });

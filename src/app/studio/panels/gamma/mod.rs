@@ -53,7 +53,7 @@ impl GammaPanel {
                     }
                 }
                 _ => {
-                    ui.heading("Reading the exemplars and the interview");
+                    ui.heading("Reading the poses and the interview");
                 }
             });
         };
@@ -62,7 +62,7 @@ impl GammaPanel {
         let place = Rect::from_center_size(rect.center(), picture * (room / picture).min_elem());
         let response = ui.interact(rect, ui.scope_id().with("wipe"), Sense::click_and_drag());
         response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit exemplar")
+            egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit pose")
         });
         let wipe = context.state.wipe.clamp(0.0, 1.0);
         let line = place.left() + wipe * place.width();
@@ -185,7 +185,7 @@ fn choices_ui(
     out: &mut Vec<Command>,
 ) {
     ui.horizontal(|ui| {
-        let label = ui.label("Exemplar");
+        let label = ui.label("Pose");
         let name = |pose: usize| view.poses.get(pose).map_or("", String::as_str);
         let list = egui::ComboBox::from_id_salt("exemplar")
             .selected_text(name(context.state.pose))

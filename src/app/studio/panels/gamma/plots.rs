@@ -160,7 +160,7 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
         line(&after, Stroke::new(1.5, color));
     }
     response.on_hover_text(
-        "Codes of the subject from black to white. Filled: the interview. Coloured: exemplars in the same light with the tried \
+        "Codes of the subject from black to white. Filled: the interview. Coloured: poses in the same light with the tried \
          response. Grey: with a gamma of 2.2.",
     );
 }

@@ -1,18 +1,12 @@
 //! The picture of the start page: one frame of the demo under four lights.
 
-use crate::panels::covering;
-use crate::theme;
 use egui::{
-    Color32, ColorImage, Mesh, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
-    vec2,
+    Color32, ColorImage, Pos2, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2,
+    WidgetInfo, vec2,
 };
 
 /// A part of `docs/relit.jpg`.
 const PICTURE: &[u8] = include_bytes!("../../../../../assets/welcome/interview.jpg");
-/// Least and most height in points.
-const HEIGHT: std::ops::RangeInclusive<f32> = 120.0..=360.0;
-/// Share of the picture's height that fades into the page.
-const FADE: f32 = 0.35;
 
 /// Holds the texture after the first draw.
 #[derive(Default)]
@@ -21,13 +15,8 @@ pub struct Hero {
 }
 
 impl Hero {
-    /// Draws the picture over the full width, `height` points high within limits.
+    /// Draws the whole picture, as wide as there is room, at most `height` points high.
     pub fn ui(&mut self, ui: &mut Ui, height: f32) {
-        let size = vec2(ui.available_width(), height.clamp(*HEIGHT.start(), *HEIGHT.end()));
-        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-        response.widget_info(|| {
-            WidgetInfo::labeled(Role::Image, true, "A frame of the demo under four lights")
-        });
         let texture = self.texture.get_or_insert_with(|| {
             // A bundled picture: tests check that it decodes.
             let (size, rgb) =
@@ -35,25 +24,15 @@ impl Hero {
             let picture = ColorImage::from_rgb(size.into(), &rgb);
             (ui.ctx()).load_texture("hero", picture, TextureOptions::LINEAR)
         });
-        let uv = covering(texture.size_vec2(), rect.size());
-        // Faces are in the lower part.
-        let uv = uv.translate(vec2(0.0, 0.9 * uv.top()));
-        ui.painter().image(texture.id(), rect, uv, Color32::WHITE);
-        fade_ui(ui, rect);
+        let room = vec2(ui.available_width(), height);
+        let size = texture.size_vec2() * (room / texture.size_vec2()).min_elem();
+        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+        response.widget_info(|| {
+            WidgetInfo::labeled(Role::Image, true, "A frame of the demo under four lights")
+        });
+        let whole = Rect::from_min_size(Pos2::ZERO, Vec2::splat(1.0));
+        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
     }
-}
-
-/// Fades the lower part of `rect` into the page.
-fn fade_ui(ui: &Ui, rect: Rect) {
-    let top = rect.bottom() - FADE * rect.height();
-    let mut fade = Mesh::default();
-    for (y, color) in [(top, Color32::TRANSPARENT), (rect.bottom(), theme::PANEL)] {
-        fade.colored_vertex(egui::pos2(rect.left(), y), color);
-        fade.colored_vertex(egui::pos2(rect.right(), y), color);
-    }
-    fade.add_triangle(0, 1, 2);
-    fade.add_triangle(1, 2, 3);
-    ui.painter().add(fade);
 }
 
 #[cfg(test)]

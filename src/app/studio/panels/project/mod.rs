@@ -35,9 +35,6 @@ impl ProjectPanel {
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             let is_start = is_start(context);
-            if is_start {
-                self.hero.ui(ui, 0.32 * rect.height());
-            }
             let most = if is_start { 2.1 } else { 1.4 } * TEXT_WIDTH;
             let width = most.min(ui.available_width() - 4.0 * GAP);
             let side = 0.5 * (ui.available_width() - width);
@@ -45,7 +42,11 @@ impl ProjectPanel {
                 ui.add_space(side);
                 ui.vertical(|ui| {
                     ui.set_width(width);
-                    ui.add_space(if is_start { GAP } else { 3.0 * GAP });
+                    ui.add_space(if is_start { 2.0 * GAP } else { 3.0 * GAP });
+                    if is_start {
+                        self.hero.ui(ui, 0.28 * rect.height());
+                        ui.add_space(2.0 * GAP);
+                    }
                     self.column_ui(ui, context, out);
                     ui.add_space(2.0 * GAP);
                 });

@@ -124,7 +124,7 @@ fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
 
 fn phase(point: &TrainingPoint) -> &'static str {
     match point.phase {
-        TrainingPhase::Exemplars => "Exemplars",
+        TrainingPhase::Exemplars => "Poses",
         TrainingPhase::Interview => "Interview",
     }
 }

@@ -155,7 +155,7 @@ fn instead_ui(
         && present.step == 0
     {
         heading(ui, "Not trained on this person yet");
-        ui.label("Pictures come from the exemplars and a network that was trained on others.");
+        ui.label("Pictures come from the poses and a network that was trained on others.");
         ui.add_space(GAP);
         preview::preview_ui(ui, context, project);
     } else if let Some(present) = &records.present {
@@ -164,7 +164,7 @@ fn instead_ui(
     } else {
         heading(ui, "Not trained yet");
         ui.label(
-            "Pictures come from the exemplars, carried over to each frame. Training corrects them.",
+            "Pictures come from the poses, carried over to each frame. Training corrects them.",
         );
         ui.add_space(GAP);
         preview::preview_ui(ui, context, project);

@@ -38,7 +38,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             heading_ui(ui, "No project is open");
             missing::open_project_ui(ui, out);
         }
-        Phase::Opening => heading_ui(ui, "Reading the calibration and the exemplars"),
+        Phase::Opening => heading_ui(ui, "Reading the calibration and the poses"),
         Phase::Blocked(blocked) => blocked_ui(ui, blocked, out),
         Phase::Ready { .. } if status.failure.is_some() => {
             heading_ui(ui, "This picture cannot be made");
