@@ -3,7 +3,7 @@
 use afterlight::calibration::{CalibrateSettings, calibrate};
 use afterlight::check::{Evidence, Level, Subject};
 use afterlight::compositor::{Field, Plate};
-use afterlight::evaluation::{EvaluateSettings, at_plate, evaluate};
+use afterlight::evaluation::at_plate;
 use afterlight::footage::{Frame, ImportSettings, import};
 use afterlight::imaging::{DualGamma, Image, Mask, Response, file};
 use afterlight::progress::Progress;
@@ -35,7 +35,10 @@ fn light_above_white_goes_from_the_file_to_the_relit_plate() {
     let folder = tempfile::tempdir().unwrap();
     let stage = TestShoot { frames: 3, lamps: 12, size: 64, working_size: 32 };
     let shoot = stage.write(folder.path());
-    let response = camera(&shoot);
+    let truth = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
+    let truth: Value = serde_json::from_str(&truth).unwrap();
+    let exponent = |name: &str| truth[name].as_f64().unwrap() as f32;
+    let response = DualGamma::new(exponent("g1"), exponent("g2")).unwrap().into();
     let silent = Progress::silent();
     let settings = ImportSettings { size: stage.working_size, seed: 5, layer: None };
     let mut coded = import(&folder.path().join("coded"), &shoot, &settings, &silent).unwrap();
@@ -81,46 +84,6 @@ fn light_above_white_goes_from_the_file_to_the_relit_plate() {
     let worst = all.iter().copied().fold(0.0, f32::max);
     println!("brightest {brightest}, plate off by {} in the median, {worst} at worst", median(all));
     assert!(worst < 0.005, "a pixel of the plate is {:.2} % off", 100.0 * worst);
-}
-
-#[test]
-fn scene_linear_files_are_as_accurate_as_codes() {
-    let folder = tempfile::tempdir().unwrap();
-    let stage = TestShoot { frames: 6, lamps: 16, size: 64, working_size: 64 };
-    let shoot = stage.write(folder.path());
-    let response = camera(&shoot);
-    let silent = Progress::silent();
-    let measure = |name: &str| {
-        let (project, _) = stage.calibrate(folder.path(), name);
-        #[derive(clap::Parser)]
-        struct Words {
-            #[command(flatten)]
-            settings: EvaluateSettings,
-        }
-        let words = ["evaluate", "--with", "transfer", "--at", "square", "--truth"];
-        let words = words.into_iter().chain(shoot.to_str());
-        let settings = <Words as clap::Parser>::parse_from(words).settings;
-        let scores = evaluate(&project, &settings, &silent).unwrap().scores;
-        let relit = scores.relit_psnr_db.values();
-        [relit.sum::<f64>() / scores.relit_psnr_db.len() as f64, scores.olat_psnr_db.unwrap()]
-    };
-    let coded = measure("coded");
-    for part in ["interview", "exemplars", "probes"] {
-        to_light(&shoot.join(part), &response, 1.0);
-    }
-    let light = measure("light");
-    println!("relit and OLATs: {coded:.2?} dB from codes, {light:.2?} dB from light");
-    for (light, coded) in light.into_iter().zip(coded) {
-        assert!(light > coded - 0.1, "{light} dB, {coded} dB from codes");
-    }
-}
-
-/// The stage's true response.
-fn camera(shoot: &Path) -> Response {
-    let truth = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
-    let truth: Value = serde_json::from_str(&truth).unwrap();
-    let exponent = |name: &str| truth[name].as_f64().unwrap() as f32;
-    DualGamma::new(exponent("g1"), exponent("g2")).unwrap().into()
 }
 
 fn median(mut values: Vec<f32>) -> f32 {

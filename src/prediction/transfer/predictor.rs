@@ -17,7 +17,7 @@ const NETWORK_SHARE: f32 = 0.1;
 /// Addition to the share where no exemplar explains the frame.
 const UNKNOWN_SHARE: f32 = 0.5;
 /// [`Carried::unlike`] at which it is larger by half of that.
-const UNLIKE: f32 = 0.4;
+const UNLIKE: f32 = 0.8;
 /// Steps of training after which the network has its whole share. Before, it has learnt less than the exemplars show.
 const FULL_STEPS: f32 = 3000.0;
 
@@ -221,7 +221,7 @@ mod tests {
     fn the_network_counts_most_where_no_exemplar_is_like_the_frame() {
         let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-3, "{a} is not {b}");
         close(network_share(0.0, 3000), 0.1);
-        close(network_share(0.4, 3000), 0.35);
+        close(network_share(0.8, 3000), 0.35);
         close(network_share(20.0, 9000), 0.6);
         close(network_share(20.0, 300), 0.06);
         close(network_share(20.0, 0), 0.0);
