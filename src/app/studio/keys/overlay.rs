@@ -94,7 +94,9 @@ fn task(listed: &Listed) -> &'static str {
         | Command::Environments(_)
         | Command::Aim(_)
         | Command::View(V::StepSolo(_)) => "Light",
-        Command::View(_) | Command::Looks(_) => "Picture",
+        Command::View(_) | Command::Looks(_) | Command::Window(WindowCommand::ActualSize) => {
+            "Picture"
+        }
         _ => "Window",
     }
 }
