@@ -54,8 +54,8 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
             ),
             None => format!("![Truth, prediction and methods]({name})"),
             Some(_) => format!(
-                "Its pictures may not be published here: `make accuracy` writes them to `{}`.",
-                place.display()
+                "Its pictures may not be published here: `make accuracy` writes them into `{}` of its work folder.",
+                measuring::file_name(&shoot.name)
             ),
         };
         text += &section(shoot, &compared, &shown);

@@ -69,6 +69,27 @@ fn a_built_in_environment_yields_to_the_shoot_s_of_that_name() {
     assert_eq!(window.state().relit().unwrap().environment, "nave");
 }
 
+#[test]
+fn two_of_one_name_are_told_apart() {
+    let folder = crate::temporary();
+    let (home, yard) = project_and_yard(folder.path());
+    let nave = yard.with_file_name("nave.exr");
+    std::fs::rename(&yard, &nave).unwrap();
+    Project::change(&home, |project| {
+        project.add_environment(&nave, Some(Front::default()));
+        Ok(())
+    })
+    .unwrap();
+    let mut window = open(&home);
+    for (name, entry) in [("Nave, built in", "Nave"), ("nave, added", "nave")] {
+        window.get_by_label(name).click();
+        until_shown(&mut window);
+        assert_eq!(window.state().relit().unwrap().environment, entry);
+    }
+    assert!(window.query_by_label("Nave").is_none());
+    window.get_by_label("window");
+}
+
 fn drop_file(window: &mut Window, file: PathBuf) {
     drop_onto(window, file);
     until_shown(window);

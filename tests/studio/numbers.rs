@@ -1,7 +1,7 @@
 //! Typed, computed and reset numbers.
 
+use super::lights::{number_of_light, type_number_of_light};
 use super::{Window, click_on, double_click, scroll_to, type_into, until_shown};
-use afterlight::light::placed::PlacedLight;
 use egui::Pos2;
 use egui::accesskit::Role;
 use egui_kittest::kittest::Queryable;
@@ -33,19 +33,19 @@ fn a_bar_computes_and_a_double_click_resets_it() {
 }
 
 #[test]
-fn a_light_s_azimuth_computes_and_is_reset() {
+fn a_light_s_intensity_computes_and_is_reset() {
     let (_folder, mut window) = crate::new_window();
     scroll_to(&mut window, "Add light");
     window.get_by_label("Add light").click();
     window.run_steps(4);
-    let azimuth = |window: &Window| window.state().state().look.lighting.placed[0].yaw_deg;
+    let stops = |window: &Window| window.state().state().look.lighting.placed[0].gain_stops();
     for (typed, expected) in [("3", 3.0), ("+1", 4.0), ("/2", 2.0)] {
-        type_into(&mut window, field("Azimuth"), typed);
-        assert!((azimuth(&window) - expected).abs() < 1e-5, "{typed}");
+        type_number_of_light(&mut window, "Intensity", typed);
+        assert!((stops(&window) - expected).abs() < 1e-5, "{typed}");
     }
-    let at = place(&mut window, "Azimuth");
+    let at = number_of_light(&window, "Intensity").rect().center();
     double_click(&mut window, at);
-    assert_eq!(azimuth(&window), PlacedLight::default().yaw_deg);
+    assert!(stops(&window).abs() < 1e-5);
 }
 
 #[test]

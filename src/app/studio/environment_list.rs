@@ -82,17 +82,16 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
             owner,
         }
     };
-    let has = |name: &str| shoots.iter().any(|of| of.name.to_lowercase() == name.to_lowercase());
-    let built_in: Vec<_> = (built_in::all().into_iter().filter(|own| !has(own.title))).collect();
-    let built_in = built_in.into_iter().map(|own| ListedEnvironment {
+    let shoots: Vec<_> = shoots.into_iter().map(of_file(Owner::Shoot)).collect();
+    let built_in = built_in::all().into_iter().map(|own| ListedEnvironment {
         name: own.title.to_owned(),
         origin: Origin::BuiltIn(own),
         front: None,
         owner: Owner::Program,
     });
-    let shoots = shoots.into_iter().map(of_file(Owner::Shoot));
+    let built_in: Vec<_> = built_in.filter(|own| named(&shoots, &own.name).is_none()).collect();
     let added = added.into_iter().map(of_file(Owner::Person));
-    shoots.chain(built_in).chain(added).collect()
+    shoots.into_iter().chain(built_in).chain(added).collect()
 }
 
 /// The part of a list that is saved in the project.

@@ -46,9 +46,9 @@ impl Match {
         })
     }
 
-    /// Squared distance in pixels from each pixel of the frame to the one that its place comes back to. `back`: offsets of the
-    /// pose's pixels in the frame.
-    pub fn returns(&self, back: &[[f32; 2]]) -> Vec<f32> {
+    /// Squared forward–backward error of each pixel, in pixels: there by the match and back by `back`, the offsets of the pose's
+    /// pixels in the frame.
+    pub fn forward_backward(&self, back: &[[f32; 2]]) -> Vec<f32> {
         let round = self.then(back);
         round.into_iter().map(|[x, y]| x * x + y * y).collect()
     }
@@ -72,12 +72,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_come_back_unless_matched_elsewhere() {
+    fn forward_backward_errors_are_where_the_match_leads_elsewhere() {
         let mut offsets = vec![[2.0, -1.0]; 64];
         offsets[27] = [-1.0, 3.0];
         let found = Match { offsets, size: (8, 8), turn: Mat3::IDENTITY, body: Mat3::IDENTITY };
-        let returns = found.returns(&[[-2.0, 1.0]; 64]);
-        for (p, square) in returns.into_iter().enumerate() {
+        let errors = found.forward_backward(&[[-2.0, 1.0]; 64]);
+        for (p, square) in errors.into_iter().enumerate() {
             assert_eq!(square, if p == 27 { 25.0 } else { 0.0 });
         }
     }

@@ -14,16 +14,16 @@ use reflectance::kernels::chunks::vectorized;
 
 /// Width of the likeness, as a natural logarithm of light.
 const LIKENESS: f32 = 0.08;
-/// Width of the likeness, as the distance from a pixel to its place's own place in the frame: a share of the longer side.
-const RETURN: f32 = 1.0 / 128.0;
-/// Window of that distance, and the largest distance that counts, as shares of the longer side.
-const RETURN_BLUR: f32 = 0.02;
-const FARTHEST_RETURN: f32 = 10.0 / 128.0;
+/// Width of the consistency, as a forward–backward error: a share of the longer side.
+const CONSISTENCY: f32 = 1.0 / 128.0;
+/// Window of that error, and the largest error that counts, as shares of the longer side.
+const CONSISTENCY_BLUR: f32 = 0.02;
+const LARGEST_ERROR: f32 = 10.0 / 128.0;
 /// Width in degrees of the blend between poses.
 const POSE: f32 = 12.0;
-/// Least likeness, coverage and weight of a pose: they keep a blend defined where no exemplar is like the frame.
+/// Least likeness, consistency, coverage and weight of a pose: they keep a blend defined where no exemplar is like the frame.
 const LEAST_LIKENESS: f32 = 1e-4;
-const LEAST_RETURN: f32 = 0.1;
+const LEAST_CONSISTENCY: f32 = 0.1;
 const LEAST_COVERAGE: f32 = 0.01;
 const LEAST_POSE: f32 = 1e-9;
 /// Pixels that a thread predicts at a time.
@@ -67,15 +67,15 @@ impl Target<'_> {
         }
         let coverage = found.pulled(&pose.mask);
         let unlike = self.unlike(&self.spread(&lit).map(luminance), &coverage);
-        let like = |((unlike, coverage), returning): ((&f32, &f32), &f32)| {
+        let like = |((unlike, coverage), consistency): ((&f32, &f32), &f32)| {
             // Coverage has a part of its own.
             let miss = unlike - (1.0 - coverage);
             let likeness = gaussian(miss, LIKENESS) + LEAST_LIKENESS;
-            likeness * (LEAST_RETURN + returning) * (LEAST_COVERAGE + coverage)
+            likeness * (LEAST_CONSISTENCY + consistency) * (LEAST_COVERAGE + coverage)
         };
         let (width, height) = self.plate.size();
-        let returning = self.returning(pose, &found);
-        let pixels = unlike.pixels.iter().zip(&coverage.pixels).zip(&returning.pixels);
+        let consistency = self.consistency(pose, &found);
+        let pixels = unlike.pixels.iter().zip(&coverage.pixels).zip(&consistency.pixels);
         let like = Raster { width, height, pixels: pixels.map(like).collect() };
         Said {
             number: pose.number,
@@ -88,20 +88,19 @@ impl Target<'_> {
         }
     }
 
-    /// 1 where the places of a match, matched back, lie at the pixels that they belong to; towards 0 the farther they lie.
-    /// The match back has half the pixels a side of [`Self::found`].
-    fn returning(&self, pose: &Pose, found: &Match) -> Mask {
+    /// Forward–backward consistency of a match, 0 to 1. The match back has half the pixels a side of [`Self::found`].
+    fn consistency(&self, pose: &Pose, found: &Match) -> Mask {
         let (width, height) = self.plate.size();
         let longer = width.max(height) as f32;
         let half = |picture: &Raster<f32>| {
             resize_area(picture, (picture.width / 2).max(1), (picture.height / 2).max(1))
         };
         let back = self.offsets(&half(&pose.contrast), &half(&self.contrast));
-        let farthest = (FARTHEST_RETURN * longer).powi(2);
-        let squares = found.returns(&back).into_iter().zip(&self.matte.pixels);
-        let pixels = squares.map(|(square, inside)| inside * square.min(farthest)).collect();
-        let squares = blur(&Raster { width, height, pixels }, RETURN_BLUR * longer);
-        squares.map(|square| gaussian(square.max(0.0).sqrt(), RETURN * longer))
+        let largest = (LARGEST_ERROR * longer).powi(2);
+        let squares = found.forward_backward(&back).into_iter().zip(&self.matte.pixels);
+        let pixels = squares.map(|(square, inside)| inside * square.min(largest)).collect();
+        let squares = blur(&Raster { width, height, pixels }, CONSISTENCY_BLUR * longer);
+        squares.map(|square| gaussian(square.max(0.0).sqrt(), CONSISTENCY * longer))
     }
 
     /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light. `turned`:

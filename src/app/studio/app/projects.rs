@@ -81,14 +81,28 @@ impl StudioApp {
 
     /// Opens the project in a folder. Asks first if work would end, unless `agreed`.
     fn open_folder(&mut self, folder: &Path, agreed: bool) {
+        self.open_folder_in(folder, agreed, |_| None);
+    }
+
+    /// The same, and shows a workspace chosen by the project.
+    fn open_folder_in(
+        &mut self,
+        folder: &Path,
+        agreed: bool,
+        workspace: fn(&Project) -> Option<Workspace>,
+    ) {
         let folder = folder.to_path_buf();
-        self.errand(
-            move || Project::open(&folder),
-            move |app, opened| match opened.map_err(|e| e.to_string()) {
-                Ok(project) => app.leave_for(project, agreed),
-                Err(sentence) => app.status.refuse(sentence),
-            },
-        );
+        let read = move || Project::open(&folder).map(|project| (workspace(&project), project));
+        self.errand(read, move |app, opened| match opened {
+            Ok((workspace, project)) => {
+                let root = project.root.clone();
+                app.leave_for(project, agreed);
+                if let Some(workspace) = workspace.filter(|_| app.session.is_of(&root)) {
+                    app.apply_to_window(WindowCommand::Workspace(workspace));
+                }
+            }
+            Err(e) => app.status.refuse(e.to_string()),
+        });
     }
 
     /// Opens a project already read from disk. Asks first if work would end, unless `agreed`.
@@ -173,24 +187,7 @@ impl StudioApp {
         if self.session.can_leave().is_ok()
             && let Some(project) = self.picker.made.take()
         {
-            self.errand(
-                move || {
-                    let project = Project::open(&project)?;
-                    let lacks_mattes = footage::missing_matte(&project).is_some();
-                    let is_next = !lacks_mattes && !project.calibration_path().exists();
-                    Ok((project, is_next))
-                },
-                |app, opened| match opened {
-                    Ok((project, is_next)) => {
-                        let root = project.root.clone();
-                        app.leave_for(project, false);
-                        if is_next && app.session.is_of(&root) {
-                            app.apply_to_window(WindowCommand::Workspace(Workspace::Calibrate));
-                        }
-                    }
-                    Err(e) => app.status.refuse(e.to_string()),
-                },
-            );
+            self.open_folder_in(&project, false, first_step);
         }
     }
 
@@ -293,4 +290,11 @@ fn write_map(parts: &[(Slot, Candidate)], project: &Path) -> Result<()> {
     let parts: Vec<_> = parts.iter().map(|(slot, part)| (*slot, part)).collect();
     let text = gathered::map(&parts, project)?;
     base::files::write_beside(&project.join(MAP), |file| file.write_all(text.as_bytes()))
+}
+
+/// Workspace of a made project's next step: *Calibrate*, unless it is calibrated or lacks mattes, which *Relight* offers to
+/// make.
+fn first_step(project: &Project) -> Option<Workspace> {
+    let is_next = footage::missing_matte(project).is_none() && !project.calibration_path().exists();
+    is_next.then_some(Workspace::Calibrate)
 }

@@ -20,8 +20,9 @@ impl Hull {
     /// origin is strictly inside. Built point by point.
     pub fn of(points: &[DVec3]) -> Self {
         // Lamps often stand in rings, so four or more may lie in one plane, where "above the plane" is undefined. A
-        // displacement by a millionth of a radian decides; it is far below any error of a lamp's direction. Points
+        // displacement by a millionth of a radian decides the facets; shares come from the points themselves. Points
         // on a sphere are all corners of their hull.
+        let given = points;
         let points: Vec<DVec3> = points
             .iter()
             .enumerate()
@@ -51,7 +52,7 @@ impl Hull {
         let facets = facets
             .into_iter()
             .map(|corners| {
-                let [a, b, c] = corners.map(|i| points[i]);
+                let [a, b, c] = corners.map(|i| given[i]);
                 Facet { corners, coordinates: DMat3::from_cols(a, b, c).inverse() }
             })
             .collect();
@@ -141,7 +142,7 @@ mod tests {
                 );
                 let mean: DVec3 =
                     facet.corners.iter().zip(shares).map(|(&i, s)| points[i] * s).sum();
-                assert!(mean.normalize().distance(direction) < 1e-5);
+                assert!(mean.normalize().distance(direction) < 1e-12);
             }
         }
     }
@@ -154,7 +155,7 @@ mod tests {
             let (facet, shares) = hull.locate(*point);
             let own =
                 facet.corners.iter().position(|&c| c == i).expect("the facet touches the point");
-            assert!(shares[own] > 0.9999);
+            assert!(shares[own] > 1.0 - 1e-12);
         }
     }
 }
