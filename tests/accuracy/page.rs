@@ -242,7 +242,7 @@ pub fn words(method: &str) -> &str {
         "ratio" => "ratio image",
         "harmonics" => "ratio image of order-2 harmonics (Fyffe 2011)",
         "network" => "network alone",
-        "transfer" => "**transfer**: carried-over exemplars",
+        "transfer" => "reflectance transfer",
         "texler" => "patch-based training (Texler 2020)",
         "sun" => "portrait relighting (Sun 2019)",
         "truth-olats" => "true OLATs: the rig's limit",

@@ -228,6 +228,21 @@ mod tests {
     use serde_json::json;
 
     #[test]
+    fn olats_are_shown_under_the_worst_lamp_that_of_the_lower_quartile_and_of_the_median() {
+        let first = json!({"olat_psnr_by_lamp_db": {"3": [30.0], "8": [31.0, 25.0, 33.0, 29.0]}});
+        let other = json!({"olat_psnr_by_lamp_db": {"8": [20.0, 21.0, 22.0, 23.0]}});
+        let shown = olat_rows(&[&first, &other]);
+        let lamps: Vec<(usize, u64)> = (shown.iter())
+            .map(|row| match row.light {
+                Light::Olat(lamp) => (lamp, row.frame),
+                Light::Environment(_) => panic!("not an OLAT"),
+            })
+            .collect();
+        assert_eq!(lamps, [(1, 8), (3, 8), (0, 8)]);
+        assert!(olat_rows(&[&first, &json!({})]).is_empty());
+    }
+
+    #[test]
     fn a_sheet_shows_every_method_and_frames_the_best() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let method = |name: &'static str, decibels: [f64; 2], code: f32| {
