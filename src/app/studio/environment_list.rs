@@ -37,13 +37,6 @@ impl Owner {
 }
 
 impl ListedEnvironment {
-    /// True if another entry has the same name, ignoring case.
-    pub fn is_ambiguous(&self, list: &[Self]) -> bool {
-        let name = self.name.to_lowercase();
-        let same = list.iter().filter(|one| one.name.to_lowercase() == name);
-        same.count() > 1
-    }
-
     /// True if the front direction of an added file still has to be set.
     pub fn asks(&self) -> bool {
         self.owner == Owner::Person && self.front.is_none()

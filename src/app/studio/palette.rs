@@ -125,7 +125,7 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
     let environments = context.environments.iter().enumerate();
     let environments = environments.map(|(i, e)| {
         let light = Command::Look(LookCommand::Environment(i));
-        entry(format!("Environment: {}", context.title(e)), light)
+        entry(format!("Environment: {}", e.listed.name), light)
     });
     let looks = context.looks.ids().map(|id| {
         let label = match id.shelf {

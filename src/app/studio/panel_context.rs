@@ -5,7 +5,6 @@ use super::accuracy::Accuracy;
 use super::color_views::ColorViews;
 use super::destination_check::ExistingFiles;
 use super::environment_library::EnvironmentEntry;
-use super::environment_list::ListedEnvironment;
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
 use super::matte_painting::MattePainting;
@@ -114,15 +113,6 @@ impl PanelContext<'_> {
     /// True if a visible pane shows the refusal.
     pub fn refusal_has_pane(&self) -> bool {
         self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
-    }
-
-    /// Name of an environment, with its origin if another one has the same name.
-    pub fn title(&self, entry: &EnvironmentEntry) -> String {
-        let ListedEnvironment { name, owner, .. } = &entry.listed;
-        match entry.listed.is_ambiguous(&self.state.look.environments) {
-            true => format!("{name}, {}", owner.says()),
-            false => name.clone(),
-        }
     }
 
     /// Label of the solo lamps: `first`, and the number of the others.

@@ -190,7 +190,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     let size = vec2(ui.available_width(), 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, context.title(entry))
+        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.listed.name)
     });
     if !ui.is_rect_visible(rect) {
         return response;
@@ -224,10 +224,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
             Some(["", "See notes"])
         }
-        // Distinguishes two entries with the same name.
-        PanoramaState::Done { .. } => (entry.listed)
-            .is_ambiguous(&context.state.look.environments)
-            .then(|| ["", entry.listed.owner.says()]),
+        PanoramaState::Done { .. } => None,
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
     // With a state below it, the name gets one line.

@@ -43,7 +43,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
         Reference::Plate => "interview frame".to_owned(),
         Reference::Environment(origin) => {
             let entry = context.environments.iter().find(|e| e.listed.origin == *origin);
-            entry.map_or_else(|| origin.to_string(), |entry| context.title(entry))
+            entry.map_or_else(|| origin.to_string(), |entry| entry.listed.name.clone())
         }
         Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).name(),
         Reference::Exemplar(pose) => {
@@ -242,7 +242,7 @@ fn pictures_ui(
         list().show(ui, |ui| {
             for one in context.environments.iter().filter(|e| e.panorama.is_done()) {
                 let with = Reference::Environment(one.listed.origin.clone());
-                entry(ui, out, &context.title(one), with);
+                entry(ui, out, &one.listed.name, with);
             }
         });
     });
