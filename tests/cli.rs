@@ -341,8 +341,6 @@ fn exports_go_on(at: &Path) {
         fail(at, &["relight", "film", "--environment", "nave", "--resume", "--to", "x.mp4"]);
     assert!(refused.contains("cannot resume"), "{refused}");
     test_support::shown!(Accidents, "An export of stills is stopped or killed, and run again with --resume",
-        danger: "hours are lost, or frames of an older look stay among the new ones",
-        done: "each file records its inputs; frames with the same inputs are kept, the rest is made",
         bound: "the files of an uninterrupted export", measured: "equal bytes");
 }
 
@@ -545,8 +543,6 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
     test_support::shown!(
         Surroundings,
         "An option is NaN, infinite, negative or out of range",
-        danger: "black pictures, a network that learns nothing, a crash",
-        done: "refused with its range before anything is read or written",
         bound: "exit code 2",
         measured: format!("{} options", cases.len()),
     );
@@ -611,7 +607,6 @@ fn output_that_nobody_takes_is_no_crash() {
     test_support::shown!(
         Surroundings,
         "Output goes to a full disk, or to a program that has ended",
-        danger: "a crash after the work is done",
         done: "a full disk is reported with exit code 1; a closed pipe is not an error",
     );
 }

@@ -86,8 +86,6 @@ fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
     shown!(
         Surroundings,
         "A machine is too slow for the measuring time",
-        danger: "a command that never ends",
-        done: "work that does not fit is left out and listed with its expected time; the rest is measured",
         bound: "24 s",
         measured: format!("{seconds:.0} s: {timed} rows timed, {left} left out"),
     );
@@ -284,8 +282,6 @@ fn ctrl_c_ends_the_measures_and_leaves_the_report() {
     shown!(
         Surroundings,
         "Ctrl-C while a machine is measured",
-        danger: "a measure runs on as an orphan, or figures are lost",
-        done: "the measure ends too, even if the program is killed; all figures are printed and written",
         bound: "300 s",
         measured: format!("{seconds:.0} s of the 5 minutes"),
     );

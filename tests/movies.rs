@@ -180,9 +180,6 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     shown!(
         Strangers,
         "An interview is a ProRes movie at 29.97 frames a second with sound and a drop-frame time code, and is relit to a movie",
-        danger: "sound, time code or rate are lost on the way, or picture and sound drift apart",
-        done: "the whole pipeline goes from movie to movie; the export has the interview's rate, \
-               time code, reel and sound, cut to its frames",
         bound: "a millisecond of sound, no frame of time code, 0.02 of a matte's mean",
         measured: format!("mattes {mattes_off:.3} off in the mean"),
     );

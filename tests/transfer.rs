@@ -199,8 +199,6 @@ fn frames_beside_a_frame_steady_its_light() {
     };
     let steady = changed([1, 2].map(among));
     shown!(Pictures, "The same head in four frames with different grain",
-        danger: "matches in the exemplars jump from frame to frame: light crawls over the skin",
-        done: "matches are averaged along the motion",
         bound: "0.7 of the change without",
         measured: format!("light changes by {:.1} %, {:.1} % without", 100.0 * steady, 100.0 * alone));
     assert!(steady < 0.7 * alone, "{steady} with, {alone} without");
@@ -289,7 +287,6 @@ fn hard_frames_and_exemplars_give_finite_olats() {
         .collect();
     finite(&Transfer::new(&black, &stage.calibration.rig, light()), &frame);
     shown!(Pictures, "Frames black, white, NaN, upside down or half cut; exemplars one, none, black, or under lamps that no ball shows",
-        danger: "OLATs carried over are NaN, infinite or wildly bright",
         done: "weights and sums have floors; no exemplar means black OLATs");
 }
 

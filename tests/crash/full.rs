@@ -114,8 +114,6 @@ fn a_file_that_can_grow_no_more_at_any_byte_ends_every_command_with_a_sentence()
     test_support::shown!(
         Accidents,
         "A file size limit reached at any byte",
-        danger: "half a file, or an exit without a message",
-        done: "files are written beside and renamed; the message names the file and the remedy",
         bound: "exit code 1 with that message; earlier files are intact, and no unfinished file is left",
         measured: measured
     );
@@ -165,8 +163,6 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
     test_support::shown!(
         Accidents,
         "A disk that fills at any time",
-        danger: "half a file, a lost checkpoint, or an exit without a message",
-        done: "files are written beside and renamed; the message names the file and the remedy",
         bound: "exit code 1 with that message; earlier files are intact, and no unfinished file is left",
         measured: measured
     );

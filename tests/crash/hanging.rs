@@ -34,7 +34,6 @@ fn ctrl_c_ends_an_export_whose_ffmpeg_hangs() {
     test_support::shown!(
         Surroundings,
         "Ctrl-C while ffmpeg hangs",
-        danger: "the program waits for ffmpeg for ever",
         done: "ffmpeg is killed, its file removed, and a message says that no movie was written"
     );
 }

@@ -17,7 +17,6 @@ fn an_import_that_fails_leaves_no_project_and_can_be_tried_again() {
     test_support::shown!(
         Accidents,
         "An import of more lamps than the shoot has",
-        danger: "a leftover project.toml blocks the next attempt",
         done: "project.toml is written last, once everything has succeeded"
     );
 }

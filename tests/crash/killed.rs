@@ -78,8 +78,6 @@ fn a_killed_import_leaves_no_project_or_a_whole_one() {
     test_support::shown!(
         Accidents,
         "`import` is killed",
-        danger: "half a project, or one that blocks the next import",
-        done: "project.toml is written last, beside and renamed",
         bound: "each project is complete or absent, and can be imported again",
         measured: tally.sentence()
     );
@@ -117,8 +115,6 @@ fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
     test_support::shown!(
         Accidents,
         "`calibrate` is killed",
-        danger: "half a calibration, or none",
-        done: "calibration.toml is written beside and renamed; the next command removes unfinished files",
         bound: "the old calibration or the new one, byte for byte; no file outside the project changed",
         measured: tally.sentence()
     );
@@ -184,8 +180,6 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     test_support::shown!(
         Accidents,
         "`train` is killed, saving after each step",
-        danger: "a checkpoint that cannot be read, or an older one",
-        done: "weights are written before the table that names them; each file is written beside and renamed",
         bound: "the step never goes back; every kept checkpoint loads; no file outside the project changed",
         measured: format!("{}; {resumed} runs resumed", tally.sentence())
     );
@@ -246,8 +240,6 @@ fn killed_stills_are_whole_or_not_there() {
     test_support::shown!(
         Accidents,
         "`relight` is killed while it writes stills",
-        danger: "half a picture under its final name",
-        done: "each still is written beside and renamed; the next export to the folder removes unfinished files",
         bound: "each still is the old one or the new one, byte for byte",
         measured: tally.sentence()
     );
@@ -285,8 +277,6 @@ fn a_killed_movie_is_the_old_one() {
     test_support::shown!(
         Accidents,
         "`relight` is killed while ffmpeg writes a movie",
-        danger: "half a movie under its final name; ffmpeg runs for ever",
-        done: "ffmpeg writes beside the movie and ends when its input does; the next export removes its file",
         bound: "the movie has all its frames; no process and no file is left",
         measured: tally.sentence()
     );

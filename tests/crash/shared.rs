@@ -123,8 +123,6 @@ fn programs_that_share_a_project_lose_nothing_and_never_hang() {
     test_support::shown!(
         Accidents,
         "Several processes write into one project at a time",
-        danger: "one overwrites what another wrote; a deadlock",
-        done: "the project's lock admits one writer at a time; changes to project.toml have a lock of their own",
         bound: "every change is saved; commands fail only because the project is in use",
         measured: measured
     );

@@ -52,8 +52,6 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
     assert!(told.contains(&format!("({} existed before)", left.len().min(4))), "{told}");
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     shown!(Accidents, "A farm worker is killed under Open Job Description, and the job is run again",
-        danger: "the movie cannot be joined, or differs",
-        done: "finished frames are kept, the rest is made",
         bound: "the movie of one export", measured: "equal bytes");
 }
 
@@ -126,7 +124,5 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     assert!(ground.read("joined.mov") == ground.read("alone.mov"));
     assert!(told[2].contains("All 12 frames"), "{told:?}");
     shown!(Accidents, "A farm worker is killed under Slurm, and the job is submitted again",
-        danger: "the movie cannot be joined, or differs",
-        done: "the last step waits for chunks to succeed; finished frames are kept",
         bound: "the movie of one export", measured: "equal bytes");
 }

@@ -60,7 +60,6 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
         assert!(said.contains(&format!("{what} differs")), "{said}");
     }
     shown!(Accidents, "A network trained on a farm is adopted",
-        danger: "the earlier network is lost, or one for other lamps gives wrong pictures",
         done: "size, lamps, shoot, framing and calibration are compared; the present checkpoint is set aside");
 }
 

@@ -140,8 +140,6 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
         }
     }
     shown!(Pictures, "1×1, 1×7, 11×1, 2×3, 13×17, 31×5 and 97×53 with mattes that are empty, full, one pixel or a ramp, all effects on",
-        danger: "blurs and pyramids read beyond the edge; an empty matte divides by its pixels",
-        done: "each pass has a CPU function and a shader, compared at every size",
         bound: "all finite; a GPU's light within 1e-3 of the value or of middle grey, all codes from 0 to 1",
         measured: format!("{most:.1e}; {codes:.2} codes"));
 }
@@ -183,7 +181,5 @@ fn extreme_light_makes_finite_pictures_in_memory_and_on_a_gpu() {
         }
     }
     shown!(Pictures, "Weights of 0, 10⁻⁴⁰, 10⁶ and the largest, 10²⁵, before black, uniform and NaN environments, suns of 10⁶ and of 3.4·10³⁸",
-        danger: "light overflows in a sum or in a blur and the picture is NaN, in memory or on the GPU",
-        done: "radiance is limited to 10²⁰ and weights to 10²⁵; other values are repaired in the sum of lamps",
         bound: "all light finite, all codes from 0 to 1, in memory and on the GPU", measured: format!("holds; apart by {most:.1e} at most"));
 }

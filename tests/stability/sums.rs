@@ -124,8 +124,6 @@ fn pictures_of_any_size_and_any_number_of_lamps_are_summed_alike_everywhere() {
         used = most(used, in_bounds(&field, &weights, &compute));
     }
     shown!(Pictures, "1 to 41 lamps, one of weight 10⁶, in pictures of 1×1, 1×13, 13×1, 17×31, 61×47 and 65×63",
-        danger: "edges of blocks are read twice or not at all; small lamps drown beside a sun",
-        done: "sums are in f32 in the order of the lamps, in memory and on the GPU; what is stored in f16 has one scale",
         bound: "against f64: 2n·2⁻²⁴ of the sum of magnitudes for n lamps; f16 2⁻¹¹ more; components 12n·2⁻²⁴ of the norms",
         measured: shares(used));
 }
@@ -156,8 +154,6 @@ fn values_at_the_ends_of_f16_and_f32_are_summed_without_overflow() {
     }
     used = most(used, in_bounds(&field, &[[1.0; 3]; 5], &compute));
     shown!(Pictures, "OLATs of 65,504 and beyond, of 10³⁰, of 10⁻³⁰, and all of these in one, under weights of 10⁻⁴ to 10⁶",
-        danger: "f16 ends at 65,504: the sum is infinite; small values become 0",
-        done: "an f16 field has one scale, a power of two, and is summed in f32",
         bound: "as above; below 2⁻²⁹ of the largest value 2⁻³⁹ of that, and 0 is accepted below f32's normal numbers",
         measured: shares(used));
 }
@@ -192,8 +188,6 @@ fn light_is_added_in_any_storage_format() {
         }
     });
     shown!(Pictures, "a·w₁ + b·w₂ for 12 pairs of weights in six storage formats",
-        danger: "the picture of added lights is not the sum of both pictures",
-        done: "every format is a plain sum over lamps or components",
         bound: "1.3e-5 of the value: rounding of 18 components in three sums",
         measured: format!("{:.1e}", largest.get() * 109.0 * f32::EPSILON));
 }
@@ -222,7 +216,5 @@ fn a_field_that_is_nan_infinite_or_black_stays_in_its_pixels() {
         }
     }
     shown!(Pictures, "NaN or ∞ in one value of a field, and fields that are black, in six storage formats",
-        danger: "one value makes the whole picture NaN; black is divided by its largest value",
-        done: "pixels are summed separately; a black field has scale 1 and no components",
         bound: "no other pixel changes; black stays exactly 0", measured: "holds");
 }

@@ -154,7 +154,6 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     test_support::shown!(
         Accidents,
         "A project is framed or opened while another program writes into it",
-        danger: "the window freezes",
         done: "the window stays responsive; after ten seconds it names the program to close",
     );
 }

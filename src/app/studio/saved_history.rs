@@ -257,7 +257,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`undo.json` is damaged, endless or belongs to a different look",
-            danger: "undo leads to a look that never existed, or the project cannot be opened",
             done: "the file is ignored with a message; its size and its steps are bounded",
         );
     }

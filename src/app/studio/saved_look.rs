@@ -206,7 +206,6 @@ mod tests {
         test_support::shown!(
             Accidents,
             "`look.json` that cannot be parsed",
-            danger: "a second window, which only reads, renames a file that another window writes",
             done: "only the window that may write puts it aside; any other window leaves it and says so"
         );
     }

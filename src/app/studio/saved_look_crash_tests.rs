@@ -182,8 +182,6 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
     test_support::shown!(
         Accidents,
         "The studio is killed while it saves",
-        danger: "half a look, undo steps of a different look, half a list of environments, lost preferences",
-        done: "each file is written beside and renamed; the next window removes what is unfinished",
         bound: "the look is the last saved one or the one after; no file outside the project changed",
         measured: measured
     );
@@ -217,8 +215,6 @@ fn a_window_and_another_program_lose_none_of_each_others_changes() {
     test_support::shown!(
         Accidents,
         "The studio and another program change one project at a time",
-        danger: "one overwrites what the other changed",
-        done: "each reads project.toml again under a lock before it changes it",
         bound: "every change is kept",
         measured: measured
     );

@@ -211,7 +211,6 @@ mod tests {
         test_support::shown!(
             Accidents,
             "A project is opened again before its look has been written to a slow disk",
-            danger: "the window freezes, or shows the older look",
             done: "unwritten changes are read from memory",
         );
     }

@@ -348,7 +348,6 @@ mod tests {
         let error = Error::io("open", path, io::ErrorKind::NotFound.into(), "Check it");
         assert!(!error.to_string().contains(char::is_control));
         test_support::shown!(Strangers, "A file's words in an error",
-            danger: "pages of it, or terminal control characters",
             done: "the first 1000 letters are shown, control characters replaced");
     }
 

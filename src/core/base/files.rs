@@ -355,7 +355,6 @@ mod tests {
         test_support::shown!(
             Accidents,
             "A file cannot be written to its end",
-            danger: "the old one is gone, the new one is incomplete",
             done: "it is written beside the old one, and renamed once it is complete",
         );
     }
@@ -411,7 +410,6 @@ mod tests {
         test_support::shown!(
             Accidents,
             "A program was killed while it wrote",
-            danger: "its unfinished files stay for ever, or files of a running program are removed",
             done: "files have random names and are locked; unlocked ones are removed when a project is locked",
         );
     }
@@ -451,13 +449,11 @@ mod tests {
         test_support::shown!(
             Strangers,
             "A picture is a device, a pipe or a folder",
-            danger: "`/dev/zero` fills the memory, a pipe never answers",
             done: "only files are opened",
         );
         test_support::shown!(
             Surroundings,
             "A picture or report is to be written to a device",
-            danger: "the system's device is replaced by a file",
             done: "only files are replaced",
         );
     }
@@ -473,7 +469,7 @@ mod tests {
         // A sparse file of 64 GB.
         File::create(&path).unwrap().set_len(1 << 36).unwrap();
         assert!(read_text(&path, MOST_TEXT).is_err());
-        test_support::shown!(Strangers, "A text file of 64 GB", danger: "all memory is taken",
+        test_support::shown!(Strangers, "A text file of 64 GB",
             done: "at most 16 MB of a project's text are read");
     }
 
@@ -529,7 +525,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "A list or manifest written on another system: UTF-16, a byte-order mark, CR or CRLF",
-            danger: "the file is refused as damaged, or its last column is misread",
             done: "all of these are read as one text; anything else is refused with its byte and line",
         );
     }

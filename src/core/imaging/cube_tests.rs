@@ -105,8 +105,6 @@ fn what_is_no_table_is_refused_with_its_line() {
     let said = Cube::read(&path).unwrap_err().to_string();
     assert!(said.contains("look.cube"), "{said}");
     test_support::shown!(Strangers, "A .cube table whose size lies, with NaN, with text, or of a terabyte",
-        danger: "memory for a table that does not exist; pictures of NaN",
-        done: "it is refused before memory is allocated for it, and the error gives the line",
         bound: "tables to 65536 entries, cubes to 129, 128 MiB", measured: "refused");
 }
 

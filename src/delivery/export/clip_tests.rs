@@ -303,8 +303,6 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
     test_support::shown!(
         Surroundings,
         "ffmpeg that hangs: it never reads, stops reading, closes its input, or does not end",
-        danger: "an export that never ends; Ctrl-C and the closing window wait for it",
-        done: "after two minutes without a sign of life, or at once on a stop, it is killed with its children",
         bound: "no file and no process remain",
         measured: "none"
     );
@@ -333,7 +331,6 @@ fn what_cannot_be_written_is_not_blamed_on_the_encoder() {
     test_support::shown!(
         Surroundings,
         "A movie in a folder that cannot be written",
-        danger: "the message blames ffmpeg's encoders",
         done: "the message names the folder; it names encoders only if ffmpeg does"
     );
 }

@@ -254,7 +254,5 @@ fn names_that_ffmpeg_could_take_for_something_else_are_names() {
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), names.len());
     test_support::shown!(Strangers, "A movie's name with spaces, quotes, a line break, a dash in front, concat: or http:",
-        danger: "ffmpeg takes it for an option or an address, and writes elsewhere",
-        done: "names go to ffmpeg as file: addresses, never through a shell; only files and pipes are opened",
         bound: "one file under that name", measured: "one file under each of 10 names");
 }

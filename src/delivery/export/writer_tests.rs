@@ -206,7 +206,6 @@ fn the_next_export_removes_what_a_killed_one_left() {
     test_support::shown!(
         Accidents,
         "An export that was killed",
-        danger: "its unfinished file stays in the user's folder",
         done: "the next export to that folder removes the unfinished file; files with other names are never touched"
     );
 }
@@ -327,9 +326,7 @@ fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
     std::fs::write(&json, text.replace("a.light_01.exr", "/etc/passwd")).unwrap();
     let said = Rebuild::of_file(&path).unwrap_err().to_string();
     assert!(said.contains("/etc/passwd") && said.contains("no name alone"), "{said}");
-    test_support::shown!(Strangers, "An EXR that is truncated, has no weights, or whose JSON names a file in another folder",
-        danger: "a check that reads foreign files, or panics",
-        done: "an error message; layers are only read from the picture's folder", bound: "none", measured: "refused");
+    test_support::shown!(Strangers, "An EXR that is truncated, has no weights, or whose JSON names a file in another folder", bound: "none", measured: "refused");
 }
 
 #[test]

@@ -204,8 +204,6 @@ fn what_a_process_said_before_it_hung_crashed_or_failed_is_kept() {
     shown!(
         Surroundings,
         "A measure of a machine hangs, crashes or is stopped",
-        danger: "all its figures are lost, or the program waits for ever",
-        done: "each figure is kept as soon as it is known; a message names what is missing and why",
         bound: "60 s",
         measured: format!("{:.1} s for five endings", began.elapsed().as_secs_f64()),
     );

@@ -109,7 +109,6 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
             && zero.decibels([far(0.0)].into_iter()).unwrap()[0].is_finite()
     );
     test_support::shown!(Network, "Confidence from poses without error, at zero distance, with NaN, or from a single pose",
- danger: "logarithms of 0, a slope of ∞, a certainty from nothing", done: "floors under both, slopes from 0 to 2, and no estimate without two poses",
  bound: "finite, and growing with distance", measured: "holds");
 }
 

@@ -346,8 +346,6 @@ mod tests {
             worst_motion = worst_motion.max(found.beyond);
         }
         shown!(Pictures, "A relit clip whose subject moves and turns without flicker",
-            danger: "motion is taken for flicker",
-            done: "frames are compared along the motion, and even changes cancel",
             bound: "0.3 % of the light",
             measured: format!("{worst_motion:.2} %"));
         assert!(worst_motion < 0.3, "{worst_motion}");
@@ -367,8 +365,6 @@ mod tests {
             }
         }
         shown!(Pictures, "Flicker of 1 to 8 % is added to a clip with and without motion",
-            danger: "a figure unrelated to the visible flicker",
-            done: "the measure finds the added flicker",
             bound: "12 % of it",
             measured: format!("off by at most {:.1} % of it", 100.0 * worst));
         assert!(worst < 0.12, "{worst}");

@@ -69,8 +69,6 @@ mod tests {
             largest.set(largest.get().max(error));
         });
         shown!(Light, "Panorama positions to directions and back",
-            danger: "light lands beside its texel",
-            done: "all code shares one pair of functions",
             bound: "1e-4 of the panorama, also beside the poles",
             measured: format!("{:.1e}", largest.get()));
     }

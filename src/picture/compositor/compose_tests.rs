@@ -138,7 +138,6 @@ fn a_turn_and_a_whole_turn_more_give_one_picture() {
     assert_eq!(at(33.0), at(393.0));
     assert_ne!(at(33.0), at(63.0));
     test_support::shown!(Pictures, "The background after a full turn",
- danger: "a looped clip jumps by a texel", done: "the yaw is taken to 0° to 360° before anything else",
  bound: "the same bits", measured: "the same bits");
 }
 
@@ -161,7 +160,6 @@ fn hard_inputs_give_finite_pictures() {
         }
     }
     test_support::shown!(Pictures, "Weights of 10⁶ and NaN in the field, mattes that are empty, half and full, 1×1 and 16×16",
- danger: "NaN is shown, or spreads", done: "values that are not finite take the colour of their neighbours, and are counted",
  bound: "all light finite", measured: "holds");
 }
 

@@ -264,7 +264,6 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
         }
     }
     test_support::shown!(Pictures, "The same with every effect, under light of 0, 1 and 10⁶",
- danger: "an effect divides by black, or by the pixels of an empty matte", done: "each effect skips what it cannot measure",
  bound: "all light finite", measured: "holds");
 }
 

@@ -194,8 +194,6 @@ fn even_light_changes_every_pixel_alike_whatever_is_at_the_edge() {
     test_support::shown!(
         Pictures,
         "Something thinner than a pixel of the network at the subject's edge",
-        danger: "on the full plate it glows, or turns black, because its light is mixed with what is next to it",
-        done: "it is lit as the nearest place that the subject fills",
         bound: "5 % under even light",
         measured: format!("off by {worst:.4} of white"),
     );

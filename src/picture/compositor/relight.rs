@@ -256,7 +256,6 @@ pub(super) mod tests {
             }
         }
         test_support::shown!(Pictures, "41 lamps, one of weight 2·10⁶",
- danger: "rounding of a large sum hides small lamps", done: "f32, in the order of the lamps",
  bound: "beside f64: 41·2⁻²⁴ of the sum", measured: "holds");
     }
 

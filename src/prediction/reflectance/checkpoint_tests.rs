@@ -72,7 +72,6 @@ fn one_flipped_byte_in_any_file_is_noticed() {
     test_support::shown!(
         Strangers,
         "One byte of the weights, or of the optimiser's state, changes on the disk",
-        danger: "pictures up to 183 codes off without a warning",
         done: "the table holds a checksum of each file",
     );
 }
@@ -96,7 +95,6 @@ fn weights_that_are_nan_are_refused_where_no_checksum_tells() {
     test_support::shown!(
         Strangers,
         "Weights from elsewhere are NaN",
-        danger: "black pictures",
         done: "the network is refused; the message names the file",
     );
 }
@@ -115,7 +113,6 @@ fn a_table_names_only_files_beside_it() {
     test_support::shown!(
         Strangers,
         "`checkpoint.toml` names files in other folders, such as `../../x` or `/dev/zero`",
-        danger: "files outside the project are written, or memory fills up",
         done: "a table may only name files in its own folder",
     );
 }
@@ -131,7 +128,6 @@ fn an_impossible_network_is_refused_before_memory_is_taken() {
     test_support::shown!(
         Strangers,
         "`checkpoint.toml` describes a network of a billion lamps",
-        danger: "memory runs out, and the program ends",
         done: "the shape is checked before memory is allocated",
     );
 }
@@ -176,7 +172,6 @@ fn weights_of_another_shape_are_told_in_words() {
     test_support::shown!(
         Network,
         "Weights of another network",
-        danger: "the message prints internal data structures",
         done: "the message names the file; differing settings have their names in checkpoint.toml"
     );
 }
@@ -198,7 +193,6 @@ fn only_weights_that_training_wrote_are_removed() {
     test_support::shown!(
         Strangers,
         "The user's own files in `checkpoint/`",
-        danger: "training removes every .bpk that its table does not name",
         done: "training removes only files with its own naming scheme"
     );
 }
@@ -232,8 +226,6 @@ fn a_checkpoint_is_read_whole_while_another_program_replaces_it() {
     test_support::shown!(
         Accidents,
         "A network is read while training saves the next one",
-        danger: "the weights named in the table are gone when they are opened",
-        done: "if the table changed meanwhile, the new one is read",
         bound: "no read fails",
         measured: format!("{reads} reads beside {saves} saves")
     );

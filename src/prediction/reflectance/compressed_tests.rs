@@ -110,7 +110,6 @@ fn equal_lamps_are_one_component_and_black_needs_none() {
     let compressed = CompressedField::of(&one, 1e-5);
     assert!(relative_error(&expanded(&compressed), &one.values) < 1e-5);
     test_support::shown!(Pictures, "Components of lamps that are all alike, and of black",
- danger: "a singular system has no eigenvectors", done: "eigenvalues that are 0 need no component",
  bound: "one component; none", measured: "one; none");
 }
 
@@ -135,6 +134,5 @@ fn suns_denormals_and_what_is_no_number_leave_the_rest_finite() {
         assert!(relative_error(&kept, &values) < 1e-4);
     }
     test_support::shown!(Pictures, "Components of a field with a sun of 10⁶, a denormal, NaN and ∞; in units of 10⁻³⁰ and 10³⁰",
- danger: "squares overflow; one NaN spoils the basis", done: "products are in f64, without the pixels that have NaN",
  bound: "no other pixel is touched; 1e-4 of the root mean square in any unit", measured: "holds");
 }

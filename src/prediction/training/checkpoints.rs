@@ -392,7 +392,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`checkpoints/` holds the user's own hidden folders, or links to folders",
-            danger: "the cleanup removes them",
             done: "only unfinished checkpoints are removed, by name, and links are not followed",
         );
     }

@@ -224,7 +224,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`training.csv` is a device, or has a line without an end",
-            danger: "the window hangs, or memory fills up",
             done: "only files are read, and lines of up to 4096 bytes",
         );
     }

@@ -161,7 +161,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`training.csv` is a link",
-            danger: "its target is replaced",
             done: "a link is refused",
         );
     }

@@ -183,7 +183,6 @@ mod tests {
         shown!(
             Strangers,
             "A truncated or invalid picture in the middle of a sequence",
-            danger: "hours of work end at one frame, or a different frame is used silently",
             done: "work stops and names the frame; as a setting, it repeats the previous frame or is black, and is reported",
         );
     }
@@ -214,7 +213,6 @@ mod tests {
         shown!(
             Strangers,
             "Zeroed bytes in the middle of an interview's movie",
-            danger: "hours of work end at one frame, or a different frame is used silently",
             done: "work stops and names the frame; as a setting, it repeats the previous frame or is black, and is reported",
         );
     }

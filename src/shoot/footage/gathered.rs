@@ -239,7 +239,6 @@ mod tests {
         shown!(
             Strangers,
             "Movies straight from cameras' cards, in several folders, under meaningless names",
-            danger: "a pose is mistaken for the interview, or the next step is unclear",
             done: "names and brightness classify each, with the reason; a map of them is made and imported",
         );
     }
@@ -311,7 +310,6 @@ mod tests {
         shown!(
             Strangers,
             "A file in the wrong slot, or poses that do not match the lamps",
-            danger: "wrong frames are learnt",
             done: "each file shows its misfit before a project is made",
         );
     }

@@ -220,7 +220,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "A list of lamps with other separators, decimal commas, headings, comments or no count",
-            danger: "its numbers are read in the wrong columns: lamps up to 180° off",
             done: "what has one meaning is read; any other line is refused with its number",
         );
     }

@@ -217,8 +217,6 @@ fn every_frame_of_two_stages_has_its_matte_and_little_flicker() {
         said.push(format!("IoU {iou:.4}, mean error {off:.4}, flicker {before:.4} to {after:.4}"));
     }
     shown!(Pictures, "All frames of two virtual stages, keyed and averaged over time",
-        danger: "edges that waver from frame to frame, or smear",
-        done: "mattes are averaged along the motion, where the pictures agree",
         bound: "IoU 0.985, mean error 0.01",
         measured: said.join("; "));
 }
@@ -236,8 +234,6 @@ fn a_box_serves_a_whole_project() {
     }
     assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
     shown!(Pictures, "Two virtual stages cut out of one box, their screen not used",
-        danger: "the box is not applied, or one frame of many is lost",
-        done: "`afterlight matte --box` on the whole project",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.4}, mean error {:.4}", worst.0, worst.1));
 }
@@ -259,8 +255,6 @@ fn a_clean_plate_serves_a_whole_project() {
     }
     assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
     shown!(Pictures, "Two virtual stages before a wall with pictures on it, with a clean plate of another exposure",
-        danger: "the wall's pictures become part of the person",
-        done: "`afterlight matte --clean-plate`: difference to the plate, relative to the pictures' noise",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.4}, mean error {:.4}", worst.0, worst.1));
 }
@@ -294,8 +288,6 @@ fn strokes_on_one_frame_serve_the_others() {
     assert_eq!((report.painted, report.followed), (1, 0));
     assert!(without < 0.97 && iou >= 0.985 && off <= 0.01, "{without} to {iou}, {off}");
     shown!(Pictures, "A hole in the key of every frame, painted shut in one",
-        danger: "every frame must be painted",
-        done: "strokes are carried to nearby frames along the motion, with decreasing weight",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {without:.3} without, {iou:.4} with it, mean error {off:.4}"));
 }
@@ -329,8 +321,6 @@ fn frames_before_a_wall_follow_the_painted_one() {
     }
     assert!(worst.0 >= 0.95 && worst.1 <= 0.02, "{worst:?}");
     shown!(Pictures, "A wall with pictures on it, no clean plate, strokes on one frame of five",
-        danger: "every frame must be painted",
-        done: "the painted frame's matte is carried to the others along the motion; colours and edges correct it there",
         bound: "IoU 0.95, mean error 0.02",
         measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));
 }
@@ -364,7 +354,6 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
     strokes.save(&stage.project).unwrap();
     assert!(!path.exists());
     shown!(Strangers, "A file with impossible strokes",
-        danger: "a crash, or hours of computing",
         done: "refused, with the names of file and stroke and the fault");
 }
 
@@ -413,8 +402,6 @@ fn mattes_of_filmed_frames_flicker_less_than_each_by_itself() {
     }
     if !said.is_empty() {
         shown!(Pictures, "Filmed frames before a green screen, one after the other",
-            danger: "edges that boil",
-            done: "mattes are averaged along the motion, where the pictures agree",
             bound: "less than each frame's own, on the same frames",
             measured: said.join("; "));
     }

@@ -214,7 +214,6 @@ tracking = [12, 16, 20]
     shown!(
         Strangers,
         "A map of a shoot with frames outside the movie, too few lamps, or missing files",
-        danger: "wrong frames are learnt",
         done: "the import is refused: each message names the file and its frames",
     );
 }
@@ -315,13 +314,11 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
     shown!(
         Strangers,
         "A single movie as a shoot",
-        danger: "an error about a folder that is not one",
         done: "poses and balls beside it make it an interview; otherwise a message lists the missing parts",
     );
     shown!(
         Strangers,
         "A manifest with a frame rate that differs from the interview's movie",
-        danger: "sound and time code of an export drift from the pictures",
         done: "the movie's rate is used, and the import reports the difference",
     );
 }

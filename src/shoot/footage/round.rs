@@ -188,7 +188,6 @@ mod tests {
         test_support::shown!(
             Strangers,
             "A movie of a pose with more or fewer single-lamp frames than lamps",
-            danger: "every OLAT is assigned to its neighbour",
             done: "the import is refused, with the number of frames lit by one lamp, by all, or by none",
         );
     }

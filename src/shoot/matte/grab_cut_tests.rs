@@ -188,7 +188,6 @@ fn pictures_and_marks_that_say_nothing_end_in_a_sentence() {
     let none = Encoded(Raster::filled(0, 0, [0.0; 3]));
     assert!(grab_cut(&none, &Raster::filled(0, 0, Mark::Subject), 5).is_err());
     test_support::shown!(Pictures, "A cut-out without marks, or with marks of another picture",
-        danger: "an empty matte that looks like a result, or a crash",
         done: "a message names the missing marks and the remedy");
 }
 
@@ -207,6 +206,5 @@ fn even_pictures_nan_and_single_rows_are_cut_by_their_marks_alone() {
         }
     }
     test_support::shown!(Pictures, "A cut-out of a uniform picture, of NaN, or of one row",
-        danger: "a division by zero, or a loop without end",
         done: "the marks alone decide");
 }

@@ -123,8 +123,6 @@ fn uneven_green_and_blue_screens_are_keyed() {
         }
     }
     shown!(Pictures, "A green or blue screen half as bright on one side, and a dark, bright or greenish subject",
-        danger: "the dark side of the screen becomes subject, or its edge is cut",
-        done: "the screen's light is fitted all over the picture; coverage is measured against it",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));
 }
@@ -223,8 +221,6 @@ fn a_box_is_enough_before_any_background() {
     }
     assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
     shown!(Pictures, "A subject in a box, without any screen",
-        danger: "no matte, or one that includes background",
-        done: "the colours outside the box identify the background",
         bound: "IoU 0.985, mean error 0.01",
         measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));
 }
@@ -245,6 +241,5 @@ fn a_box_that_says_nothing_ends_in_a_sentence() {
         }
     }
     shown!(Pictures, "A box that is empty, outside the picture, or as large as the picture",
-        danger: "an empty matte that looks like a result, or a crash",
         done: "a message says what the box must leave free");
 }

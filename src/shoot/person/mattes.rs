@@ -185,8 +185,6 @@ fn a_person_is_found_without_screen_or_box() {
     let [_, [iou, off]] = worst.0;
     assert!(iou >= ANY[0] && off <= ANY[1], "{iou} {off}");
     shown!(Pictures, "A person in front of any background, without screen, box or strokes",
-        danger: "no matte at all, or furniture in it",
-        done: "a small network finds the person; colours and edges decide uncertain pixels",
         bound: format!("IoU {}, mean error {}", ANY[0], ANY[1]),
         measured: format!("IoU {iou:.3}, mean error {off:.4}"));
 }
@@ -285,8 +283,6 @@ fn where_nobody_is_a_sentence_says_so() {
     }
     assert!(10 * empty >= 9 * rooms, "{empty} of {rooms}");
     shown!(Pictures, "An interview frame without a person or a screen",
-        danger: "furniture becomes the person",
-        done: "a sentence says that neither a screen nor a person was found",
         bound: "9 of 10 rooms",
         measured: format!("{empty} of {rooms}: an armchair can pass for a person"));
 }

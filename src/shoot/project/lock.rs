@@ -127,13 +127,11 @@ mod tests {
         test_support::shown!(
             Strangers,
             "`.lock` is a link",
-            danger: "its target is emptied",
             done: "a link is refused",
         );
         test_support::shown!(
             Accidents,
             "A program was killed while it held a project's lock",
-            danger: "the project stays locked for ever",
             done: "the system releases the lock",
         );
     }

@@ -100,7 +100,6 @@ fn a_path_that_is_not_utf_8_is_named_and_is_no_bug() {
     test_support::shown!(
         Surroundings,
         "A path that is not UTF-8",
-        danger: "the program calls it its own bug",
         done: "the path is refused with a sentence; the project is unchanged"
     );
 }

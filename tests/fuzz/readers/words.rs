@@ -92,7 +92,5 @@ fn whatever_is_typed_is_understood_or_refused() {
         let said = format!("typed: {}", said[0].clone().unwrap_err());
         Err(said.chars().filter(|c| !c.is_control()).take(300).collect())
     });
-    shown!(Strangers, "Typed responses, lights, keyframes, circles and fronts",
-        danger: "a crash, or values that are NaN or infinite",
-        done: "an invalid value is an error", bound: "finite light, angles and curves", measured: measured);
+    shown!(Strangers, "Typed responses, lights, keyframes, circles and fronts", bound: "finite light, angles and curves", measured: measured);
 }

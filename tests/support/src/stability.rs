@@ -55,39 +55,26 @@ pub struct Case<'a> {
     pub section: Section,
     /// Input of the case, such as "a panorama with NaN texels".
     pub case: &'a str,
-    /// Possible failure.
-    pub danger: &'a str,
-    /// The program's answer to it.
-    pub done: &'a str,
-    /// Bound of the test, with its unit; empty for a plain statement.
-    pub bound: &'a str,
-    /// Measured value, with its unit; empty for a plain statement.
-    pub measured: &'a str,
+    /// The program's answer, or a measured value and its bound in brackets, with units.
+    pub outcome: &'a str,
 }
 
 /// Records a [`Case`](crate::stability::Case) for `docs/stability.md`, under the name of the calling test. Belongs
 /// after the test's last assertion.
 ///
 /// ```ignore
-/// shown!(Light, "A sun of one texel", danger: "it falls between two cells", done: "texels are split by area",
-///     bound: "energy within 1e-5", measured: format!("{error:.1e}"));
-/// shown!(Strangers, "`.lock` is a link", danger: "its target is emptied", done: "a link is refused");
+/// shown!(Light, "A sun of one texel", bound: "energy within 1e-5", measured: format!("{error:.1e}"));
+/// shown!(Strangers, "`.lock` is a link", done: "a link is refused");
 /// ```
 #[macro_export]
 macro_rules! shown {
-    ($section:ident, $case:expr, danger: $danger:expr, done: $done:expr $(,)?) => {
-        $crate::shown!($section, $case, danger: $danger, done: $done, bound: "", measured: "")
+    ($section:ident, $case:expr, bound: $bound:expr, measured: $measured:expr $(,)?) => {
+        $crate::shown!($section, $case, done: &format!("{} ({})", $measured, $bound))
     };
-    ($section:ident, $case:expr, danger: $danger:expr, done: $done:expr, bound: $bound:expr, measured: $measured:expr $(,)?) => {{
+    ($section:ident, $case:expr, done: $outcome:expr $(,)?) => {{
         fn here() {}
-        let case = $crate::stability::Case {
-            section: $crate::stability::Section::$section,
-            case: $case,
-            danger: $danger,
-            done: $done,
-            bound: &$bound.to_string(),
-            measured: &$measured.to_string(),
-        };
+        let section = $crate::stability::Section::$section;
+        let case = $crate::stability::Case { section, case: $case, outcome: $outcome };
         $crate::stability::record(env!("CARGO_PKG_NAME"), std::any::type_name_of_val(&here), &case);
     }};
 }
@@ -114,8 +101,7 @@ fn line(package: &str, place: &str, case: &Case) -> String {
     let test = place.trim_end_matches("::here").replace("::{{closure}}", "");
     let test = test.split_once("::").map_or(&*test, |(_, test)| test);
     let section = case.section.title();
-    let words =
-        [section, package, test, case.case, case.danger, case.done, case.bound, case.measured];
+    let words = [section, package, test, case.case, case.outcome];
     let words = words.map(|words| words.split_whitespace().collect::<Vec<_>>().join(" "));
     words.join("\t") + "\n"
 }
@@ -127,11 +113,11 @@ fn line(package: &str, place: &str, case: &Case) -> String {
 /// If a line was not written by [`record`].
 pub fn page(record: &str) -> String {
     let rows = record.lines().map(|line| {
-        let row: [&str; 8] = (line.split('\t').collect::<Vec<_>>().try_into())
+        let row: [&str; 5] = (line.split('\t').collect::<Vec<_>>().try_into())
             .unwrap_or_else(|_| panic!("not a recorded case: {line:?}"));
         row
     });
-    let mut cases: Vec<[&str; 8]> = Vec::new();
+    let mut cases: Vec<[&str; 5]> = Vec::new();
     for row in rows {
         match cases.iter_mut().find(|case| case[1..4] == row[1..4]) {
             Some(case) => *case = row,
@@ -148,24 +134,15 @@ pub fn page(record: &str) -> String {
         let _ = write!(
             page,
             "\n## {title}\n\n\
-             | case | outcome | measured (bound) | test |\n|---|---|---|---|\n"
+             | case | outcome | test |\n|---|---|---|\n"
         );
-        for [_, package, test, case, _, done, bound, measured] in cases {
-            let words = [case, done, figure(bound, measured).as_str()]
-                .map(|words| words.replace('|', "\\|"));
+        for [_, package, test, case, outcome] in cases {
+            let words = [case, outcome].map(|words| words.replace('|', "\\|"));
             let package = package.trim_start_matches("afterlight-");
-            let _ = writeln!(page, "| {} | `{package}` `{test}` |", words.join(" | "));
+            let _ = writeln!(page, "| {} | `{package}::{test}` |", words.join(" | "));
         }
     }
     page
-}
-
-/// Measured value and its bound in one cell.
-fn figure(bound: &str, measured: &str) -> String {
-    match (bound, measured) {
-        (one, "") | ("", one) => one.to_owned(),
-        (bound, measured) => format!("{measured} ({bound})"),
-    }
 }
 
 #[cfg(test)]
@@ -177,15 +154,12 @@ mod tests {
         let case = Case {
             section: Section::Light,
             case: "a sun of\none texel",
-            danger: "it is lost",
-            done: "split | by area",
-            bound: "1e-5",
-            measured: "3e-7",
+            outcome: "split | by area",
         };
         let old = line(
             "afterlight-light",
             "light::sun::tests::kept::here",
-            &Case { measured: "2", ..case },
+            &Case { outcome: "lost", ..case },
         );
         let new = line("afterlight-light", "light::sun::tests::kept::{{closure}}::here", &case);
         let other = line(
@@ -194,12 +168,12 @@ mod tests {
             &Case { section: Section::Strangers, ..case },
         );
         let page = page(&(old + &new + &other));
-        let row =
-            "| a sun of one texel | split \\| by area | 3e-7 (1e-5) | `light` `sun::tests::kept` |";
+        let row = "| a sun of one texel | split \\| by area | `light::sun::tests::kept` |";
         assert_eq!(page.matches(row).count(), 1, "{page}");
-        assert!(!page.contains("it is lost"), "{page}");
+        assert!(!page.contains("lost"), "{page}");
         assert_eq!(page.matches("a sun").count(), 2, "{page}");
-        let titles = ["## Files from strangers", "`lock`", "## Light", "`sun::tests::kept`"];
+        let titles =
+            ["## Files from strangers", "stability::lock`", "## Light", "sun::tests::kept`"];
         let at = titles.map(|title| page.find(title).unwrap());
         assert!(at.is_sorted(), "{page}");
     }

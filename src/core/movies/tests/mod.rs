@@ -123,8 +123,6 @@ fn frame_n_is_frame_n_in_every_codec_and_order() {
     shown!(
         Strangers,
         "A movie with B frames, open groups of pictures or slow rates is read backwards and by jumps",
-        danger: "a different frame from the requested one",
-        done: "each decoded frame is identified by its presentation time, through an index of all frames",
         bound: "every frame, in three orders",
         measured: format!("{} kinds of movies", cases.len()),
     );
@@ -173,7 +171,6 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
     shown!(
         Strangers,
         "A movie with uneven times, times that start late, or an edit list",
-        danger: "frames are counted by seconds, so the wrong ones are shown",
         done: "the index lists the frames that are shown, one by one",
     );
 }
@@ -245,8 +242,6 @@ fn colours_come_as_tagged() {
     shown!(
         Pictures,
         "A movie's codes are of full or limited range, of Rec. 601, 709 or 2020",
-        danger: "colours and contrast are wrong",
-        done: "the file's tags set the decoding, and a sentence at import names the tags",
         bound: "0.012 of the brightest code",
         measured: format!("{worst:.4}"),
     );
@@ -272,7 +267,6 @@ fn turned_and_stretched_movies_have_the_size_that_players_show() {
     shown!(
         Pictures,
         "A camera was held upright, or its pixels are not square",
-        danger: "the subject lies on its side or is stretched",
         done: "frames are rotated and widened as tagged in the file, with a sentence",
     );
 }

@@ -61,7 +61,6 @@ fn exr_sequences_of_every_compression_are_read() {
     shown!(
         Strangers,
         "An EXR sequence is compressed by DWAA, DWAB, PIZ, B44 or any other method of OpenEXR 2, or by a newer one",
-        danger: "it is refused, or the error is for programmers only",
         done: "those of OpenEXR 2 are read; for a newer one the error says how to convert the pictures",
     );
 }
@@ -111,8 +110,6 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
     shown!(
         Strangers,
         "An interview of a hundred thousand stills",
-        danger: "every file is opened, or the first takes minutes and gigabytes",
-        done: "their names are listed; a still is read on request",
         bound: "64 MB more memory, and no still read without a request",
         measured: format!("{} MB, {} kB read", more >> 20, read / 1000),
     );

@@ -41,7 +41,6 @@ fn names_mean_nothing_but_files() {
     shown!(
         Strangers,
         "A movie's name starts with a dash or reads like `concat:` or `http:`; a playlist calls itself a movie",
-        danger: "ffmpeg takes it for an option, or opens a file or server named in it",
         done: "names are only names, and ffmpeg may open only files",
     );
 }
@@ -94,7 +93,6 @@ fn what_is_no_whole_movie_is_a_sentence() {
     shown!(
         Strangers,
         "A movie that is truncated, not a movie, without pictures, or a camera's raw file; ffmpeg is missing",
-        danger: "a crash, or ffmpeg's own error text",
         done: "the error names a remedy",
     );
 }
@@ -154,7 +152,6 @@ fn a_damaged_frame_is_named_and_the_others_are_read() {
     shown!(
         Strangers,
         "One frame in the middle of a movie is damaged",
-        danger: "all later frames are off by one",
         done: "the error names the frame, and the others are read",
     );
 }
@@ -194,7 +191,6 @@ fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
     shown!(
         Strangers,
         "A frame is damaged ten hours into a movie",
-        danger: "the movie is decoded from its start to find it",
         done: "decoding starts again a second before it; if its neighbours are decoded but it is not, the error names it",
     );
 }
@@ -217,7 +213,6 @@ fn a_movie_that_is_replaced_while_it_is_open_is_noticed() {
     shown!(
         Strangers,
         "A movie is replaced while the program has it open",
-        danger: "frames of two movies are mixed",
         done: "its size and modification time are compared before each frame; a cached index of the old one is not used",
     );
 }
@@ -242,7 +237,6 @@ fn a_program_that_hangs_is_ended() {
     shown!(
         Surroundings,
         "ffprobe or ffmpeg hangs while it reads a movie",
-        danger: "the program waits for ever",
         done: "after two minutes without a sign of life it is killed with all its children",
     );
 }
@@ -280,8 +274,6 @@ fn a_movie_of_twenty_hours_opens_at_once_and_takes_no_more_memory() {
     shown!(
         Strangers,
         "A movie of 20 hours: 1.8 million frames",
-        danger: "minutes until it opens, and memory for each frame",
-        done: "its frames are listed in the background, in a cached file",
         bound: "64 MB more memory than before",
         measured: format!(
             "open after {:.1} s, first frame {:.1} s, all listed {:.1} s, opened again {:.1} s, {} MB",

@@ -205,7 +205,6 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         assert!(fault.is_some(), "{kind} {wanted}: {:?}", found.faults);
     }
     test_support::shown!(Strangers, "A shot for delivery with missing, duplicate or truncated frames, or frames of another look",
-        danger: "the client finds the fault", done: "`afterlight check FRAMES` names each fault and its frames",
         bound: "19 harms", measured: "all named");
 }
 

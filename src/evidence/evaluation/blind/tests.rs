@@ -217,7 +217,6 @@ fn hostile_answers_are_refused_in_sentences_and_change_nothing() {
     test_support::shown!(
         Strangers,
         "A file of answers to a blind comparison comes back damaged, made up or contradicting itself",
-        danger: "invented votes, or a path out of the project",
         done: "names are letters and digits, and each line must be a possible answer; otherwise the whole file is refused",
     );
 }

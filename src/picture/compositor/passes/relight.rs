@@ -449,7 +449,6 @@ pub(crate) mod tests {
             }
         }
         test_support::shown!(Pictures, "A field that a GPU stores in f16",
- danger: "the GPU rounds or scales differently from memory", done: "the scale is chosen there in the same way, from the largest finite magnitude",
  bound: "as in memory", measured: "holds");
     }
 

@@ -203,8 +203,6 @@ mod tests {
         let bound = 3.0 * 0.5 * f64::from(f32::EPSILON) * 100.0;
         assert!(worst <= bound, "{worst:e}");
         test_support::shown!(Network, "The running average of weights over 10⁵ steps",
-            danger: "a small share of a new value is below the rounding of the old one: the average stops or drifts",
-            done: "the average keeps 0.99 of itself, so that rounding errors fade with it",
             bound: "beside f64: three roundings of a hundred steps, 1.8e-5", measured: format!("{worst:.1e}"));
     }
 

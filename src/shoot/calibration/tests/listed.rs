@@ -101,7 +101,5 @@ fn a_list_of_lamps_takes_the_place_of_mirror_balls() {
         measured.push(format!("light {:.1} %", 100.0 * error));
     }
     test_support::shown!(Light, "A shoot has a list of lamps and no mirror balls",
-        danger: "no calibration, or a response that is wrong and sure",
-        done: "light and energies found from the subject; the response is sure only if a frame shows a pose",
         bound: "light within 8 %, 2 % if a frame shows a pose", measured: measured.join(", "));
 }

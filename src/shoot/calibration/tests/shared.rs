@@ -188,7 +188,6 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
     }
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));
     test_support::shown!(Light, "A calibration from balls with every lamp clipped",
- danger: "wrong lamp energies, and a γ with too small an interval", done: "clipping is counted, energies come from the subject too, and γ's interval is widened",
  bound: "directions to 2.5° and weights to 5 % in the median; γ within two of its deviations",
  measured: format!("{angle:.2}°, {:.1} %", 100.0 * weight));
 }

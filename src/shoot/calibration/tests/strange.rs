@@ -64,7 +64,6 @@ fn odd_sizes_and_balls_never_panic() {
     }
     assert!(refused > 0);
     test_support::shown!(Light, "Black, white and tiny photographs (1×1, 1×40, 41×17) of balls beyond the frame, of 10¹⁰ pixels, at NaN; 1, 2 and 6 lamps",
- danger: "a crash, or NaN directions", done: "refused with a message, or lamps with an honest confidence",
  bound: "unit directions, confidences from 0 to 1, all finite", measured: format!("holds; {refused} refused"));
 }
 
@@ -164,8 +163,6 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
         measured.push(format!("{name}: {count} of 14 trusted, {worst:.1}° off at most"));
     }
     test_support::shown!(Light, "Mirror balls under noise, of noise alone, black, white",
-        danger: "wrong directions and a wrong response with high confidence",
-        done: "a lamp's confidence follows the quality of its ball; the response's interval widens; or a refusal",
         bound: "no lamp with confidence above 0.5 is off by 5°; none is trusted on empty balls; γ within three deviations",
         measured: measured.join("; "));
 }

@@ -59,8 +59,6 @@ fn a_sun_of_one_texel_keeps_its_energy_in_every_row_and_under_every_turn() {
     }
     assert!(most.max(tilted) <= ROUNDED_TWICE, "{most} {tilted}");
     shown!(Light, "A sun of 10⁶ in one texel: every row, both poles, both sides of the seam, rotated freely",
-        danger: "light is lost at the poles or at the seam, or counted twice",
-        done: "texels count by their exact solid angle, and shares of a texel add up to 1",
         bound: "energy within 1.2e-7, one rounding of shares and one of weights",
         measured: format!("{:.1e}", most.max(tilted)));
 }
@@ -88,8 +86,6 @@ fn panoramas_of_any_shape_keep_a_sun_s_energy() {
     // Values are rounded when columns and when rows are averaged, each time to 2⁻²⁴. Fourier transforms are in f64.
     assert!(most <= 2.0 * ROUNDED_TWICE, "{most}");
     shown!(Light, "Panoramas of 1×1, 2×1, 1×7, 97×53 and 300×301 texels with a sun of 10⁶",
-        danger: "light is lost where texels of the panorama and of the weights do not match",
-        done: "resizing weights by area and solid angle",
         bound: "energy within 4 roundings, 2.4e-7", measured: format!("{most:.1e}"));
 }
 
@@ -126,8 +122,6 @@ fn texels_that_are_no_light_leave_weights_finite_and_the_rest_of_the_light_as_it
     }
     assert!(most <= ROUNDED_TWICE, "{most}");
     shown!(Light, "NaN, ±∞ and negative texels in every kind of weights",
-        danger: "one texel makes all weights NaN",
-        done: "such texels are repaired and counted: NaN from its neighbours, ∞ as the brightest, negative as black",
         bound: "weights finite and ≥ 0; the energy changes by one texel's at most, and is kept to 1.2e-7",
         measured: format!("kept to {most:.1e}; changed by {:.2} %", 100.0 * changed));
 }
@@ -161,8 +155,6 @@ fn the_brightest_values_a_file_can_hold_leave_weights_finite() {
         }
     }
     shown!(Light, "Radiance up to the largest of f32, 3.4·10³⁸, brightened by 10 stops beside a placed light",
-        danger: "weights overflow to infinity, and all pictures with them",
-        done: "radiance ends at 10²⁰, energies are summed in f64, weights end at 10²⁵",
         bound: "weights from 0 to 10²⁵", measured: "holds");
 }
 
@@ -182,8 +174,6 @@ fn nine_hundred_and_thirty_one_lamps_and_one_keep_the_energy() {
     }
     assert!(most <= ROUNDED_TWICE, "{most}");
     shown!(Light, "1, 2 and 931 lamps under a sun at the pole, at the seam, and under speckled light",
-        danger: "one lamp spans no surface; hundreds overlap each other",
-        done: "points fill the gaps between few lamps; many lamps get narrow footprints",
         bound: "energy within 1.2e-7", measured: format!("{most:.1e}"));
 }
 
@@ -204,8 +194,6 @@ fn a_lamp_too_faint_to_divide_by_gets_nothing() {
     }
     assert!(most <= ROUNDED_TWICE, "{most}");
     shown!(Light, "Lamps of no energy, of a subnormal one, and without one channel",
-        danger: "the weight divides by zero: ∞, or light cut off at the largest weight",
-        done: "such a lamp counts as not seen, and its neighbours take over",
         bound: "its weight 0, energy within 1.2e-7", measured: format!("{most:.1e}"));
 }
 
@@ -246,8 +234,6 @@ fn a_million_turns_are_no_turn() {
         }
     }
     shown!(Light, "A yaw of 10⁶ turns, either way, with and without pitch and roll",
-        danger: "a large angle loses precision, and the light points elsewhere",
-        done: "full turns are removed first, in degrees, where this is exact",
         bound: "the same weights bit for bit as without the turns", measured: "the same bits");
 }
 
@@ -287,8 +273,6 @@ fn a_turn_in_tenths_of_a_degree_does_not_flicker_by_fit() {
     // A sun passes between lamps 30° apart within a few degrees at the least.
     assert!(tenth <= 0.1 / 5.0, "{tenth}");
     shown!(Light, "A full turn of a sun of 10⁶ in steps of 0.1°, weights by `fit`",
-        danger: "light jumps from lamp to lamp: pictures flicker",
-        done: "every step of the fit is a continuous function of the light",
         bound: "no weight jumps by more than 2 % of the light; half a step makes at most 0.505 of the jump",
         measured: format!("{:.2} %; {:.3}", 100.0 * tenth, half / tenth));
 }
@@ -331,8 +315,6 @@ fn an_environment_and_a_rig_that_turn_together_have_the_same_weights() {
     });
     let [together, freely] = largest.map(|largest| largest.get());
     shown!(Light, "A rig and an environment rotated together, by a yaw and freely",
-        danger: "the result depends on the place of the panorama's seam",
-        done: "columns wrap; a free rotation shares each texel's light among the four around its new place",
         bound: format!("the same weights to {:.1e} of the light; free rotations to 2e-5", bound),
         measured: format!("{together:.1e}; {freely:.1e}"));
 }

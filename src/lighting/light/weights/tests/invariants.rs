@@ -52,8 +52,6 @@ fn energy_is_kept_and_nothing_is_negative() {
         }
     });
     shown!(Light, "256 random rigs, on the sphere, on half of it, in a cone, with coinciding lamps, each in random light",
-        danger: "light is lost in gaps, or a lamp gets a negative weight",
-        done: "light in a gap goes to the lamps around it",
         bound: "energy within 1e-5, all weights ≥ 0", measured: "holds");
 }
 
@@ -70,8 +68,6 @@ fn a_whole_turn_is_the_same_to_the_bit() {
         }
     });
     shown!(Light, "Yaws of 0° and 360°, and 256 others plus one turn and minus two turns",
-        danger: "a clip with a full turn jumps where it loops",
-        done: "full turns are removed in degrees, exactly",
         bound: "the same weights bit for bit", measured: "the same bits");
 }
 
@@ -101,8 +97,6 @@ fn weights_of_a_sum_are_the_sum_of_weights() {
         }
     });
     shown!(Light, "a·E₁ + b·E₂ for 256 pairs of environments, by `smooth` and `cells`",
-        danger: "the sum of two lights differs from both together",
-        done: "shares of a direction do not depend on the environment; `fit` is nonlinear and exempt",
         bound: "the sum of weights within 1e-5", measured: format!("{:.1e}", largest.get()));
 }
 

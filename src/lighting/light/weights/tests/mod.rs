@@ -133,8 +133,6 @@ fn energy_is_kept_by_every_rig() {
         }
     }
     shown!(Light, "Coplanar lamps, twins, a ring, a cone, both poles, opposite lamps: 15 rigs that are hard for a hull",
-        danger: "no enclosing hull; flat facets with NaN or negative shares",
-        done: "points fill the gaps until a hull encloses the subject",
         bound: "energy within 1e-5, all weights finite and ≥ 0", measured: "holds");
 }
 
@@ -203,8 +201,6 @@ fn even_lamps_share_an_even_sky_evenly() {
         }
     }
     shown!(Light, "An even sky over 41 even lamps",
-        danger: "some lamps are preferred, and the subject gets a pattern",
-        done: "each lamp represents the solid angle around it",
         bound: "every weight within 25 % of the mean, the spread of the lamps' cells",
         measured: format!("{:.1} %", 100.0 * most));
 }
@@ -273,8 +269,6 @@ fn light_from_below_is_uncovered_by_lamps_above() {
     assert!(below > 0.95);
     assert!(above < 0.05);
     shown!(Light, "Lamps only on the upper half of the sphere",
-        danger: "light from below is invented without a warning",
-        done: "light from below goes to the lowest lamps, and its share is reported as uncovered",
         bound: "uncovered: over 95 % of light from below, under 5 % of light from above",
         measured: format!("{:.1} % and {:.1} %", 100.0 * below, 100.0 * above));
 }
@@ -299,8 +293,6 @@ fn lamps_in_one_direction_share_equally() {
     let weights = default_weights(&speckled(4), &rig, 0.0).per_lamp;
     assert!(weights.iter().all(|w| *w == weights[0]));
     shown!(Light, "Several lamps in one direction",
-        danger: "a singular system: one lamp gets everything, or weights are NaN",
-        done: "lamps within half a degree count as one direction and share equally",
         bound: "equal weights, bit for bit", measured: "equal");
 }
 
@@ -329,7 +321,6 @@ fn no_light_and_no_lamps_give_zeros() {
     let nothing = default_weights(&speckled(1), &Rig::default(), 30.0);
     assert_eq!(nothing, LightWeights { per_lamp: vec![], uncovered: 1.0 });
     shown!(Light, "A black environment; a rig without lamps",
-        danger: "shares become 0/0", done: "no light gives weights of zero; no lamps give no weights",
         bound: "exactly 0", measured: "0");
 }
 
