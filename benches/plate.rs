@@ -1,5 +1,5 @@
-//! Cost and accuracy of low-resolution light that multiplies the plate: `make bench-plate`. Prints the two tables of
-//! `docs/accuracy.md`.
+//! Cost and accuracy of low-resolution light that multiplies the plate: `make bench-plate`. Prints the tables of
+//! `docs/plate.md`.
 //!
 //! The first table is time: the pass `plate` against a copy of the plate's bytes, and the whole picture while the light
 //! is turned. The second is accuracy on shoots with a truth: true OLATs are averaged down to the working size, summed
@@ -163,12 +163,10 @@ fn times(options: &Options) -> Result<()> {
 /// A transfer of light to the plate. Its inputs are the relit subject and its matte at the working size, and the plate.
 type Method = fn(&Image, &Mask, &Shot) -> Image;
 
-const METHODS: [(&str, Method); 7] = [
-    ("enlarged, bilinear", |relit, mask, shot| normalized(relit, mask, shot.size(), resize)),
+const METHODS: [(&str, Method); 5] = [
     ("enlarged, bicubic", |relit, mask, shot| normalized(relit, mask, shot.size(), bicubic)),
     ("guided filter", guided),
     ("joint bilateral ratio", joint_bilateral),
-    ("log ratio, bilinear", |relit, mask, shot| log_ratio(relit, mask, shot, resize)),
     ("log ratio, bicubic", |relit, mask, shot| log_ratio(relit, mask, shot, bicubic)),
     ("**pass `plate`**", |relit, mask, shot| {
         let mut relit = relit.clone();

@@ -24,13 +24,13 @@ pub struct About {
 /// The section.
 pub fn section(page: &Page) -> String {
     let about = &page.about;
-    let mut text = "## About this run\n\n".to_owned();
+    let mut text = "## This run\n\n".to_owned();
     text += &runs(&about.runs);
     let of_added = page.added.iter().flat_map(|one| &one.builds).map(String::as_str);
     let of_benches = page.benches.iter().map(|bench| bench.kept.build.as_str());
     let all = page.shoots.iter().flat_map(of_shoot).chain(of_added).chain(of_benches);
     // Writing to a String cannot fail.
-    let _ = writeln!(text, " {} This page was written by build {}.\n", builds(all), about.build);
+    let _ = writeln!(text, " {} Written by build {}.\n", builds(all), about.build);
     for shoot in &page.shoots {
         let _ = writeln!(
             text,
@@ -41,11 +41,7 @@ pub fn section(page: &Page) -> String {
         );
     }
     if !about.left_out.is_empty() {
-        let _ = writeln!(
-            text,
-            "- Not measured yet and left out: {}. The next `make accuracy` continues.",
-            about.left_out.join("; ")
-        );
+        let _ = writeln!(text, "- Not measured yet and left out: {}.", about.left_out.join("; "));
     }
     text + "\n"
 }
@@ -55,8 +51,7 @@ fn runs(runs: &[Value]) -> String {
     let minutes: f64 = runs.iter().filter_map(|run| run["minutes"].as_f64()).sum();
     let mut text = match runs.len() {
         0 => {
-            return "Measured in runs that were stopped before their end; their duration is unknown."
-                .to_owned();
+            return "Measured in runs that were stopped; their duration is unknown.".to_owned();
         }
         1 => format!("Measured in one run of {minutes:.0} minutes."),
         count => format!("Measured in {count} runs, {minutes:.0} minutes in total."),
@@ -70,7 +65,7 @@ fn runs(runs: &[Value]) -> String {
             (least, most) if least == most => most,
             (least, most) => format!("{least} to {most}"),
         };
-        let _ = write!(text, " Other work took {range} % of the processor's time meanwhile.");
+        let _ = write!(text, " Other work took {range} % of the processor.");
     }
     text
 }
@@ -81,8 +76,8 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
     let count = |step: &Step| step.seeds.len() as u64;
     let fewer: Vec<&Step> = steps.iter().filter(|step| count(step) < seeds).collect();
     let mut text = match ladder.left() {
-        0 => "all planned measurements are complete.".to_owned(),
-        left => format!("{left} of {} planned measurements are missing.", ladder.planned),
+        0 => "all planned measurements complete.".to_owned(),
+        left => format!("{left} of {} planned measurements missing.", ladder.planned),
     };
     if fewer.is_empty() {
         let plural = if seeds == 1 { "" } else { "s" };
@@ -107,22 +102,17 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
 fn trained(ladder: &Ledger) -> String {
     let unevenness = unevenness(ladder);
     let by_steps = match ladder.base_step_ms {
-        Some(ms) => format!(
-            "Networks were trained by steps: one of the base takes {ms:.1} ms on a quiet machine."
-        ),
-        None => {
-            "Networks were trained by the clock, so that other work cost them steps.".to_owned()
+        Some(ms) => {
+            format!("Training by steps, {ms:.1} ms each for the base on a quiet machine.")
         }
+        None => "Training by the clock, so that other work cost steps.".to_owned(),
     };
     match unevenness {
         Some(times) if times > SAME => format!(
-            "{by_steps} Networks of the same kind and minutes made up to {times:.1} times as many steps as others: small \
+            "{by_steps} Networks of one kind and length made up to {times:.1} times as many steps as others: small \
              differences are not significant."
         ),
-        Some(_) => format!(
-            "{by_steps} Networks of the same kind and minutes made the same number of steps."
-        ),
-        None => by_steps,
+        _ => by_steps,
     }
 }
 

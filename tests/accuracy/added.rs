@@ -5,13 +5,15 @@ use crate::poses::{Added, Reached};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const POSES: &str = "Shoots of the virtual stage at 64 × 64, three poses and 48 frames. Two of the frames least like the poses, as `confidence`
-names them, are added as poses; three times two random ones instead. Cells: PSNR of OLATs / mean of relit frames, dB, on truth frames,
-which are never named nor drawn; added frames in brackets.
+const POSES: &str = "\
+Virtual stages at 64 × 64, three poses, 48 frames. Two frames become poses: those least like the poses, as `confidence`
+names them, or random ones (three draws). Cells: PSNR of OLATs / mean of relit frames, dB, on truth frames, never named
+nor drawn; added frames in brackets.
 ";
-const ERRORS: &str = "The same shoots: `confidence` predicts each pose from the others and gives each part of a frame, 1/16 of the picture wide, two
-bounds: the usual one, and one that holds with a chance of 3 in 4. Aim of each: 80 % of the parts, on truth frames. The last columns
-split the parts into four equal groups by predicted error, and count those within the usual bound.
+const ERRORS: &str = "\
+The same shoots. `confidence` predicts each pose from the others and gives each part of a frame, 1/16 of the picture
+wide, two bounds: the usual one, and one that holds with a chance of 3 in 4. Aims: 80 % of the parts on truth frames.
+Last columns: parts within the usual bound, in quarters by predicted error.
 ";
 
 /// Benefit of the poses that `confidence` suggests, against random ones.
@@ -21,7 +23,7 @@ pub fn section(added: &[Added]) -> String {
     };
     let builds = builds(added.iter().flat_map(|one| &one.builds).map(String::as_str));
     let mut text = format!(
-        "\n## Which poses to photograph next\n\n{POSES}\nOne seed: the network with three poses has {} minutes, all others as many steps. {builds}\n\n\
+        "\n## Suggested poses\n\n{POSES}\nOne seed; {} minutes of training with three poses, as many steps with more. {builds}\n\n\
          | shoot | three poses | named by `confidence` | drawn at random | named less drawn |\n|---|---:|---:|---:|---:|\n",
         first.minutes
     );
@@ -70,7 +72,7 @@ pub fn errors(added: &[Added]) -> String {
     }
     let mut text = format!(
         "\n## Coverage of the expected errors\n\n{ERRORS}\n| shoot | frames | usual | 3 in 4 | frames that hold 3 in 4 | better than \
-         expected, dB | least said | | | most said |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
+         expected, dB | least predicted | | | most predicted |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
     );
     let percent = |value: &Value| {
         let share = value.as_f64();

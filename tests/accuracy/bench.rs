@@ -9,17 +9,17 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 /// Names and arguments of the benches.
-const BENCHES: [(&str, &[&str]); 2] = [("passes", &["--software"]), ("relight", &[])];
+const BENCHES: [(&str, &[&str]); 2] =
+    [("passes", &["--size", "1024"]), ("relight", &["--size", "1024"])];
 
-const PASSES: &str = "## What each pass costs
+const PASSES: &str = "## Time of each pass
 
-Passes are timed in whole pictures with every effect, including the measurement that decides on their run: by wall clock on the CPU,
-by timestamps on a GPU. \"× copy\" is relative to copying the pass's field, pictures and matte once on that device. Times of a
-software GPU show only that passes run there; [device.md](device.md) has hardware.
+Whole pictures with every effect; wall clock on the CPU, timestamps on a GPU ([device.md](device.md)). \"× copy\":
+relative to one copy of the pass's field, pictures and matte.
 ";
 const RELIGHT: &str = "## The sum of lamps
 
-Beside NumPy and PyTorch on the same data, if installed (`-lamps`: lamp by lamp). The limit reads the field once.
+Beside NumPy and PyTorch on the same data (`-lamps`: lamp by lamp). The limit reads the field once.
 ";
 
 /// A bench and its output.
@@ -99,7 +99,7 @@ fn number(value: &Value, digits: usize) -> String {
 
 fn sums(result: &Value) -> String {
     let mut table =
-        "| size | what | ms | GB/s | times the limit |\n|---:|---|---:|---:|---:|\n".to_owned();
+        "| size | sum | ms | GB/s | times the limit |\n|---:|---|---:|---:|---:|\n".to_owned();
     for row in result["rows"].as_array().into_iter().flatten() {
         let _ = writeln!(
             table,

@@ -138,15 +138,14 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     // Writing to a String cannot fail.
     let _ = writeln!(
         text,
-        "Working size {size}, {frames} frames with a truth, {minutes:.2} minutes of training for the base. Measured on: {}. {}. {}\n",
+        "Working size {size}, {frames} truth frames, base trained {minutes:.2} minutes. {}. {}.\n",
         ladder.machine.words(),
         ladder.device,
-        builds(of_shoot(shoot)),
     );
     text += &methods(shoot, steps);
     let _ = writeln!(
         text,
-        "\n![Time for a frame against error]({stem}.svg)\n\nEvery seed of every rung, with its settings, costs, SSIM and LPIPS: [CSV]({stem}.csv).\n"
+        "\n![Time for a frame against error]({stem}.svg)\n\nAll seeds with settings, costs, SSIM and LPIPS: [CSV]({stem}.csv).\n"
     );
     text += &rungs::table(steps);
     for failure in &ladder.failures {
@@ -162,7 +161,7 @@ pub fn of_shoot(shoot: &Shoot) -> impl Iterator<Item = &str> {
     rungs.chain(all.map(|of| of.kept.build.as_str()))
 }
 
-/// Table of the other methods, and of the network after each training time.
+/// Table of the other methods, and of the prediction trained as long; the rungs have the other training times.
 fn methods(shoot: &Shoot, steps: &[Step]) -> String {
     let environments: Vec<String> = shoot
         .ladder
@@ -207,11 +206,13 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
             text_of(found(&|scores| scores["frame_ms"].as_f64()), 1)
         );
     }
-    let mut trained: Vec<&Step> =
-        (steps.iter()).filter(|step| matches!(step.knob, None | Some(Knob::Minutes))).collect();
     let minutes = |step: &Step| step.seeds.first().map_or(0.0, |m| m.rung.minutes);
-    trained.sort_by(|a, b| minutes(a).total_cmp(&minutes(b)));
-    for step in trained {
+    let as_long = |step: &&Step| {
+        let mut methods = shoot.methods.iter();
+        step.knob == Some(Knob::Minutes)
+            && methods.any(|method| method.minutes() == Some(minutes(step)))
+    };
+    for step in steps.iter().filter(|step| step.knob.is_none() || as_long(step)) {
         let figure = |figure: Option<Figure>, digits| {
             figure.map_or("–".to_owned(), |figure| figure.text(digits))
         };

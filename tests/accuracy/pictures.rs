@@ -15,17 +15,16 @@ use std::path::Path;
 /// File name of the page in the folder of plots and tables.
 pub const NAME: &str = "pictures.md";
 
-const HEAD: &str = "# Which method wins where
+const HEAD: &str = "# Methods by region
 
-The prediction beside the truth and the other methods of [accuracy.md](../accuracy.md), on the same frames, in the same light;
-written by `make accuracy`. Pictures have the measure's exposure and codes, over black: for each light the frames in which the prediction
-is closest to the truth and farthest from it. OLATs: a truth frame under the lamps with the prediction's lowest PSNR, its lower quartile
-and its median. Below each picture is its difference from the truth, times four, about grey. The best
-picture of a row is framed; the rig's limit (true OLATs) is not ranked.
+Prediction, truth and methods of [accuracy.md](../accuracy.md) on the same frames, with the measure's exposure and
+codes, over black. Per light: the frames in which the prediction is closest to the truth and farthest from it. OLATs: a
+truth frame under the lamps with the prediction's lowest, lower-quartile and median PSNR. Below each: its difference
+from the truth, times four, about grey. A border marks the best picture of a row.
 
-Tables: PSNR in each region of the subject, dB, over all truth frames; in brackets the region's share; best in bold. *Edge*: the
-outermost 1/64 of the picture. *Highlights*: brighter than half of white at the measure's exposure. *Shadow*: a tenth as bright or
-less. *Lit*: the rest. Regions do not overlap. Only frames with true OLATs have a limit; the sheets show such frames.
+Tables: PSNR by region of the subject, dB, over all truth frames; the region's share in brackets. *Edge*: the outermost
+1/64 of the picture. *Highlights*: brighter than half of white at the measure's exposure. *Shadow*: a tenth as bright or
+less. *Lit*: the rest. Bold: best, without the limit (true OLATs).
 ";
 
 /// Smallest distance to the limit that is reported, in decibels.
@@ -54,7 +53,7 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
             ),
             None => format!("![Truth, prediction and methods]({name})"),
             Some(_) => format!(
-                "Its pictures may not be published here: `make accuracy` writes them into `{}` of its work folder.",
+                "Pictures are not published: `make accuracy` writes them into `{}` of its work folder.",
                 measuring::file_name(&shoot.name)
             ),
         };
@@ -68,19 +67,9 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
 }
 
 fn section(shoot: &Shoot, compared: &[&Scored], shown: &str) -> String {
-    let ladder = &shoot.ladder;
-    let builds = page::builds(compared.iter().map(|of| of.kept.build.as_str()));
     let mut text = format!("\n## {}\n\n", shoot.name);
     // Writing to a String cannot fail.
-    let _ = writeln!(
-        text,
-        "Working size {}. Measured on: {}. {}. {builds} {}\n",
-        shoot.size,
-        ladder.machine.words(),
-        ladder.device,
-        learnt(compared),
-    );
-    let _ = writeln!(text, "{shown}\n");
+    let _ = writeln!(text, "{}\n\n{shown}\n", learnt(compared));
     let cells = cells(compared);
     for sentence in sentences(compared, &cells) {
         let _ = writeln!(text, "{sentence}\n");
@@ -151,33 +140,14 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
     cells
 }
 
-/// Sentences about the best method of each region, and the prediction's largest distance from the limit.
+/// Sentences about the number of regions that the prediction wins, and its largest distance from the limit.
 fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
-    let wins = |number: usize| cells.iter().filter(move |cell| cell.best(compared) == Some(number));
+    let won = cells.iter().filter(|cell| cell.best(compared) == Some(0));
     let mut found = vec![format!(
-        "Of {} regions and lights, the prediction is closest to the truth in {}.",
-        cells.len(),
-        wins(0).count()
+        "The prediction is closest to the truth in {} of {} regions and lights.",
+        won.count(),
+        cells.len()
     )];
-    for (number, of) in compared.iter().enumerate().skip(1) {
-        let won: Vec<String> = wins(number)
-            .map(|cell| {
-                let db = |number: usize| cell.reached[number].unwrap_or(f64::NAN);
-                format!(
-                    "{} under {} ({:.1} dB, the prediction {:.1})",
-                    cell.region,
-                    cell.environment,
-                    db(number),
-                    db(0)
-                )
-            })
-            .collect();
-        if !won.is_empty() {
-            let name = page::words(of.method);
-            let (first, rest) = name.split_at(1);
-            found.push(format!("{}{rest} wins in {}.", first.to_uppercase(), won.join(", ")));
-        }
-    }
     // The limit of other frames would be meaningless.
     let same = |of: &Scored| of.kept.result["frames"] == compared[0].kept.result["frames"];
     let limit = compared.iter().position(|of| of.method == LIMIT && same(of));
@@ -257,8 +227,8 @@ mod tests {
         let sentences = sentences(&all, &cells).join(" ");
         assert_eq!(
             sentences,
-            "Of 2 regions and lights, the prediction is closest to the truth in 1. Ratio image wins in edge under nave (25.5 dB, the \
-             prediction 24.0). The prediction is farthest from the rig's limit in edge under nave: 7.0 dB."
+            "The prediction is closest to the truth in 1 of 2 regions and lights. The prediction is farthest from the rig's limit in \
+             edge under nave: 7.0 dB."
         );
         let table = table(&all, &cells);
         assert!(table.contains("| nave | lit (90 %) | **31.0** | 28.0 | 36.0 |"), "{table}");

@@ -180,7 +180,7 @@ impl Options {
             });
         }
         let benches = bench::all(self);
-        for (name, title) in [("passes", "what each pass costs"), ("relight", "the sum of lamps")] {
+        for (name, title) in [("passes", "time of each pass"), ("relight", "sum of lamps")] {
             if benches.iter().all(|bench| bench.name != name) {
                 left_out.push(title.to_owned());
             }

@@ -7,9 +7,10 @@ use std::fmt::Write as _;
 pub fn table(steps: &[Step]) -> String {
     let mut order: Vec<&Step> = steps.iter().collect();
     order.sort_by(|a, b| a.place().0.total_cmp(&b.place().0));
-    let mut text = "| rung | front | ms a frame | PSNR, dB | FLIP | OLATs, dB | flicker, % | training, min | steps |\n\
-                    |---|---|---:|---:|---:|---:|---:|---:|---:|\n"
-        .to_owned();
+    let mut text =
+        "| rung | front | ms a frame | PSNR, dB | FLIP | OLATs, dB | flicker, % | steps |\n\
+                    |---|---|---:|---:|---:|---:|---:|---:|\n"
+            .to_owned();
     for step in order {
         let cell = |of: &dyn Fn(&tradeoff::Measured) -> Option<f64>, digits: usize| {
             let figure = step.figure(of);
@@ -20,7 +21,7 @@ pub fn table(steps: &[Step]) -> String {
         };
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} |",
             step.name,
             if step.on_front { "yes" } else { "" },
             cell(&|m| Some(m.frame.median), 1),
@@ -28,7 +29,6 @@ pub fn table(steps: &[Step]) -> String {
             mean(&|m| Some(m.fidelity.flip), 3),
             mean(&|m| m.olat_psnr_db, 1),
             mean(&|m| m.flicker, 2),
-            mean(&|m| Some(m.rung.minutes), 1),
             mean(&|m| Some(m.steps as f64), 0),
         );
     }

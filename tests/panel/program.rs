@@ -76,10 +76,9 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<()> {
     let mut page = String::from(
-        "# Panel\n\nPSNR in dB on frames that no exemplar shows and no training sees, on shoots unlike each other, by `make panel`: \
-         environments and OLATs, mean and worst, and OLATs at shadow edges. `truth-olats`: the limit, the sum of the true \
-         OLATs. `prediction`: the transfer, corrected by the network. `network`: the network alone, trained on from one \
-         length to the next.\n",
+        "# Panel\n\n`make panel` writes this page: PSNR in dB on dissimilar shoots, on frames that no exemplar shows and no\n\
+         training sees. `truth-olats`: the limit, the sum of the true OLATs. `prediction`: the transfer, corrected by the\n\
+         network. `network`: the network alone, trained on from one length to the next.\n",
     );
     let mut all = Vec::new();
     for shoot in shoots(options)? {
@@ -87,20 +86,7 @@ fn run(options: &Options) -> Result<()> {
         all.push((shoot, rows));
     }
     page += &means(&all);
-    for (Shoot { name, .. }, rows) in all {
-        let _ = write!(
-            page,
-            "\n## {name}\n\n| method | relit (worst) | OLATs (worst) | edges |\n|---|---:|---:|---:|\n"
-        );
-        for Row { method, figures } in rows {
-            let [mean, worst] = figures.relit;
-            let olats = figures
-                .olats
-                .map_or("exact".to_owned(), |[mean, worst]| format!("{mean:.1} ({worst:.1})"));
-            let edges = cell(figures.edges, 1);
-            let _ = writeln!(page, "| {method} | {mean:.1} ({worst:.1}) | {olats} | {edges} |");
-        }
-    }
+    page += &by_shoot(&all);
     write_beside(&options.page, |out| out.write_all(page.as_bytes()))
 }
 
@@ -137,6 +123,30 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
             mean(false),
             said([0, 1, 2].map(worst))
         );
+    }
+    text
+}
+
+/// Table of each shoot: the transfer, the prediction after the longest training, and the limit.
+fn by_shoot(all: &[(Shoot, Vec<Row>)]) -> String {
+    let mut text = String::from(
+        "\n## Each shoot\n\nMean (worst environment or frame); the prediction after the longest training.\n\n\
+         | shoot | transfer: relit | OLATs | edges | prediction: relit | OLATs | edges | limit: relit |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|\n",
+    );
+    let both = |[mean, worst]: [f64; 2]| format!("{mean:.1} ({worst:.1})");
+    for (shoot, rows) in all {
+        let _ = write!(text, "| {} |", shoot.name);
+        let last = |method: &str| rows.iter().rfind(|row| row.method.starts_with(method));
+        for method in ["transfer", "prediction"] {
+            let figures = last(method).map(|row| &row.figures);
+            let relit = figures.map_or("–".to_owned(), |figures| both(figures.relit));
+            let olats = figures.and_then(|figures| figures.olats).map_or("–".to_owned(), both);
+            let edges = cell(figures.and_then(|figures| figures.edges), 1);
+            let _ = write!(text, " {relit} | {olats} | {edges} |");
+        }
+        let limit = last("truth-olats").map_or("–".to_owned(), |row| both(row.figures.relit));
+        let _ = writeln!(text, " {limit} |");
     }
     text
 }

@@ -109,8 +109,7 @@ pub fn section(rows: &[&Row]) -> String {
     let mut page = format!(
         "\n## The subject's motion
 
-The face swayed in {} of {} poses. A pose moves if the face is somewhere more than {MOVES_PX} pixels of the pictures from its
-middle.
+The face swayed in {} of {} poses. A pose moves if its face is ever more than {MOVES_PX} pixels from its middle.
 
 | | aim | found |
 |---|---:|---:|
@@ -120,8 +119,8 @@ middle.
     );
     if !still.is_empty() {
         page += &format!(
-            "| still poses (of {}) that were corrected: false alarms | 0 | {} |
-| still poses whose largest motion is within one / two stated deviations | 68 / 95 % or more | {:.0} / {:.0} % |
+            "| still poses (of {}) corrected: false alarms | 0 | {} |
+| still poses: largest motion within one / two stated deviations | 68 / 95 % or more | {:.0} / {:.0} % |
 ",
             sum(&still, |m| m.poses),
             sum(&still, |m| m.false_alarms),
@@ -131,9 +130,9 @@ middle.
     }
     if !swaying.is_empty() {
         page += &format!(
-            "| swaying poses (of {}) whose largest motion is within one / two stated deviations | 68 / 95 % | {:.0} / {:.0} % |
-| moving poses (of {}) that were not corrected: missed | 0 | {} |
-| root mean square of the face's way, before and after the correction | at most half after | {:.2} and {:.2} |
+            "| swaying poses (of {}): largest motion within one / two stated deviations | 68 / 95 % | {:.0} / {:.0} % |
+| moving poses (of {}) not corrected: missed | 0 | {} |
+| root mean square of the face's way, before and after | at most half after | {:.2} and {:.2} |
 ",
             sum(&swaying, |m| m.poses),
             share(&swaying, |m| m.within_one),

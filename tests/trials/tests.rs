@@ -75,10 +75,7 @@ fn the_page_says_what_was_sure_and_wrong() {
         "{text}"
     );
     assert!(text.contains("| 2 | window | dual | 2.50, 1.90 |"));
-    assert!(
-        text.contains("costs 0.50 dB in the median")
-            && text.contains("| 1 | nave | 29.5 | 30.0 | +0.50 |")
-    );
+    assert!(text.contains("costs 0.50 dB in the median"), "{text}");
     for plot in ["gamma", "coverage", "errors", "light", "directions"] {
         assert!(text.contains(&format!("(robustness/{plot}.svg)")));
         let svg =
@@ -137,8 +134,8 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
     let text = std::fs::read_to_string(&path).unwrap();
     for line in [
         "swayed in 3 of 6 poses",
-        "| still poses (of 3) that were corrected: false alarms | 0 | 1 |",
-        "| moving poses (of 2) that were not corrected: missed | 0 | 1 |",
+        "| still poses (of 3) corrected: false alarms | 0 | 1 |",
+        "| moving poses (of 2) not corrected: missed | 0 | 1 |",
         "| at most half after | 0.82 and 0.59 |",
         "| 68 / 95 % | 67 / 100 % |",
         "| 68 / 95 % or more | 33 / 33 % |",
