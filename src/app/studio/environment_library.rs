@@ -281,7 +281,7 @@ impl EnvironmentLibrary {
     pub fn receive(&mut self) -> Vec<(Origin, String)> {
         let mut unreadable = Vec::new();
         for (origin, read) in self.loader.loaded() {
-            let panorama = match read {
+            let mut state = match read {
                 Ok(panorama) => {
                     let small = &panorama.thumbnail;
                     let picture =
@@ -308,7 +308,13 @@ impl EnvironmentLibrary {
                 e.listed.origin == origin && !e.panorama.has_light() && !e.panorama.is_failed()
             };
             if let Some(entry) = self.entries.iter_mut().find(waiting) {
-                entry.panorama = panorama;
+                // The file's stem may be another entry's name.
+                if let PanoramaState::Done { panorama, .. } = &mut state
+                    && let Some(light) = panorama.environment.as_mut().and_then(Arc::get_mut)
+                {
+                    light.name.clone_from(&entry.listed.name);
+                }
+                entry.panorama = state;
             }
         }
         unreadable
