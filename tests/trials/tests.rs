@@ -163,3 +163,15 @@ fn a_trial_is_the_same_each_time() {
     assert_eq!(without_times(again), first);
     assert_eq!(folders[0].path().join("32").read_dir().unwrap().count(), 1);
 }
+
+/// Shoots that once had a curve far from the truth with a small deviation: a window, and an exposure changed under a log
+/// curve.
+#[test]
+fn a_wrong_curve_is_stated_as_uncertain() {
+    let shoots = tempfile::tempdir().unwrap();
+    for seed in [174, 202, 203] {
+        let row = trial::run(seed, trial::SIZE, shoots.path()).unwrap();
+        assert_eq!(row.refused, "");
+        assert!(gammas(&row).iter().all(|gamma| !gamma.is_sure_and_wrong()), "{row}");
+    }
+}

@@ -376,19 +376,25 @@ impl InspectableFit<'_> {
         let rivals = Rival::all(&self.objective);
         let probabilities = rivals::probabilities(&rivals, duals);
         let fit = &mut self.fit;
-        fit.others = (rivals.iter().zip(&probabilities))
-            .map(|(rival, probability)| rival.case(*probability))
-            .collect();
-        let dual = 1.0 - probabilities.iter().sum::<f64>();
-        let best = (0..rivals.len()).max_by(|a, b| probabilities[*a].total_cmp(&probabilities[*b]));
-        let best = best.filter(|best| probabilities[*best] > dual);
-        if let Some(best) = best {
-            let linear = self.objective.linearize_by(&rivals[best].fit.response);
-            fit.weights = rivals[best].score.weights(&linear);
-            fit.better_curve = Some(rivals[best].fit);
+        let others = rivals.iter().flatten().zip(probabilities.iter().flatten());
+        fit.others = others.map(|(rival, probability)| rival.case(*probability)).collect();
+        // Both exposures together decide for a curve.
+        let curve = |of: usize| probabilities[of].iter().sum::<f64>();
+        let dual = 1.0 - (0..rivals.len()).map(curve).sum::<f64>();
+        let best = (0..rivals.len()).max_by(|a, b| curve(*a).total_cmp(&curve(*b)));
+        let best = best.filter(|best| curve(*best) > dual);
+        let chosen = best.map(|best| {
+            let [alone, changed] = probabilities[best];
+            (best, usize::from(changed > alone))
+        });
+        if let Some((best, exposure)) = chosen {
+            let rival = &rivals[best][exposure];
+            let linear = self.objective.linearize_by(&rival.fit.response);
+            fit.weights = rival.score.weights(&linear);
+            fit.better_curve = Some(rival.fit);
         }
         let [dual, ..] = fit.cases;
-        let chosen = best.map_or(dual, |best| fit.others[best]);
+        let chosen = chosen.map_or(dual, |(best, exposure)| fit.others[2 * best + exposure]);
         let here = [chosen.gamma1, chosen.gamma2, chosen.exposure.ln()];
         let accounts = fit.accounts();
         fit.deviation = [0, 1, 2].map(|i| {
@@ -398,7 +404,7 @@ impl InspectableFit<'_> {
             accounts.iter().map(square).sum::<f32>().sqrt()
         });
         let is_exact =
-            best.is_some_and(|best| rivals[best].fit.parameters == 0 && probabilities[best] > SURE);
+            best.is_some_and(|best| rivals[best][0].fit.parameters == 0 && curve(best) > SURE);
         if is_exact {
             [fit.deviation[0], fit.deviation[1]] = [0.0; 2];
         }
