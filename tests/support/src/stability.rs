@@ -173,7 +173,7 @@ mod tests {
         assert!(!page.contains("lost"), "{page}");
         assert_eq!(page.matches("a sun").count(), 2, "{page}");
         let titles =
-            ["## Files from strangers", "stability::lock`", "## Light", "sun::tests::kept`"];
+            ["## Files from strangers", "afterlight::lock`", "## Light", "sun::tests::kept`"];
         let at = titles.map(|title| page.find(title).unwrap());
         assert!(at.is_sorted(), "{page}");
     }
