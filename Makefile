@@ -114,12 +114,14 @@ panel: build
 # Calibrates random shoots and writes docs/robustness.md with the errors and the coverage of the stated intervals. A stopped
 # run continues; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the
 # TRIALS, two of them for the calibration; NETWORKS=8 also trains two networks on each of the first eight shoots, some
-# ten minutes each. Seeds below FIRST are reserved for development.
+# ten minutes each; FAULTS=100 checks each of the first hundred as it is, and with a fault in its files. Seeds below
+# FIRST are reserved for development.
 FIRST ?= 101
 TRIALS ?= 200
 NETWORKS ?= 0
+FAULTS ?= 0
 trials: $(if $(filter-out 0,$(NETWORKS)),build)
-	$(CARGO) run --locked -p afterlight-trials -- --first $(FIRST) --trials $(TRIALS) --networks $(NETWORKS) \
+	$(CARGO) run --locked -p afterlight-trials -- --first $(FIRST) --trials $(TRIALS) --networks $(NETWORKS) --faults $(FAULTS) \
 		--program $(AFTERLIGHT) $(if $(filter shoots,$(FRESH)),--fresh-shoots,$(if $(FRESH),--fresh))
 
 # Traces the demo's interview, which comes with the program: some minutes. A test of the stage fails when it is out of date.

@@ -1,5 +1,6 @@
 //! Page of the trials, and its plots.
 
+use crate::faults::{self, FaultRow};
 use crate::motion;
 use crate::networks::Pair;
 use crate::results::Row;
@@ -21,7 +22,7 @@ const SIZE: (f64, f64) = (360.0, 260.0);
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write(path: &Path, rows: &[Row], pairs: &[Pair]) -> Result<()> {
+pub fn write(path: &Path, rows: &[Row], faults: &[FaultRow], pairs: &[Pair]) -> Result<()> {
     let folder = path.with_extension("");
     let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let calibrated: Vec<&Row> = rows.iter().filter(|row| row.refused.is_empty()).collect();
@@ -32,6 +33,7 @@ pub fn write(path: &Path, rows: &[Row], pairs: &[Pair]) -> Result<()> {
         + &groups(&calibrated)
         + &wrong(&calibrated)
         + &motion::section(&calibrated)
+        + &faults::section(faults)
         + &networks(pairs);
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }

@@ -4,6 +4,7 @@
 //! Based on simulation-based calibration (Talts, Betancourt, Simpson, Vehtari and Gelman, "Validating Bayesian
 //! Inference Algorithms with Simulation-Based Calibration", 2018): a stated interval must hold as often as it claims.
 
+mod faults;
 mod motion;
 mod networks;
 mod page;
@@ -16,6 +17,7 @@ mod trial;
 
 use base::Result;
 use clap::Parser;
+use faults::FaultRow;
 use networks::{Pair, Training};
 use results::Row;
 use serde::de::DeserializeOwned;
@@ -35,6 +37,9 @@ struct Options {
     /// Number of shoots for which networks are trained, to measure the calibration's cost in the picture.
     #[arg(long, default_value_t = 0)]
     networks: u64,
+    /// Number of shoots that are checked as they are, and with a fault in their files.
+    #[arg(long, default_value_t = 0)]
+    faults: u64,
     /// Width and height of every picture in pixels.
     #[arg(long, default_value_t = trial::SIZE)]
     size: usize,
@@ -73,7 +78,9 @@ fn run(options: &Options) -> Result<()> {
     let mut pairs = pairs(options)?;
     rows.retain(|row| row.size == options.size && options.seeds().contains(&row.seed));
     pairs.retain(|pair| pair.size == options.size);
-    page::write(&options.page, &rows, &pairs)?;
+    let mut faults = faults(options)?;
+    faults.retain(|row| row.size == options.size && options.seeds().contains(&row.seed));
+    page::write(&options.page, &rows, &faults, &pairs)?;
     println!("{} is written", options.page.display());
     Ok(())
 }
@@ -93,6 +100,23 @@ fn calibrations(options: &Options) -> Result<Vec<Row>> {
             let row = trial::run(seed, options.size, &shoots)?;
             println!("{row}");
             rows.push(row);
+            table::write(&path, &rows)?;
+        }
+    }
+    Ok(rows)
+}
+
+/// Table of the faults, completed if necessary.
+fn faults(options: &Options) -> Result<Vec<FaultRow>> {
+    let path = options.tables.join("faults.csv");
+    let shoots = options.tables.join("shoots");
+    let mut rows: Vec<FaultRow> = kept(options, &path)?;
+    for seed in options.seeds().take(options.faults as usize) {
+        if !rows.iter().any(|row| (row.seed, row.size) == (seed, options.size)) {
+            for row in faults::run(seed, options.size, &shoots)? {
+                println!("{row}");
+                rows.push(row);
+            }
             table::write(&path, &rows)?;
         }
     }

@@ -1,5 +1,6 @@
 //! A fixed small part of the trials, and properties of the table and its summary.
 
+use crate::faults::{Fault, FaultRow};
 use crate::motion::MotionColumns;
 use crate::networks::Pair;
 use crate::results::{OUTSIDE, Row};
@@ -67,8 +68,18 @@ fn the_page_says_what_was_sure_and_wrong() {
     let path = folder.path().join("robustness.md");
     let pair =
         Pair { seed: 1, environment: "nave".into(), found: 29.5, exact: 30.0, ..Pair::default() };
-    page::write(&path, &[row(1), row(2)], &[pair]).unwrap();
+    let fault = |fault, found, named| FaultRow { fault, found, named, ..FaultRow::default() };
+    let faults = [
+        fault(Fault::None, true, false),
+        fault(Fault::None, false, false),
+        fault(Fault::Shifted, true, true),
+        fault(Fault::BlackInOne, true, false),
+    ];
+    page::write(&path, &[row(1), row(2)], &faults, &[pair]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("1 are accused (50 %"), "{text}");
+    assert!(text.contains("Of 2 faults 100 % are found and 50 % named"), "{text}");
+    assert!(text.contains("| OLATs of one pose shifted by one | 1 | 1 | 1 |"), "{text}");
     assert!(!text.contains("The subject's motion"), "{text}");
     assert!(
         text.contains("| values of γ (of 4) beyond five stated deviations | 0 | 2 |"),
@@ -130,7 +141,7 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
     let rows = [(1.0, columns), (0.0, still)].map(|(sway, motion)| Row { sway, motion, ..row(1) });
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robustness.md");
-    page::write(&path, &rows, &[]).unwrap();
+    page::write(&path, &rows, &[], &[]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     for line in [
         "swayed in 3 of 6 poses",

@@ -11,7 +11,7 @@ use glam::Vec3;
 use imaging::Image;
 use imaging::file::{read_linear, read_mask};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use tempfile::TempDir;
 use virtual_stage::{StageSettings, TroubleSettings, write_shoot};
@@ -40,19 +40,12 @@ pub fn settings(seed: u64, size: usize) -> StageSettings {
 /// # Errors
 /// When the shoot cannot be written or read. A refused calibration is a result.
 pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
-    let settings = settings(seed, size);
-    let shoot = shoots.join(format!("{size}/{seed}"));
     let start = Instant::now();
-    if !shoot.exists() {
-        let unfinished = shoots.join(format!("{size}/unfinished-{seed}"));
-        remove(&unfinished)?;
-        write_shoot(&unfinished, &settings, &Progress::silent())?;
-        std::fs::rename(&unfinished, &shoot)
-            .map_err(|e| Error::io("rename", &unfinished, e, "Run the trials again"))?;
-    }
+    let shoot = shoot(seed, size, shoots)?;
     let shoot_seconds = start.elapsed().as_secs_f64();
     let truth = Truth::read(&shoot, size)?;
-    let row = Row { seed, size, lamps: settings.lamps, shoot_seconds, ..truth.row() };
+    let lamps = settings(seed, size).lamps;
+    let row = Row { seed, size, lamps, shoot_seconds, ..truth.row() };
     let folder = temporary_folder()?;
     let project = folder.path().join("project");
     let import = ImportSettings { size, seed, layer: None };
@@ -66,6 +59,22 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
         Ok(found) => truth.compare(&found, Row { seconds, ..row }),
         Err(error) => Row { refused: error.to_string(), seconds, ..row },
     })
+}
+
+/// Folder of the shoot of a seed in `shoots`; a missing one is written.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn shoot(seed: u64, size: usize, shoots: &Path) -> Result<PathBuf> {
+    let shoot = shoots.join(format!("{size}/{seed}"));
+    if !shoot.exists() {
+        let unfinished = shoots.join(format!("{size}/unfinished-{seed}"));
+        remove(&unfinished)?;
+        write_shoot(&unfinished, &settings(seed, size), &Progress::silent())?;
+        std::fs::rename(&unfinished, &shoot)
+            .map_err(|e| Error::io("rename", &unfinished, e, "Run the trials again"))?;
+    }
+    Ok(shoot)
 }
 
 /// Removes a folder, if it exists.

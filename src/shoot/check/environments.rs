@@ -35,8 +35,7 @@ impl PartialEq for LitEnvironment {
 
 /// Limits for the share of the light from directions without a lamp.
 const UNCOVERED: [f32; 2] = [0.05, 0.2];
-/// Limits for the likeness of simple shapes, in dB. True pictures are about 8 dB better (measured,
-/// `docs/method.md`).
+/// Limits for the likeness of simple shapes, in dB; true pictures are about 8 dB better.
 const LIKENESS_DB: [f32; 2] = [27.0, 20.0];
 /// Number of brightest areas to check.
 const AREAS: usize = 24;

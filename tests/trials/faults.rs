@@ -1,0 +1,267 @@
+//! Faults put into the files of shoots, one each, and the names that the check of the subject's shading gives them.
+
+use crate::trial;
+use base::progress::Progress;
+use base::{Error, Result};
+use calibration::CalibrateSettings;
+use check::{Evidence, Level, Subject};
+use footage::ImportSettings;
+use imaging::file::{read_encoded, write_png};
+use imaging::{Encoded, Raster};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A fault of a photographer or a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fault {
+    #[default]
+    None,
+    BlackInOne,
+    BlackInAll,
+    ExchangedInOne,
+    ExchangedInAll,
+    Shifted,
+    BallsMirrored,
+}
+
+impl Fault {
+    const DRAWN: [Self; 6] = [
+        Self::BlackInOne,
+        Self::BlackInAll,
+        Self::ExchangedInOne,
+        Self::ExchangedInAll,
+        Self::Shifted,
+        Self::BallsMirrored,
+    ];
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::BlackInOne => "OLAT black in one pose",
+            Self::BlackInAll => "OLAT black in all poses",
+            Self::ExchangedInOne => "two OLATs exchanged in one pose",
+            Self::ExchangedInAll => "two OLATs exchanged in all poses",
+            Self::Shifted => "OLATs of one pose shifted by one",
+            Self::BallsMirrored => "all balls mirrored",
+        }
+    }
+}
+
+/// A shoot with a fault, and the check's answer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FaultRow {
+    pub seed: u64,
+    pub size: usize,
+    pub fault: Fault,
+    /// Pose and lamps of the fault.
+    pub place: String,
+    /// True if the check is neither green nor unknown, or the shoot was refused.
+    pub found: bool,
+    /// True if it names the fault's kind, pose and lamps.
+    pub named: bool,
+    pub sentence: String,
+}
+
+impl fmt::Display for FaultRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seed, fault, place, sentence, .. } = self;
+        let outcome = match (self.found, self.named) {
+            (_, true) => "named",
+            (true, false) => "found",
+            (false, false) => "not found",
+        };
+        write!(f, "seed {seed:3}: {}, {place}: {outcome}: {sentence}", fault.title())
+    }
+}
+
+/// A number below `below`, drawn for a seed and a purpose (SplitMix64, Steele, Lea and Flood 2014).
+fn drawn(seed: u64, purpose: u64, below: usize) -> usize {
+    let mut z = seed.wrapping_add(purpose.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) % below.max(1) as u64) as usize
+}
+
+/// Checks the shoot of a seed in `shoots` as it is, and with a fault drawn for the seed.
+///
+/// # Errors
+/// When the shoot cannot be read or copied. A refused shoot is a result.
+pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<[FaultRow; 2]> {
+    let shoot = trial::shoot(seed, size, shoots)?;
+    let drawn = Fault::DRAWN[drawn(seed, 0, Fault::DRAWN.len())];
+    let [good, faulty] = [Fault::None, drawn].map(|fault| with_fault(&shoot, seed, size, fault));
+    Ok([good?, faulty?])
+}
+
+fn with_fault(shoot: &Path, seed: u64, size: usize, fault: Fault) -> Result<FaultRow> {
+    let folder = trial::temporary_folder()?;
+    let copy = folder.path().join("shoot");
+    copied(shoot, &copy)?;
+    let (place, words) = put(fault, seed, &copy)?;
+    let silent = Progress::silent();
+    let import = ImportSettings { size, seed, layer: None };
+    let project = folder.path().join("project");
+    let checked = footage::import(&project, &copy, &import, &silent).and_then(|mut project| {
+        calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent)?
+            .save(&project)?;
+        Ok(Evidence::read(&project, &silent)?.report(&[]))
+    });
+    let (found, sentence) = match checked {
+        Ok(report) => {
+            let shading = report.checks.into_iter().find(|check| check.subject == Subject::Shading);
+            let shading =
+                shading.ok_or_else(|| Error::bug("the report lacks the subject's shading"))?;
+            (matches!(shading.level, Level::Doubtful | Level::Bad), shading.sentence)
+        }
+        Err(refused) => (true, refused.to_string()),
+    };
+    let named = found && words.iter().all(|word| sentence.contains(word.as_str()));
+    let named = named && fault != Fault::None;
+    Ok(FaultRow { seed, size, fault, place, found, named, sentence })
+}
+
+/// Puts a fault into a shoot's files. Returns its place, and the words that name it.
+fn put(fault: Fault, seed: u64, shoot: &Path) -> Result<(String, Vec<String>)> {
+    let poses = listed(&shoot.join("exemplars"))?;
+    let pose = &poses[drawn(seed, 1, poses.len())];
+    let pose_name = stem(pose);
+    let olats = listed(pose)?;
+    let (first, second) = {
+        let first = drawn(seed, 2, olats.len());
+        let step = 1 + drawn(seed, 3, olats.len().saturating_sub(1));
+        (first, (first + step) % olats.len())
+    };
+    let names = [first, second].map(|lamp| stem(&olats[lamp]));
+    let [a, b] = names.clone();
+    let black = |pose: &PathBuf| -> Result<()> {
+        let path = listed(pose)?.swap_remove(first);
+        changed(&path, |picture| Raster::filled(picture.width, picture.height, [0.0; 3]))
+    };
+    let exchange = |pose: &PathBuf| -> Result<()> {
+        let olats = listed(pose)?;
+        rotated(&[&olats[first], &olats[second]])
+    };
+    Ok(match fault {
+        Fault::None => (String::new(), vec![]),
+        Fault::BlackInOne => {
+            black(pose)?;
+            (format!("{pose_name} {a}"), vec![pose_name, a, "black".into()])
+        }
+        Fault::BlackInAll => {
+            poses.iter().try_for_each(black)?;
+            (a.clone(), vec![a, "black".into()])
+        }
+        Fault::ExchangedInOne => {
+            exchange(pose)?;
+            (format!("{pose_name} {a} {b}"), vec![pose_name, a, b, "exchanged".into()])
+        }
+        Fault::ExchangedInAll => {
+            poses.iter().try_for_each(exchange)?;
+            (format!("{a} {b}"), vec![a, b, "exchanged".into()])
+        }
+        Fault::Shifted => {
+            rotated(&olats.iter().collect::<Vec<_>>())?;
+            (pose_name.clone(), vec![pose_name, "each OLAT shows".into()])
+        }
+        Fault::BallsMirrored => {
+            for ball in listed(&shoot.join("probes"))? {
+                changed(&ball, |picture| {
+                    let last = picture.width - 1;
+                    Raster::from_fn(picture.width, picture.height, |x, y| picture.at(last - x, y))
+                })?;
+            }
+            (String::new(), vec!["mirrored".into()])
+        }
+    })
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Entries of a folder, by name.
+fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
+    let read = || -> std::io::Result<Vec<PathBuf>> {
+        let entries = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+        let mut entries = entries.collect::<std::io::Result<Vec<_>>>()?;
+        entries.sort();
+        Ok(entries)
+    };
+    read().map_err(|e| Error::io("read", folder, e, "Make the shoots again"))
+}
+
+/// Copies a shoot without its truth.
+fn copied(from: &Path, to: &Path) -> Result<()> {
+    let make = |e| Error::io("copy to", to, e, "Make room on the disk");
+    std::fs::create_dir_all(to).map_err(make)?;
+    for entry in listed(from)? {
+        let name = entry.file_name().unwrap_or_default();
+        let to = to.join(name);
+        if entry.is_dir() && name != "truth" {
+            copied(&entry, &to)?;
+        } else if entry.is_file() && name != "truth.json" {
+            std::fs::copy(&entry, &to).map_err(make)?;
+        }
+    }
+    Ok(())
+}
+
+/// Changes a picture.
+fn changed(path: &Path, change: impl FnOnce(&Raster<[f32; 3]>) -> Raster<[f32; 3]>) -> Result<()> {
+    let picture = read_encoded(path)?;
+    write_png(path, &Encoded(change(&picture.0)))
+}
+
+/// Gives each file the content of the next, the last that of the first.
+fn rotated(files: &[&PathBuf]) -> Result<()> {
+    let read = |path: &&PathBuf| {
+        std::fs::read(path).map_err(|e| Error::io("read", path, e, "Make the shoots again"))
+    };
+    let mut contents = files.iter().map(read).collect::<Result<Vec<_>>>()?;
+    contents.rotate_left(1);
+    files.iter().zip(contents).try_for_each(|(path, bytes)| {
+        std::fs::write(path, bytes)
+            .map_err(|e| Error::io("write", path, e, "Make room on the disk"))
+    })
+}
+
+/// Section of the page; empty without rows.
+pub fn section(rows: &[FaultRow]) -> String {
+    let mut faults: BTreeMap<Fault, [usize; 3]> = BTreeMap::new();
+    for row in rows {
+        let counts = faults.entry(row.fault).or_default();
+        counts[0] += 1;
+        counts[1] += usize::from(row.found);
+        counts[2] += usize::from(row.named);
+    }
+    let Some([good, accused, _]) = faults.remove(&Fault::None) else {
+        return String::new();
+    };
+    let all = faults.values().fold([0; 3], |sum, counts| [0, 1, 2].map(|i| sum[i] + counts[i]));
+    let line = |(title, [count, found, named]): (&str, [usize; 3])| {
+        format!("| {title} | {count} | {found} | {named} |\n")
+    };
+    let lines: String =
+        faults.iter().map(|(fault, counts)| line((fault.title(), *counts))).collect();
+    let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
+    format!(
+        "
+## Faults in the files
+
+Each of the first shoots is checked as it is, and with one fault drawn at random in its files. Of {good} good shoots
+{accused} are accused ({:.0} %; aim: at most 2 %). Of {} faults {:.0} % are found and {:.0} % named with pose and lamps
+(aim: at least 95 %).
+
+| fault | shoots | found | named |
+|---|---:|---:|---:|
+{lines}",
+        percent(accused, good),
+        all[0],
+        percent(all[1], all[0]),
+        percent(all[2], all[0]),
+    )
+}
