@@ -5,8 +5,13 @@ use crate::motion::MotionColumns;
 use crate::networks::Pair;
 use crate::results::{OUTSIDE, Row};
 use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, quantile};
-use crate::{page, table, trial};
+use crate::{faults, page, table, trial};
+use chacha20::ChaCha8Rng;
 use footage::{Motion, PoseMotion, SeenIn};
+use imaging::file::{read_encoded, write_png};
+use imaging::{Encoded, Raster};
+use rand::SeedableRng;
+use std::path::Path;
 
 fn row(seed: u64) -> Row {
     Row {
@@ -184,5 +189,47 @@ fn a_wrong_curve_is_stated_as_uncertain() {
         let row = trial::run(seed, trial::SIZE, shoots.path()).unwrap();
         assert_eq!(row.refused, "");
         assert!(gammas(&row).iter().all(|gamma| !gamma.is_sure_and_wrong()), "{row}");
+    }
+}
+
+#[test]
+fn a_fault_changes_its_own_files() {
+    const LAMPS: u8 = 5;
+    // Each OLAT has a brightness of its own, and no OLAT is black.
+    let code = |pose: u8, lamp: u8| 10 * pose + lamp + 1;
+    let changes = |fault: Fault| {
+        let folder = tempfile::tempdir().unwrap();
+        let olat = |pose: u8, lamp: u8| {
+            folder.path().join(format!("exemplars/pose{pose}")).join(format!("{lamp}.png"))
+        };
+        for pose in 0..2 {
+            std::fs::create_dir_all(olat(pose, 0).parent().unwrap()).unwrap();
+            for lamp in 0..LAMPS {
+                let picture = Raster::filled(4, 2, [f32::from(code(pose, lamp)) / 255.0; 3]);
+                write_png(&olat(pose, lamp), &Encoded(picture)).unwrap();
+            }
+        }
+        std::fs::create_dir(folder.path().join("probes")).unwrap();
+        let ball = folder.path().join("probes/0.png");
+        write_png(&ball, &Encoded(Raster::from_fn(4, 2, |x, _| [x as f32 / 4.0; 3]))).unwrap();
+        faults::put(fault, &mut ChaCha8Rng::seed_from_u64(7), folder.path()).unwrap();
+        let first = |path: &Path| 255.0 * read_encoded(path).unwrap().0.at(0, 0)[0];
+        let is_changed = |pose: u8, lamp: u8| {
+            (first(&olat(pose, lamp)) - f32::from(code(pose, lamp))).abs() > 0.5
+        };
+        let changed = |pose: u8| (0..LAMPS).filter(|lamp| is_changed(pose, *lamp)).count();
+        let changed = [0, 1].map(changed).into_iter().filter(|olats| *olats > 0);
+        (changed.collect::<Vec<_>>(), first(&ball) > 100.0)
+    };
+    for (fault, changed, mirrored) in [
+        (Fault::None, vec![], false),
+        (Fault::BlackInOne, vec![1], false),
+        (Fault::BlackInAll, vec![1, 1], false),
+        (Fault::ExchangedInOne, vec![2], false),
+        (Fault::ExchangedInAll, vec![2, 2], false),
+        (Fault::Shifted, vec![5], false),
+        (Fault::BallsMirrored, vec![], true),
+    ] {
+        assert_eq!(changes(fault), (changed, mirrored), "{fault:?}");
     }
 }

@@ -379,22 +379,20 @@ impl InspectableFit<'_> {
         let others = rivals.iter().flatten().zip(probabilities.iter().flatten());
         fit.others = others.map(|(rival, probability)| rival.case(*probability)).collect();
         // Both exposures together decide for a curve.
-        let curve = |of: usize| probabilities[of].iter().sum::<f64>();
-        let dual = 1.0 - (0..rivals.len()).map(curve).sum::<f64>();
-        let best = (0..rivals.len()).max_by(|a, b| curve(*a).total_cmp(&curve(*b)));
-        let best = best.filter(|best| curve(*best) > dual);
-        let chosen = best.map(|best| {
-            let [alone, changed] = probabilities[best];
-            (best, usize::from(changed > alone))
+        let both = |[alone, changed]: &[f64; 2]| alone + changed;
+        let dual = 1.0 - probabilities.iter().map(both).sum::<f64>();
+        let curves = rivals.iter().zip(&probabilities);
+        let best = curves.max_by(|a, b| both(a.1).total_cmp(&both(b.1)));
+        let best = best.filter(|(_, probability)| both(probability) > dual);
+        let chosen = best.map(|([alone, changed], [of_alone, of_changed])| {
+            if of_changed > of_alone { (changed, *of_changed) } else { (alone, *of_alone) }
         });
-        if let Some((best, exposure)) = chosen {
-            let rival = &rivals[best][exposure];
+        if let Some((rival, _)) = chosen {
             let linear = self.objective.linearize_by(&rival.fit.response);
             fit.weights = rival.score.weights(&linear);
             fit.better_curve = Some(rival.fit);
         }
-        let [dual, ..] = fit.cases;
-        let chosen = chosen.map_or(dual, |(best, exposure)| fit.others[2 * best + exposure]);
+        let chosen = chosen.map_or(fit.cases[0], |(rival, probability)| rival.case(probability));
         let here = [chosen.gamma1, chosen.gamma2, chosen.exposure.ln()];
         let accounts = fit.accounts();
         fit.deviation = [0, 1, 2].map(|i| {
@@ -403,8 +401,9 @@ impl InspectableFit<'_> {
             };
             accounts.iter().map(square).sum::<f32>().sqrt()
         });
-        let is_exact =
-            best.is_some_and(|best| rivals[best][0].fit.parameters == 0 && curve(best) > SURE);
+        let is_exact = best.is_some_and(|([rival, _], probability)| {
+            rival.fit.parameters == 0 && both(probability) > SURE
+        });
         if is_exact {
             [fit.deviation[0], fit.deviation[1]] = [0.0; 2];
         }

@@ -150,13 +150,12 @@ impl<'a> Objective<'a> {
         self.remainder = best.ball.remainder();
         let ball = self.probes.profile(&best.table, self.remainder);
         let pixels = self.probes.profile_pixels() as f64;
-        let noise = ball.noise.max(ball.rounding);
-        let likeness = (MISFIT * noise / self.ball_square(&ball).max(noise)).min(1.0);
+        let noise = noise_share(self.ball_square(&ball), ball.noise, ball.rounding);
         let others = if self.remainder > 0.0 { 0.0 } else { pixels.min(self.subject.lamps as f64) };
-        let others = likeness * others;
+        let others = (MISFIT * noise).min(1.0) * others;
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals have their
         // stated probability.
-        let own = noise_share(self.ball_square(&ball), ball.noise, ball.rounding).powf(1.5);
+        let own = noise.powf(1.5);
         let count = own * pixels + (1.0 - own) * others;
         let shared = NOISE_BIAS * ball.noise.sqrt();
         self.ball_count = count / (1.0 + shared.powi(2) * count);

@@ -41,43 +41,30 @@ fn nearest(response: &Response) -> [f64; 2] {
     [f64::from(curve.gamma1), f64::from(curve.gamma2)]
 }
 
-/// A curve under an assumption about the exposure.
-fn judged(
-    objective: &Objective,
-    response: &Response,
-    exposure: ExposurePrior,
-) -> (Score, CurveFit) {
-    let score = objective.score_under(exposure, &objective.linearize_by(response));
-    (score, CurveFit::of(*response, 0, &score, 0.0))
+/// Assumptions about the exposure.
+const EXPOSURES: [ExposurePrior; 2] = [ExposurePrior::LeftAlone, ExposurePrior::Changed];
+
+/// Scores of a curve under both assumptions about the exposure.
+fn scores(objective: &Objective, response: &Response) -> [Score; 2] {
+    let linear = objective.linearize_by(response);
+    EXPOSURES.map(|exposure| objective.score_under(exposure, &linear))
 }
 
 impl Rival {
     /// Standard curves, and the log curves as one: with the exposure left alone, and changed.
     pub fn all(objective: &Objective) -> Vec<[Self; 2]> {
-        let both = [ExposurePrior::LeftAlone, ExposurePrior::Changed];
         let standards =
             [(Response::Srgb, SRGB), (Response::Rec709, REC709), (Response::Linear, LINEAR)];
-        let log = match both.map(|exposure| Self::log(objective, exposure)) {
-            [Some(alone), Some(changed)] => Some([alone, changed]),
-            _ => None,
-        };
-        let of = |(response, chance)| {
-            both.map(|exposure| Self::standard(objective, response, chance, exposure))
-        };
-        standards.map(of).into_iter().chain(log).collect()
+        let standard = |(response, chance)| Self::standard(objective, response, chance);
+        standards.map(standard).into_iter().chain(Self::log(objective)).collect()
     }
 
-    /// A standard curve of a prior share of cameras.
-    fn standard(
-        objective: &Objective,
-        response: Response,
-        chance: f64,
-        exposure: ExposurePrior,
-    ) -> Self {
-        let (score, fit) = judged(objective, &response, exposure);
+    /// A standard curve that a share of cameras has.
+    fn standard(objective: &Objective, response: Response, chance: f64) -> [Self; 2] {
         let [gamma1, gamma2] = nearest(&response);
-        Self {
-            fit,
+        let [alone, changed] = scores(objective, &response);
+        [(EXPOSURES[0], alone), (EXPOSURES[1], changed)].map(|(exposure, score)| Self {
+            fit: CurveFit::of(response, 0, &score, 0.0),
             score,
             exposure,
             cost: score.cost - 2.0 * chance.ln(),
@@ -87,52 +74,49 @@ impl Rival {
                 STANDARD_DEVIATION,
                 score.brightness.exposure_deviation,
             ],
-        }
+        })
     }
 
-    /// Log curves: K weighted by its probability over a row of places around the best.
-    fn log(objective: &Objective, exposure: ExposurePrior) -> Option<Self> {
+    /// Log curves: under each assumption, K weighted by its probability over a row of places.
+    fn log(objective: &Objective) -> Option<[Self; 2]> {
+        const STEP: f64 = 0.2;
+        /// First ln K, and number of places.
+        const ROW: (f64, usize) = (1.0, 28);
         let (middle, deviation) = LOG_PRIOR;
-        let place = |log_k: f64| -> Option<(f64, f64)> {
+        let place = |log_k: f64| {
             let response = Response::log(log_k.exp() as f32).ok()?;
             let prior = ((log_k - middle) / deviation).powi(2);
-            Some((log_k, judged(objective, &response, exposure).0.cost + prior))
+            Some((log_k, scores(objective, &response).map(|score| score.cost + prior)))
         };
-        let row = |from: f64, step: f64, count: usize| -> Vec<(f64, f64)> {
-            (0..count).filter_map(|i| place(from + step * i as f64)).collect()
+        let row: Vec<_> = (0..ROW.1).filter_map(|i| place(ROW.0 + STEP * i as f64)).collect();
+        let under = |exposure: usize| -> Option<Self> {
+            let places = || row.iter().map(|(log_k, costs)| (log_k, costs[exposure]));
+            let least = either(places().map(|(_, cost)| cost));
+            let share = |cost: f64| (-0.5 * (cost - least)).exp();
+            let mean: f64 = places().map(|(at, cost)| at * share(cost)).sum();
+            let variance: f64 = places().map(|(at, cost)| (at - mean).powi(2) * share(cost)).sum();
+            // A place represents its surroundings, half a step wide on either side.
+            let spread = (variance + STEP * STEP / 12.0).sqrt();
+            let response = Response::log(mean.exp() as f32).ok()?;
+            let score = scores(objective, &response)[exposure];
+            let bounds = Response::LOG_BOUNDS;
+            let beside = [-spread, spread].map(|step| {
+                let k = ((mean + step).exp() as f32).clamp(*bounds.start(), *bounds.end());
+                nearest(&Response::Log(k))
+            });
+            let [gamma1, gamma2] = nearest(&response);
+            let half = |i: usize| (0.5 * (beside[1][i] - beside[0][i])).hypot(STANDARD_DEVIATION);
+            let density = STEP / (deviation * (2.0 * std::f64::consts::PI).sqrt());
+            Some(Self {
+                fit: CurveFit::of(response, 1, &score, 0.0),
+                score,
+                exposure: EXPOSURES[exposure],
+                cost: least - 2.0 * (LOG * density).ln(),
+                mean: [gamma1, gamma2, score.brightness.log_exposure],
+                deviation: [half(0), half(1), score.brightness.exposure_deviation],
+            })
         };
-        let best = |places: &[(f64, f64)]| {
-            let best = places.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-            best.map(|place| place.0)
-        };
-        const COARSE: f64 = 0.5;
-        const FINE: f64 = 0.2;
-        let near = best(&row(1.5, COARSE, 10))?;
-        let places = row(near - 4.0 * FINE, FINE, 9);
-        let least = either(places.iter().map(|place| place.1));
-        let share = |cost: f64| (-0.5 * (cost - least)).exp();
-        let mean: f64 = places.iter().map(|(at, cost)| at * share(*cost)).sum();
-        let square = |(at, cost): &(f64, f64)| (at - mean).powi(2) * share(*cost);
-        // A place represents its surroundings, half a step wide on either side.
-        let spread = (places.iter().map(square).sum::<f64>() + FINE * FINE / 12.0).sqrt();
-        let response = Response::log(mean.exp() as f32).ok()?;
-        let (score, fit) = judged(objective, &response, exposure);
-        let bounds = Response::LOG_BOUNDS;
-        let beside = [-spread, spread].map(|step| {
-            let k = ((mean + step).exp() as f32).clamp(*bounds.start(), *bounds.end());
-            nearest(&Response::Log(k))
-        });
-        let [gamma1, gamma2] = nearest(&response);
-        let half = |i: usize| (0.5 * (beside[1][i] - beside[0][i])).hypot(STANDARD_DEVIATION);
-        let density = FINE / (deviation * (2.0 * std::f64::consts::PI).sqrt());
-        Some(Self {
-            fit: CurveFit { parameters: 1, ..fit },
-            score,
-            exposure,
-            cost: least - 2.0 * (LOG * density).ln(),
-            mean: [gamma1, gamma2, score.brightness.log_exposure],
-            deviation: [half(0), half(1), score.brightness.exposure_deviation],
-        })
+        Some([under(0)?, under(1)?])
     }
 
     /// The curve as an account of the pictures, represented by its nearest dual gamma.
