@@ -2,7 +2,7 @@
 
 use afterlight::export::relight::RelightSettings;
 use afterlight::footage::scan::scan;
-use afterlight::footage::{ImportSettings, import, read_light, report_mended};
+use afterlight::footage::{ImportSettings, LampSettings, import, read_light, report_mended};
 use afterlight::imaging::{Image, Response, file};
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
@@ -72,6 +72,7 @@ fn a_layer_chosen_at_import_is_read_ever_after() {
         project: folder.path().join("job"),
         shoot: shoot.clone(),
         settings: ImportSettings { size: 32, seed: 5, layer: Some("comp".to_owned()) },
+        corrections: LampSettings::default(),
         lamps: None,
         name: None,
     };

@@ -10,6 +10,7 @@ mod device;
 mod environments;
 mod farm;
 mod frame;
+mod lamps;
 mod matte;
 mod ocio;
 mod parse;
@@ -31,9 +32,10 @@ use device::MachineArgs;
 use environments::EnvironmentsArgs;
 use evaluation::EvaluateSettings;
 use farm::{FarmArgs, FarmAssembleArgs, FarmChunkArgs, FarmTrainArgs};
-use footage::ImportSettings;
+use footage::{ImportSettings, LampSettings};
 use frame::FrameArgs;
 use gpu::DeviceChoice;
+use lamps::LampsArgs;
 use matte::MatteArgs;
 use ocio::OcioArgs;
 use parse::parse_count;
@@ -73,6 +75,7 @@ enum Command {
     Train(TrainArgs),
     Checkpoints(CheckpointsArgs),
     Frame(FrameArgs),
+    Lamps(LampsArgs),
     Matte(MatteArgs),
     Relight(Box<RelightArgs>),
     Farm(Box<FarmArgs>),
@@ -118,6 +121,8 @@ struct ImportArgs {
     /// Use only this many lamps, chosen evenly over the sphere, of those in the shoot's .lp list if it has one.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     lamps: Option<usize>,
+    #[command(flatten)]
+    corrections: LampSettings,
     /// The project's name [default: the shoot's].
     #[arg(long)]
     name: Option<String>,
@@ -249,6 +254,7 @@ impl Cli {
                     project: args.project,
                     shoot: args.shoot,
                     settings: args.settings,
+                    corrections: args.corrections,
                     lamps: args.lamps,
                     name: args.name,
                 }),
@@ -263,6 +269,7 @@ impl Cli {
             Command::Train(args) => do_job(args.output, args.job()),
             Command::Checkpoints(args) => args.run(),
             Command::Frame(args) => do_job(args.output, Ok(args.job())),
+            Command::Lamps(args) => do_job(args.output, Ok(args.job())),
             Command::Matte(args) => do_job(args.output, Ok(args.job())),
             Command::Relight(args) => do_job(args.output, args.job()),
             Command::Farm(args) => do_job(args.output, args.job()),

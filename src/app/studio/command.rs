@@ -16,7 +16,7 @@ use color_config::ColorChoice;
 use evaluation::review::{Mark, MarkedOlat, Metric};
 use farm::Engine;
 use footage::candidate::Slot;
-use footage::{BrushSide, Stroke};
+use footage::{BrushSide, LampSettings, Stroke};
 use glam::Vec3;
 use light::Lighting;
 use light::conventions::Front;
@@ -459,6 +459,8 @@ pub enum ProjectCommand {
     Locate(PathBuf),
     /// Change the crop to this square. Results with another crop are put aside.
     Reframe(Framing),
+    /// Correct the shoot's lamps. Results with the lamps before are put aside.
+    CorrectLamps(LampSettings),
     /// Read these thumbnails, which this pane has room for.
     Thumbnails(Pane, Vec<Thumbnail>),
 }

@@ -54,8 +54,10 @@ impl Thumbnail {
             Self::Frame(frame) => {
                 (frame < shoot.frames.len()).then(|| project.frame_picture(frame))
             }
-            Self::Olat { pose, lamp } => (pose < shoot.poses.len() && lamp < shoot.lamps.len())
-                .then(|| project.olat_picture(pose, lamp)),
+            Self::Olat { pose, lamp } => {
+                let is_known = pose < shoot.poses.len() && lamp < shoot.lamps.len();
+                (is_known && project.has_olat(pose, lamp)).then(|| project.olat_picture(pose, lamp))
+            }
         }
     }
 }
@@ -155,7 +157,7 @@ impl FootageReader {
         let request = if exemplars {
             let pose = pose.min(shoot.poses.len() - 1);
             FootageRequest {
-                picture: project.olat_picture(pose, 0),
+                picture: project.first_olat(pose),
                 matte: project.exemplar_matte(pose),
                 view,
             }

@@ -1,10 +1,10 @@
 //! Plan of a new project: the person's choices, and the contents of the shoot's folder.
 
 use base::files::plain;
-use footage::ImportSettings;
 use footage::candidate::{Candidate, Slot, expand};
 use footage::gathered::{self, Misfit};
 use footage::scan::{Line, Scan, scan};
+use footage::{ImportSettings, LampSettings};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use worker::{Job, Query};
@@ -325,6 +325,7 @@ impl Wizard {
             project: root.clone(),
             shoot,
             settings: ImportSettings { size: plan.size, seed: 1, layer: plan.layer.clone() },
+            corrections: LampSettings::default(),
             lamps: plan.lamps.filter(|&count| lamps.is_none_or(|all| count < all)),
             name: (!name.is_empty()).then(|| name.to_owned()),
         };

@@ -15,6 +15,7 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
         project: PathBuf::from("nowhere"),
         shoot: PathBuf::from("no/such/shoot"),
         settings: ImportSettings { size: 128, seed: 1, layer: None },
+        corrections: footage::LampSettings::default(),
         name: None,
         lamps: None,
     };

@@ -33,6 +33,7 @@ impl FootagePrints {
                 Ok(Source::Movie(_)) => format!("{frame} of {}", self.of_movie(file)),
                 Err(_) => missing(),
             },
+            Picture::Mirrored(picture, axis) => format!("{axis:?} of {}", self.of(picture)),
         }
     }
 

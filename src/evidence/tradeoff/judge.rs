@@ -251,7 +251,7 @@ impl Judge {
 /// # Errors
 /// When the first OLAT cannot be read.
 pub fn exemplar_size(project: &Project) -> Result<usize> {
-    let picture = dimensions(&project.olat_picture(0, 0))?;
+    let picture = dimensions(&project.first_olat(0))?;
     let side = project.settings.framing.of(picture).side;
     Ok(1 << side.max(1).ilog2())
 }

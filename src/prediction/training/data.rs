@@ -209,6 +209,7 @@ fn zoomed(image: &Image, factor: f32) -> Image {
 fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
     Exemplar {
         pose: exemplar.pose,
+        missing: exemplar.missing.clone(),
         olats: exemplar.olats.par_iter().map(|olat| zoomed(olat, factor)).collect(),
         mask: super::augment::zoom(&exemplar.mask, factor, 0.0, |a, b, f| a + f * (b - a)),
     }

@@ -96,8 +96,8 @@ impl Lamps {
     }
 
     /// The lamps of a frame whose head is turned by `turn` from the pose's. Weights fall with the angle beyond the nearest
-    /// lamp's. A lamp that no ball shows stands for itself alone.
-    pub fn turned(&self, turn: &Mat3) -> TurnedLamps {
+    /// lamp's. A lamp that no ball shows stands for itself alone, one that the pose lacks (`missing`) for none.
+    pub fn turned(&self, turn: &Mat3, missing: &[usize]) -> TurnedLamps {
         let (count, stride, back) = (self.len(), self.stride, turn.transpose());
         let toward = |lamp: usize| self.directions[lamp].map(|direction| back * direction);
         let axis = |axis: usize| {
@@ -119,7 +119,8 @@ impl Lamps {
                 direction
                     .map_or(f32::INFINITY, |d| d.dot(toward).clamp(-1.0, 1.0).acos().to_degrees())
             };
-            let angles: Vec<f32> = self.directions.iter().map(angle).collect();
+            let mut angles: Vec<f32> = self.directions.iter().map(angle).collect();
+            missing.iter().for_each(|&m| angles[m] = f32::INFINITY);
             let nearest = angles.iter().copied().fold(f32::INFINITY, f32::min);
             let weight = |angle: &f32| Some(falloff(*angle, nearest)).filter(|w| *w > NEGLIGIBLE);
             let sum: f32 = angles.iter().filter_map(weight).sum();
@@ -170,7 +171,7 @@ mod tests {
 
     #[test]
     fn lamps_stand_for_themselves_in_a_pose_like_the_frame() {
-        let turned = Lamps::new(&rig()).turned(&Mat3::IDENTITY);
+        let turned = Lamps::new(&rig()).turned(&Mat3::IDENTITY, &[]);
         for l in 0..12 {
             let (m, weight) = most(&turned, l);
             assert!(m == l && weight > 0.99 && turned.nearest[l] < 0.1);
@@ -180,7 +181,7 @@ mod tests {
     #[test]
     fn lamps_turn_with_the_head() {
         let turn = Mat3::from_rotation_y(30f32.to_radians());
-        let turned = Lamps::new(&rig()).turned(&turn);
+        let turned = Lamps::new(&rig()).turned(&turn, &[]);
         for l in 0..12 {
             let (m, weight) = most(&turned, l);
             assert!(m == (l + 11) % 12 && weight > 0.99, "{l}: {m} {weight}");
@@ -188,10 +189,19 @@ mod tests {
     }
 
     #[test]
+    fn neighbours_stand_for_a_lamp_that_the_pose_lacks() {
+        let turned = Lamps::new(&rig()).turned(&Mat3::IDENTITY, &[3]);
+        let weights: Vec<f32> = (2..5).map(|m| turned.weights[m * 16 + 3]).collect();
+        assert!((weights[0] - 0.5).abs() < 1e-3 && (weights[2] - 0.5).abs() < 1e-3);
+        assert_eq!(weights[1], 0.0);
+        assert!((turned.nearest[3] - 30.0).abs() < 0.01 && turned.nearest[4] < 0.1);
+    }
+
+    #[test]
     fn a_lamp_that_no_ball_shows_stands_for_itself_alone() {
         let mut rig = rig();
         rig.lamps[3].confidence = 0.0;
-        let turned = Lamps::new(&rig).turned(&Mat3::from_rotation_y(0.5));
+        let turned = Lamps::new(&rig).turned(&Mat3::from_rotation_y(0.5), &[]);
         assert_eq!(most(&turned, 3), (3, 1.0));
         for l in (0..12).filter(|&l| l != 3) {
             assert_eq!(turned.weights[3 * 16 + l], 0.0);

@@ -53,7 +53,7 @@ impl Target<'_> {
     pub fn said(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Said {
         let lamps = &self.transfer.lamps;
         let found = self.matched(pose, offsets);
-        let turned = [found.turn, found.body].map(|turn| lamps.turned(&turn));
+        let turned = [found.turn, found.body].map(|turn| lamps.turned(&turn, &pose.missing));
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let [turned, _] = turned;
         let stride = lamps.stride;

@@ -76,7 +76,7 @@ impl<'a> Target<'a> {
         let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
         let coverage = first.pulled(&pose.mask);
         let lamps = &self.transfer.lamps;
-        let turned = [first.turn, first.body].map(|turn| lamps.turned(&turn));
+        let turned = [first.turn, first.body].map(|turn| lamps.turned(&turn, &pose.missing));
         let (_, lit) = self.predicted(pose, &turned, &first);
         let relit = self.spread(&lit).map(luminance);
         let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));

@@ -38,6 +38,8 @@ pub struct Pose {
     /// Heights towards the camera in pixels.
     pub depth: Raster<f32>,
     pub normals: Vec<Vec3>,
+    /// Lamps whose OLATs the pose lacks.
+    pub missing: Vec<usize>,
     /// Roots of the OLATs over their lamps' energy and shading, `[3, stride]` a pixel.
     pub bare: HalfRows,
 }
@@ -186,6 +188,7 @@ impl Pose {
             .iter()
             .enumerate()
             .filter_map(|(m, direction)| Some((m, (*direction)?)))
+            .filter(|(m, _)| !exemplar.missing.contains(m))
             .collect();
         let pixels = exemplar.mask.pixels.len();
         let even: Vec<f32> = (0..pixels)
@@ -210,6 +213,7 @@ impl Pose {
         });
         Self {
             number: exemplar.pose,
+            missing: exemplar.missing.clone(),
             contrast: matched_contrast(&plate, &matte, CONTRAST),
             mask: exemplar.mask.clone(),
             depth: depth(&normals, &inside),

@@ -253,7 +253,7 @@ fn find_motion(
 /// # Errors
 /// When only one of them does, or a file cannot be read.
 fn is_scene_linear(project: &Project) -> Result<bool> {
-    let (frame, olat) = (project.frame_picture(0), project.olat_picture(0, 0));
+    let (frame, olat) = (project.frame_picture(0), project.first_olat(0));
     let light = [&frame, &olat].map(footage::is_scene_linear);
     let [frame_light, olat_light] = light;
     match (frame_light?, olat_light?) {
@@ -299,9 +299,11 @@ fn rig_findings(
     let shoot = &project.settings.shoot;
     let mut olats = std::collections::BTreeMap::<Vec<usize>, Vec<&str>>::new();
     for (pose, name) in shoot.poses.iter().enumerate() {
-        let lamps = 0..shoot.all_lamps().len();
-        let pictures: Vec<Picture> = lamps.map(|lamp| project.olat_picture(pose, lamp)).collect();
+        let lamps = project.lamps_of(pose);
+        let olat = |&lamp: &usize| project.olat_picture(pose, lamp);
+        let pictures: Vec<Picture> = lamps.iter().map(olat).collect();
         for same in rig_check::same_pictures(&pictures)? {
+            let same = same.into_iter().map(|place| lamps[place]).collect();
             olats.entry(same).or_default().push(name);
         }
     }

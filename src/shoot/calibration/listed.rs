@@ -2,7 +2,7 @@
 //! the subject.
 
 use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
-use super::gamma::{Case, Comparison, Evidence, Interval, sample};
+use super::gamma::{Case, Comparison, Evidence, Interval, sample, sample_olat};
 use super::least_squares::NormalEquations;
 use super::median::median;
 use super::probe::interview::{inverse, kernel};
@@ -151,9 +151,14 @@ impl Pictures {
                     &shoot.poses[pose],
                 );
                 let lamps = (0..shoot.all_lamps().len()).into_par_iter();
-                let olats = lamps.map(|lamp| small(&project.olat_picture(pose, lamp)));
+                let olats = lamps.map(|lamp| match project.has_olat(pose, lamp) {
+                    true => small(&project.olat_picture(pose, lamp)),
+                    false => Ok(Image::filled(SIDE, SIDE, [0.0; 3])),
+                });
+                let mut olats = olats.collect::<Result<Vec<_>>>()?;
+                footage::fill_missing(project, response, pose, &mut olats)?;
                 let mask = small_mask(&project.exemplar_matte(pose))?;
-                Ok(Pose { olats: olats.collect::<Result<_>>()?, mask })
+                Ok(Pose { olats, mask })
             })
             .collect::<Result<Vec<_>>>()?;
         progress.check("nothing was changed")?;
@@ -553,10 +558,7 @@ impl Samples {
             places.into_iter().zip(plate).filter(|(_, code)| is_open(code)).unzip();
         let olats = (0..lamps)
             .into_par_iter()
-            .map(|lamp| {
-                let picture = project.olat_picture(light.pose, lamp);
-                sample(&picture, framing, pose, &mattes[0], &places, 1.0)
-            })
+            .map(|lamp| sample_olat(project, (light.pose, lamp), (pose, &mattes[0]), &places, 1.0))
             .collect::<Result<Vec<_>>>()?;
         let olats = (0..frame.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
         Ok(Self { lamps, olats, frame })

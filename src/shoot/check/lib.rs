@@ -20,6 +20,7 @@ pub use environments::LitEnvironment;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
+use footage::LampSettings;
 use pictures::Pictures;
 use project::Project;
 use serde::Serialize;
@@ -102,6 +103,9 @@ pub struct Check {
     pub sentence: String,
     /// Remedy; None if no action is needed.
     pub remedy: Option<String>,
+    /// Correction of the lamps that is the remedy, without a change of files.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub correction: Option<LampSettings>,
 }
 
 /// All checks of a project.
@@ -183,7 +187,8 @@ impl Subject {
 
 impl Check {
     fn new(subject: Subject, level: Level, sentence: impl Into<String>) -> Self {
-        Self { subject, environment: None, level, sentence: sentence.into(), remedy: None }
+        let sentence = sentence.into();
+        Self { subject, environment: None, level, sentence, remedy: None, correction: None }
     }
 
     /// The same with a remedy, unless it is green.
@@ -208,7 +213,10 @@ impl Check {
         let about = self.environment.as_ref();
         let about = about.map_or(String::new(), |name| format!(", {name}"));
         let remedy = self.remedy.as_ref();
-        let remedy = remedy.map_or(String::new(), |remedy| format!(". {remedy}"));
+        let mut remedy = remedy.map_or(String::new(), |remedy| format!(". {remedy}"));
+        if let Some(correction) = &self.correction {
+            remedy += &format!(": afterlight lamps PROJECT {}", correction.arguments());
+        }
         format!(
             "{:>9}  {}{about}: {}{remedy}",
             self.level.word(),

@@ -2,6 +2,7 @@
 
 use super::frame::load_mask;
 use super::framed::{dimensions, read_framed_light, read_mask};
+use super::missing_olats::{self, MissingOlat, add};
 use super::motion::Correction;
 use base::error::Result;
 use imaging::resample::resize_area;
@@ -16,6 +17,8 @@ pub struct Exemplar {
     pub pose: usize,
     /// One linear picture per learnt lamp, in the OLAT session's units.
     pub olats: Vec<Image>,
+    /// Lamps whose OLATs the pose lacks: theirs are sums of others.
+    pub missing: Vec<usize>,
     /// Coverage of the subject.
     pub mask: Mask,
 }
@@ -25,11 +28,11 @@ impl Exemplar {
     /// project's calibration.
     pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
         let reader = OlatReader::new(project, response, pose)?;
-        let olats = (0..project.settings.shoot.lamps.len())
-            .into_par_iter()
-            .map(|lamp| reader.read(lamp))
-            .collect::<Result<_>>()?;
-        Ok(Self { pose, olats, mask: load_mask(project, &project.exemplar_matte(pose))? })
+        let lamps = project.settings.shoot.lamps.len();
+        let olats =
+            (0..lamps).into_par_iter().map(|lamp| reader.read(lamp)).collect::<Result<_>>()?;
+        let missing = (0..lamps).filter(|&lamp| !project.has_olat(pose, lamp)).collect();
+        Ok(Self { pose, olats, missing, mask: load_mask(project, &project.exemplar_matte(pose))? })
     }
 
     /// Reads every pose of the project.
@@ -76,7 +79,7 @@ impl Exemplar {
 pub fn exemplar_sources(project: &Project) -> Vec<Picture> {
     let shoot = &project.settings.shoot;
     let pose = |pose: usize| {
-        let olats = 0..shoot.all_lamps().len();
+        let olats = project.lamps_of(pose).into_iter();
         let matte = project.exemplar_matte(pose).picture().clone();
         std::iter::once(matte).chain(olats.map(move |lamp| project.olat_picture(pose, lamp)))
     };
@@ -89,6 +92,7 @@ pub struct OlatReader<'a> {
     response: &'a Response,
     pose: usize,
     correction: Option<Correction>,
+    missing: Vec<MissingOlat>,
 }
 
 impl<'a> OlatReader<'a> {
@@ -96,12 +100,14 @@ impl<'a> OlatReader<'a> {
     /// project's calibration.
     ///
     /// # Errors
-    /// When the calibration or the pose's matte cannot be read.
+    /// When the calibration or the pose's matte cannot be read, or a picture that stands in for a missing one.
     pub fn new(project: &'a Project, response: &'a Response, pose: usize) -> Result<Self> {
-        Ok(Self { project, response, pose, correction: Correction::of(project, pose)? })
+        let correction = Correction::of(project, pose)?;
+        let missing = missing_olats::find(project, response, pose)?;
+        Ok(Self { project, response, pose, correction, missing })
     }
 
-    /// OLAT of lamp `lamp` among all lamps of the shoot, linear, at the working size.
+    /// OLAT of lamp `lamp` among all lamps of the shoot, linear, at the working size: a sum of others if the pose lacks it.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -114,6 +120,13 @@ impl<'a> OlatReader<'a> {
     /// # Errors
     /// As [`Self::read`].
     pub fn read_at(&self, lamp: usize, side: usize) -> Result<Image> {
+        if let Some(missing) = self.missing.iter().find(|missing| missing.lamp == lamp) {
+            let mut sum = Image::filled(side, side, [0.0; 3]);
+            for &(other, weight) in &missing.weights {
+                add(&mut sum, &self.read_at(other, side)?, weight);
+            }
+            return Ok(sum);
+        }
         let settings = &self.project.settings;
         let picture = self.project.olat_picture(self.pose, lamp);
         let mut linear = read_framed_light(&picture, &settings.framing, self.response)?;
@@ -128,7 +141,7 @@ impl<'a> OlatReader<'a> {
     /// # Errors
     /// When the first OLAT cannot be read.
     pub fn side(&self) -> Result<usize> {
-        let size = dimensions(&self.project.olat_picture(self.pose, 0))?;
+        let size = dimensions(&self.project.first_olat(self.pose))?;
         Ok(self.project.settings.framing.of(size).side)
     }
 
@@ -139,14 +152,5 @@ impl<'a> OlatReader<'a> {
     pub fn mask_at(&self, side: usize) -> Result<Mask> {
         let matte = self.project.exemplar_matte(self.pose);
         Ok(resize_area(&read_mask(&matte, &self.project.settings.framing)?, side, side))
-    }
-}
-
-/// `sum` += `weight` · `olat`.
-fn add(sum: &mut Image, olat: &Image, weight: [f32; 3]) {
-    for (out, pixel) in sum.pixels.iter_mut().zip(&olat.pixels) {
-        for c in 0..3 {
-            out[c] += weight[c] * pixel[c];
-        }
     }
 }

@@ -6,7 +6,7 @@ use base::error::{Error, Result};
 use imaging::color::luminance;
 use imaging::picture::{self, About, Coding};
 use imaging::{Encoded, Image, Mask, Raster, Response, file};
-use project::{Framing, Framings, Matte, Padding, Picture, Project};
+use project::{Axis, Framing, Framings, Matte, Padding, Picture, Project};
 use std::path::Path;
 
 /// Reads a full picture of 8 or 16 bits, or a frame of a movie.
@@ -17,7 +17,16 @@ pub fn read_picture(picture: &Picture) -> Result<Encoded> {
     match picture {
         Picture::File(file) => file::read_encoded(file),
         Picture::Movie { file, frame } => Ok(movies::open(file)?.frame(*frame)?.encoded()),
+        Picture::Mirrored(picture, axis) => Ok(Encoded(mirrored(&read_picture(picture)?.0, *axis))),
     }
+}
+
+fn mirrored<T: Copy>(picture: &Raster<T>, axis: Axis) -> Raster<T> {
+    let (width, height) = picture.size();
+    Raster::from_fn(width, height, |x, y| match axis {
+        Axis::LeftRight => picture.at(width - 1 - x, y),
+        Axis::UpDown => picture.at(x, height - 1 - y),
+    })
 }
 
 /// Reads a full picture as light in the camera's units: as its file holds it if that is scene-linear, otherwise its codes
@@ -34,6 +43,9 @@ pub fn read_light(picture: &Picture, response: &Response) -> Result<Image> {
                 Some(own) => own,
                 None => return Ok(response.decode(&source.frame(*frame)?.encoded())),
             }
+        }
+        Picture::Mirrored(picture, axis) => {
+            return Ok(mirrored(&read_light(picture, response)?, *axis));
         }
     };
     Ok(match own.into_scene_light() {
@@ -58,6 +70,7 @@ pub(super) fn about(picture: &Picture) -> Result<Option<About>> {
     match picture {
         Picture::File(file) => picture::about(file).map(Some),
         Picture::Movie { file, frame } => movies::open(file)?.about(*frame),
+        Picture::Mirrored(picture, _) => about(picture),
     }
 }
 
@@ -74,6 +87,9 @@ pub fn read_matte(matte: &Matte) -> Result<Mask> {
         Matte::Alpha(Picture::Movie { file, frame }) => {
             let alpha = movies::open(file)?.frame(*frame)?.alpha();
             alpha.ok_or_else(|| no_matte(file))
+        }
+        Matte::Alpha(Picture::Mirrored(picture, axis)) => {
+            Ok(mirrored(&read_matte(&Matte::Alpha((**picture).clone()))?, *axis))
         }
     }
 }
@@ -108,6 +124,7 @@ pub fn dimensions(picture: &Picture) -> Result<(usize, usize)> {
     match picture {
         Picture::File(file) => file::dimensions(file),
         Picture::Movie { file, .. } => Ok(movies::open(file)?.size()),
+        Picture::Mirrored(picture, _) => dimensions(picture),
     }
 }
 

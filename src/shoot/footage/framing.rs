@@ -67,8 +67,7 @@ impl FrameSettings {
         if let Some(choice) = self.damaged_frames {
             project.settings.shoot.damaged_frames = choice;
         }
-        let sizes =
-            [dimensions(&project.frame_picture(0))?, dimensions(&project.olat_picture(0, 0))?];
+        let sizes = [dimensions(&project.frame_picture(0))?, dimensions(&project.first_olat(0))?];
         let alike = sizes[0] == sizes[1];
         if let (true, Some(one), Some(other)) = (alike, self.interview, self.exemplars)
             && one != other

@@ -9,7 +9,8 @@ use base::progress::Progress;
 use glam::Vec3;
 use imaging::file;
 use project::{
-    self, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot, relative,
+    self, Corrections, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot,
+    relative,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -49,7 +50,7 @@ pub fn import(
 /// Plans the project of [`import`] without saving it.
 ///
 /// # Errors
-/// When the manifest is invalid; a pose lacks a lamp that others have; a probe or a matte is missing; pictures that
+/// When the manifest is invalid; a pose lacks half of the lamps; a probe or a matte is missing; pictures that
 /// belong together differ in size; a file cannot be read; or the folder already holds a project. The error names
 /// the file.
 pub fn plan_import(
@@ -80,6 +81,11 @@ pub fn plan_import(
         }
     }
     manifest.check_counts(shoot, &listing)?;
+    let corrections = Corrections { missing: listing.lacking(shoot), ..Corrections::default() };
+    for (pose, lamps) in &corrections.missing {
+        let lamps: Vec<&str> = lamps.iter().map(String::as_str).collect();
+        progress.say(format!("Pose {pose} lacks {}: its other lamps stand in", lamps.join(", ")));
+    }
     let Listing { poses, lamps, frames, frame_rate, without_balls, .. } = listing;
     let ball = manifest.ball();
     let said = manifest.frame_rate();
@@ -162,6 +168,7 @@ pub fn plan_import(
                 lamp_layout,
                 without_balls,
                 layer: settings.layer.clone(),
+                corrections,
             },
             environments: Vec::new(),
             color_config: None,
@@ -260,13 +267,13 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         Err(differs((&first, size), picture))
     };
     let poses = 0..shoot.poses.len();
-    let olats = poses.clone().flat_map(|p| (0..shoot.lamps.len()).map(move |l| (p, l)));
+    let olats = poses.clone().flat_map(|p| project.lamps_of(p).into_iter().map(move |l| (p, l)));
     let olats = olats.map(|(p, l)| project.olat_picture(p, l)).collect();
     let olat_size = group("checking OLATs", olats)?;
     mattes(
         "exemplar_masks",
         poses.map(|p| project.exemplar_matte(p)).collect(),
-        (&project.olat_picture(0, 0), olat_size),
+        (&project.first_olat(0), olat_size),
     )?;
     // A long movie has a million frames of one size.
     let frames = match &shoot.frames {

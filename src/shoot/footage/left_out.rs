@@ -55,7 +55,7 @@ fn clutter_in(folder: &Path) -> Vec<PathBuf> {
 /// Folders of the pictures, and those above them within the shoot.
 fn folders(project: &Project) -> HashSet<PathBuf> {
     let poses = 0..project.settings.shoot.poses.len();
-    let olats = poses.clone().map(|pose| project.olat_picture(pose, 0));
+    let olats = poses.clone().map(|pose| project.first_olat(pose));
     let mattes = poses.map(|pose| project.exemplar_matte(pose)).chain([project.frame_matte(0)]);
     let mattes = mattes.map(|matte| matte.picture().clone());
     let pictures = [project.frame_picture(0)].into_iter().chain(olats).chain(mattes);

@@ -11,10 +11,12 @@ mod framing;
 pub mod gathered;
 mod import;
 mod lamp_list;
+mod lamps;
 mod left_out;
 mod map;
 mod mattes;
 mod mended;
+mod missing_olats;
 pub mod motion;
 mod movement;
 #[cfg(test)]
@@ -44,8 +46,10 @@ pub use framed::{
 };
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
+pub use lamps::{LampReport, LampSettings};
 pub use mattes::{MatteSettings, MattesReport, make_mattes};
 pub use mended::report_mended;
+pub use missing_olats::fill_missing;
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use numbers::{FRAME_NUMBERS, first_number};
 pub use strokes::{BrushSide, Stroke, Strokes};

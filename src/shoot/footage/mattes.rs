@@ -277,7 +277,7 @@ fn poses(
 /// Matte of a pose, from its brightest values under all lamps: by a screen if present, otherwise by brightness.
 fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
     let mut brightest: Option<Encoded> = None;
-    for lamp in 0..project.settings.shoot.all_lamps().len() {
+    for lamp in project.lamps_of(pose) {
         let picture = project.olat_picture(pose, lamp);
         let pixels = read_picture(&picture)?;
         let Some(so_far) = &mut brightest else {
@@ -295,7 +295,7 @@ fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
             *most = std::array::from_fn(|c| most[c].max(pixel[c]));
         }
     }
-    let picture = project.olat_picture(pose, 0);
+    let picture = project.first_olat(pose);
     let brightest = brightest
         .ok_or_else(|| Error::missing("the shoot has no lamps", "Import a shoot with OLATs"))?;
     match key(&brightest) {

@@ -154,9 +154,13 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
                 .to_owned(),
         )
     } else {
+        let lacking = listing.lacking(folder);
         let olats = poses.iter().filter(|pose| !is_movie(pose)).flat_map(|pose| {
             let there = pictures(folder, &format!("exemplars/{pose}"));
-            let missing = lamps.iter().filter(move |&lamp| !there.contains(lamp));
+            let tolerated = lacking.get(pose).cloned().unwrap_or_default();
+            let missing = lamps
+                .iter()
+                .filter(move |&lamp| !there.contains(lamp) && !tolerated.contains(lamp));
             missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
         });
         absent(
@@ -169,7 +173,16 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
         count => counted(count, "lamp"),
     };
     let found = format!("{} × {lamps}", counted(poses.len(), "pose"));
-    needed("Poses", found, fault(listing, Part::Exemplars).or(lack))
+    let lack = fault(listing, Part::Exemplars).or(lack);
+    let lacking = listing.lacking(folder);
+    if lack.is_none() && !lacking.is_empty() {
+        let files = lacking.iter().flat_map(|(pose, lamps)| {
+            lamps.iter().map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
+        });
+        let lack = absent(&files.collect::<Vec<_>>(), "The pose's other lamps stand in");
+        return Line { part: "Poses", found, lack, needed: false };
+    }
+    needed("Poses", found, lack)
 }
 
 fn mirror_balls(folder: &Path, listing: &Listing) -> Line {

@@ -9,7 +9,7 @@ use project::{
     Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot, Take, Takes,
 };
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// File name of a shoot's manifest.
@@ -272,6 +272,29 @@ impl Listing {
             }
         }
         Ok(listing)
+    }
+
+    /// Lamps whose pictures single poses lack, by pose, where other poses have them. The shoot can do without: a pose that has
+    /// less than half of the lamps is a fault.
+    pub fn lacking(&self, shoot: &Path) -> BTreeMap<String, BTreeSet<String>> {
+        let is_folder = |pose: &&String| {
+            !self.pose_movies.contains_key(*pose) && !self.takes.poses.contains_key(*pose)
+        };
+        let folders: BTreeMap<&String, Vec<String>> = (self.poses.iter().filter(is_folder))
+            .map(|pose| {
+                let folder = shoot.join("exemplars").join(pose);
+                (pose, picture_names(&folder).unwrap_or_default())
+            })
+            .collect();
+        let others = self.poses.len() > folders.len();
+        let is_somewhere = |lamp: &String| others || folders.values().any(|has| has.contains(lamp));
+        let lacking = folders.iter().filter_map(|(pose, has)| {
+            let lacks = self.lamps.iter().filter(|lamp| !has.contains(lamp) && is_somewhere(lamp));
+            let lacks: BTreeSet<String> = lacks.cloned().collect();
+            let is_fault = lacks.is_empty() || 2 * lacks.len() > self.lamps.len();
+            (!is_fault).then(|| ((*pose).clone(), lacks))
+        });
+        lacking.collect()
     }
 
     fn find_poses(&mut self, shoot: &Path, folders: &mut Vec<LampFolder>) -> Result<()> {

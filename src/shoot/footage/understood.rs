@@ -58,7 +58,10 @@ pub fn understood(project: &Project) -> Vec<Understood> {
     let environment = |i: usize| Picture::File(project.shoot_path(&environments[i].file));
     let kinds = [
         of_kind("Interview", frames, |i| Some(project.frame_picture(i))),
-        of_kind("OLATs", poses * lamps, |i| Some(project.olat_picture(i / lamps, i % lamps))),
+        of_kind("OLATs", poses * lamps, |i| {
+            let (pose, lamp) = (i / lamps, i % lamps);
+            project.has_olat(pose, lamp).then(|| project.olat_picture(pose, lamp))
+        }),
         of_kind("Balls", balls.len(), |i| Some(balls[i].clone())),
         of_kind("Mattes", frames + poses, matte),
         of_kind("Environments", environments.len(), |i| Some(environment(i))),
@@ -88,7 +91,7 @@ fn of_kind(
     let differing = others().next().map(|(picture, other)| {
         let name = picture.file().file_name().unwrap_or_default().to_string_lossy().into_owned();
         let name = match picture {
-            Picture::File(_) => name,
+            Picture::File(_) | Picture::Mirrored(..) => name,
             Picture::Movie { frame, .. } => format!("frame {frame} of {name}"),
         };
         (others().count() * step, format!("{name} is {other}"))

@@ -19,6 +19,7 @@
 //! ```
 
 mod clip;
+mod corrections;
 mod environments;
 mod framing;
 mod lock;
@@ -28,6 +29,7 @@ mod sealed;
 mod shoot;
 
 pub use clip::{Clip, DamagedFrames, Frames, Still, Take, Takes};
+pub use corrections::{Axis, Corrections};
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
 pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
@@ -114,6 +116,7 @@ impl Project {
                     lamp_layout: vec![],
                     without_balls: false,
                     layer: None,
+                    corrections: Corrections::default(),
                 },
                 environments: vec![],
                 framing: Framings::default(),
@@ -296,7 +299,7 @@ impl Project {
             [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_picture(frame));
         let poses = (0..shoot.poses.len()).map(|pose| match shoot.lamps.is_empty() {
             true => moved.exemplar_matte(pose).picture().clone(),
-            false => moved.olat_picture(pose, 0),
+            false => moved.first_olat(pose),
         });
         let mut needed = frames.into_iter().chain(poses);
         if let Some(missing) = needed.find(|picture| !picture.is_there()) {
@@ -347,7 +350,10 @@ impl Project {
     }
 
     /// Moves all results into a new folder `aside-N`; `None` if there are none.
-    fn put_aside(&self) -> Result<Option<PathBuf>> {
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn put_aside(&self) -> Result<Option<PathBuf>> {
         const COMPUTED: [&str; 6] = [
             "calibration.toml",
             "checkpoint",

@@ -1,5 +1,6 @@
 //! Address of a picture: a file, or one frame of a movie.
 
+use super::Axis;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,8 @@ pub enum Picture {
         /// sequence.
         frame: u64,
     },
+    /// The mirror image of a picture.
+    Mirrored(Box<Picture>, Axis),
 }
 
 /// The address of a matte: the subject's coverage of each pixel.
@@ -32,6 +35,7 @@ impl Picture {
     pub fn file(&self) -> &Path {
         match self {
             Self::File(file) | Self::Movie { file, .. } => file,
+            Self::Mirrored(picture, _) => picture.file(),
         }
     }
 
@@ -71,6 +75,7 @@ impl fmt::Display for Shown<'_> {
         match self.0 {
             Picture::File(file) => write!(f, "{}", file.display()),
             Picture::Movie { file, frame } => write!(f, "frame {frame} of {}", file.display()),
+            Picture::Mirrored(picture, _) => write!(f, "{}", picture.display()),
         }
     }
 }

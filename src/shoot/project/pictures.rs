@@ -17,14 +17,33 @@ impl Picture {
 const INTERVIEW_MATTES: &str = "interview_masks";
 
 impl Project {
-    /// The OLAT of pose `pose` under lamp `lamp`, counted over all lamps.
+    /// The OLAT of pose `pose` under lamp `lamp`, counted over all lamps. Its file need not exist if the pose
+    /// [lacks](Self::has_olat) it.
     pub fn olat_picture(&self, pose: usize, lamp: usize) -> Picture {
         let shoot = &self.settings.shoot;
-        let (pose, lamp) = (&shoot.poses[pose], shoot.lamp(lamp));
+        let pose = &shoot.poses[pose];
+        let lamp = shoot.corrections.file(pose, shoot.lamp(lamp));
         match shoot.takes.poses.get(pose) {
             Some(take) => self.of_movie(&take.movie, take.lamps.get(lamp).copied().unwrap_or(0)),
             None => self.file(format!("exemplars/{pose}/{lamp}")),
         }
+    }
+
+    /// False if pose `pose` has no OLAT of lamp `lamp`, counted over all lamps.
+    pub fn has_olat(&self, pose: usize, lamp: usize) -> bool {
+        let shoot = &self.settings.shoot;
+        !shoot.corrections.lacks(&shoot.poses[pose], shoot.lamp(lamp))
+    }
+
+    /// The lamps whose OLATs pose `pose` has, counted over all lamps.
+    pub fn lamps_of(&self, pose: usize) -> Vec<usize> {
+        let lamps = 0..self.settings.shoot.all_lamps().len();
+        lamps.filter(|&lamp| self.has_olat(pose, lamp)).collect()
+    }
+
+    /// The first OLAT that pose `pose` has.
+    pub fn first_olat(&self, pose: usize) -> Picture {
+        self.olat_picture(pose, self.lamps_of(pose).first().copied().unwrap_or(0))
     }
 
     /// The matte of pose `pose`: its movie's alpha, the shoot's file, or the project's.
@@ -89,20 +108,20 @@ impl Project {
 
     /// The mirror ball under the interview's light.
     pub fn interview_probe_picture(&self) -> Picture {
-        match &self.settings.shoot.takes.interview_ball {
+        self.of_ball(match &self.settings.shoot.takes.interview_ball {
             Some(still) => self.of_movie(&still.movie, still.frame),
             None => self.file("probes/interview"),
-        }
+        })
     }
 
     /// The mirror ball under lamp `lamp` alone, counted over all lamps.
     pub fn lamp_probe_picture(&self, lamp: usize) -> Picture {
         let shoot = &self.settings.shoot;
         let name = shoot.lamp(lamp);
-        match &shoot.takes.balls {
+        self.of_ball(match &shoot.takes.balls {
             Some(take) => self.of_movie(&take.movie, take.lamps.get(name).copied().unwrap_or(0)),
             None => self.file(format!("probes/{name}")),
-        }
+        })
     }
 
     /// A second ball under lamp `lamp` alone, counted over all lamps.
@@ -111,7 +130,7 @@ impl Project {
             return self.lamp_probe_picture(lamp);
         }
         let name = self.settings.shoot.lamp(lamp);
-        self.file(second.folder.join(name))
+        self.of_ball(self.file(second.folder.join(name)))
     }
 
     /// All mirror balls: the interview's, then the lamps'; none if the shoot has none.
@@ -143,6 +162,12 @@ impl Project {
     fn of_movie(&self, movie: &Path, frame: u64) -> Picture {
         let file = self.shoot_path(movie);
         Picture::Movie { file, frame }
+    }
+
+    /// A photograph of a ball, mirrored back if the project says so.
+    fn of_ball(&self, picture: Picture) -> Picture {
+        let axes = &self.settings.shoot.corrections.balls;
+        axes.iter().fold(picture, |picture, &axis| Picture::Mirrored(picture.into(), axis))
     }
 
     fn file(&self, inside: impl AsRef<Path>) -> Picture {

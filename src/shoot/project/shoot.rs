@@ -1,6 +1,6 @@
 //! Contents of a shoot's folder, and its mirror balls.
 
-use super::{DamagedFrames, Frames, NamedEnvironment, Takes};
+use super::{Corrections, DamagedFrames, Frames, NamedEnvironment, Takes};
 use base::error::{Error, Result};
 use base::files;
 use glam::Vec3;
@@ -51,6 +51,9 @@ pub struct Shoot {
     /// Layer of the shoot's EXR files that have several; `None` for the finished picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<String>,
+    /// Corrections of faults in the pictures.
+    #[serde(default, skip_serializing_if = "Corrections::is_empty")]
+    pub corrections: Corrections,
 }
 
 /// A mirror ball in the photographs under `probes/`, all taken by one fixed camera.
@@ -157,7 +160,10 @@ impl Shoot {
                 &[]
             }
         };
-        let mut names = (self.poses.iter()).chain(self.all_lamps()).chain(frames);
+        let mut names = (self.poses.iter())
+            .chain(self.all_lamps())
+            .chain(frames)
+            .chain(self.corrections.names());
         // File systems have no longer names.
         if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
             let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");

@@ -13,7 +13,7 @@ use color_config::ColorChoice;
 use egui::{Event, ViewportCommand};
 use footage::candidate::{Candidate, Slot};
 use footage::gathered;
-use project::{Framing, Project};
+use project::Project;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use worker::{Blocked, Job, Worker};
@@ -74,7 +74,10 @@ impl StudioApp {
                 };
                 self.change_project(locate, |app, root| app.open_folder(&root, false));
             }
-            ProjectCommand::Reframe(framing) => self.reframe(framing),
+            ProjectCommand::Reframe(framing) => self.change_inputs(move |p| p.frame(framing)),
+            ProjectCommand::CorrectLamps(settings) => {
+                self.change_inputs(move |project| Ok(settings.run(project)?.aside));
+            }
             ProjectCommand::Thumbnails(pane, all) => self.readers.footage.want(pane, all),
         }
     }
@@ -257,10 +260,14 @@ impl StudioApp {
         });
     }
 
-    /// Changes the project's crop. The window's settings stay.
-    fn reframe(&mut self, framing: Framing) {
+    /// Changes the project's crop or lamps; `change` returns the folder of results that no longer apply. The window's settings
+    /// stay.
+    fn change_inputs(
+        &mut self,
+        change: impl FnOnce(&mut Project) -> Result<Option<PathBuf>> + Send + 'static,
+    ) {
         let change = move |project: &mut Project| {
-            let aside = project.frame(framing)?;
+            let aside = change(project)?;
             Ok((project.clone(), aside))
         };
         self.change_project(change, |app, (project, aside)| {
@@ -271,7 +278,7 @@ impl StudioApp {
             app.start(project, worker);
             if let Some(folder) = aside {
                 app.status.say(format!(
-                    "The calibration and the network of the previous framing are in {}",
+                    "Calibrate again: the previous calibration and network are in {}",
                     shown(&folder)
                 ));
             }

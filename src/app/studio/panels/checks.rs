@@ -1,6 +1,6 @@
 //! Checks of the project: each with its finding, its remedy, and a button for the pane that fixes it.
 
-use crate::command::{Command, WindowCommand};
+use crate::command::{Command, ProjectCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
@@ -66,11 +66,20 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
                 let remedy = RichText::new(remedy).color(theme::QUIET);
                 ui.add(egui::Label::new(remedy).wrap().selectable(true));
                 let (workspace, pane) = mended_in(check.subject);
-                let button = ui.button(format!("Open {}", pane.name()));
-                if button.clicked() {
-                    out.push(Command::Window(WindowCommand::Workspace(workspace)));
-                    out.push(Command::Window(WindowCommand::ShowPane(pane)));
-                }
+                ui.horizontal_wrapped(|ui| {
+                    if let Some(correction) = &check.correction {
+                        let button = ui.button(correction.words());
+                        let tip = "The files stay as they are. Calibrate again afterwards";
+                        if button.on_hover_text(tip).clicked() {
+                            let correct = ProjectCommand::CorrectLamps(correction.clone());
+                            out.push(Command::Project(correct));
+                        }
+                    }
+                    if ui.button(format!("Open {}", pane.name())).clicked() {
+                        out.push(Command::Window(WindowCommand::Workspace(workspace)));
+                        out.push(Command::Window(WindowCommand::ShowPane(pane)));
+                    }
+                });
             }
         });
     });

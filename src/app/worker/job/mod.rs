@@ -16,7 +16,7 @@ use evaluation::blind::BlindSettings;
 use evaluation::review::ReviewSettings;
 use export::relight::RelightSettings;
 use farm::{ChunkSettings, FarmSettings, FrameSpan, Training};
-use footage::{FrameSettings, ImportSettings, MatteSettings};
+use footage::{FrameSettings, ImportSettings, LampSettings, MatteSettings};
 use gpu::DeviceChoice;
 use project::{EnvironmentChange, Lock};
 use std::path::PathBuf;
@@ -35,6 +35,7 @@ pub enum Job {
         project: PathBuf,
         shoot: PathBuf,
         settings: ImportSettings,
+        corrections: LampSettings,
         /// Use only this many of the lamps, evenly distributed.
         lamps: Option<usize>,
         /// Name of the project; None for the shoot's.
@@ -106,6 +107,8 @@ pub enum Job {
     Pack { project: PathBuf, to: PathBuf },
     /// Use another crop of the project's pictures.
     Frame { project: PathBuf, settings: FrameSettings },
+    /// Correct the lamps of the project in `project`.
+    Lamps { project: PathBuf, settings: LampSettings },
     /// Make the mattes that the shoot of the project in `project` lacks, or remake all of the project's own.
     Matte { project: PathBuf, settings: MatteSettings },
 }
@@ -142,6 +145,7 @@ impl Job {
             Self::Device { .. } => "measuring this machine",
             Self::Pack { .. } => "packing the network",
             Self::Frame { .. } => "framing the pictures",
+            Self::Lamps { .. } => "correcting the lamps",
             Self::Matte { .. } => "making mattes",
         }
     }
@@ -161,6 +165,7 @@ impl Job {
             | Self::Tradeoff { project, .. }
             | Self::Apply { project, .. }
             | Self::Frame { project, .. }
+            | Self::Lamps { project, .. }
             | Self::Matte { project, .. } => Some(project.clone()),
             Self::Demo { folder, .. } => Some(demo::project_folder(folder)),
             // The environment list is merged with what others write.

@@ -41,11 +41,12 @@ impl Job {
             Self::Stage { folder, settings } => {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)
             }
-            Self::Import { project, shoot, settings, lamps, name } => {
+            Self::Import { project, shoot, settings, corrections, lamps, name } => {
                 let mut project = footage::plan_import(&project, &shoot, &settings, progress)?;
                 if let Some(name) = name {
                     project.settings.name = name;
                 }
+                corrections.run(&mut project)?;
                 // Saved only after complete success: an existing project is not imported again.
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
@@ -157,6 +158,9 @@ impl Job {
             }
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
+            }
+            Self::Lamps { project, settings } => {
+                Project::change(&project, |project| settings.run(project)).map(Outcome::Lamps)
             }
             Self::Matte { project, settings } => {
                 let person = Some(find_person()?);

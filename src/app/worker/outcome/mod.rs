@@ -13,7 +13,7 @@ use evaluation::blind::{AnswersReport, BlindReport};
 use evaluation::review::ReviewReport;
 use export::relight::RelightReport;
 use farm::{AssembleReport, ChunkReport, JobReport};
-use footage::{FrameReport, MattesReport, Understood};
+use footage::{FrameReport, LampReport, MattesReport, Understood};
 use imaging::DualGamma;
 use light::subset::Subset;
 use project::{KnownEnvironment, Project};
@@ -52,6 +52,7 @@ pub enum Outcome {
     Chunk(ChunkReport),
     Assembled(Box<AssembleReport>),
     Framed(FrameReport),
+    Lamps(LampReport),
     Matted(MattesReport),
 }
 
@@ -149,6 +150,7 @@ impl Outcome {
                 }
             ),
             Self::Framed(report) => report.sentence(),
+            Self::Lamps(report) => report.sentence(),
             Self::Matted(report) => report.sentence(),
             Self::Packed(info) => {
                 format!(

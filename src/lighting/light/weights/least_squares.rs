@@ -1,7 +1,7 @@
 //! Non-negative least squares for a few hundred unknowns.
 
 /// Normal equations of a least-squares problem: minimise ½·xᵀGx − rᵀx.
-pub(super) struct Normal {
+pub struct Normal {
     n: usize,
     /// G row by row; only the lower triangle is filled until [`Self::least`].
     gram: Vec<f64>,
@@ -11,6 +11,7 @@ pub(super) struct Normal {
 }
 
 impl Normal {
+    /// A problem of `n` unknowns without equations.
     pub fn new(n: usize) -> Self {
         Self { n, gram: vec![0.0; n * n], right: vec![0.0; n], sum: 0.0 }
     }

@@ -13,7 +13,7 @@
 mod fit;
 mod heat;
 mod hull;
-mod least_squares;
+pub mod least_squares;
 mod nodes;
 mod sitter;
 mod turned;

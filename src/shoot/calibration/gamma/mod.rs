@@ -48,7 +48,7 @@ pub use compare::CurveFit;
 pub use evidence::Evidence;
 use frame_match::FrameMatch;
 pub use study::{CurvePoint, GammaStudy, Histogram, curve};
-pub(super) use subject::{Subject, sample};
+pub(super) use subject::{Subject, sample, sample_olat};
 pub use surface::Surface;
 
 /// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.

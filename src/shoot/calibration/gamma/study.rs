@@ -1,7 +1,7 @@
 //! Data for inspecting a response: the pictures are read once, then any response takes milliseconds to try.
 
 use super::objective::Objective;
-use super::subject::{sample, scale};
+use super::subject::{sample_olat, scale};
 use super::{Comparison, InspectableFit, Subject, fit};
 use crate::code_values::{CodeValues, ResponseTable, STEPS};
 use crate::probe::Probes;
@@ -167,10 +167,7 @@ impl PosePicture {
         let scale = scale(project)?;
         let olats = (0..lamps)
             .into_par_iter()
-            .map(|lamp| {
-                let picture = project.olat_picture(pose, lamp);
-                sample(&picture, framing, &mask, &matte, &places, scale)
-            })
+            .map(|lamp| sample_olat(project, (pose, lamp), (&mask, &matte), &places, scale))
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
             codes: (0..places.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect(),

@@ -163,7 +163,12 @@ fn load_poses(
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
     let lamps = shoot.all_lamps().len();
     let (mut poses, mut samples) = (Vec::new(), Vec::new());
-    for (pose, name) in shoot.poses.iter().enumerate() {
+    // A pose that lacks an OLAT is no sum of all lamps.
+    let whole = |pose: &usize| project.lamps_of(*pose).len() == lamps;
+    let all = 0..shoot.poses.len();
+    let is_any_whole = all.clone().any(|pose| whole(&pose));
+    for pose in all.filter(|pose| !is_any_whole || whole(pose)) {
+        let name = &shoot.poses[pose];
         progress.check("nothing was changed")?;
         progress.step("poses", pose as u64 + 1, shoot.poses.len() as u64, name.clone());
         let matte = project.exemplar_matte(pose);
@@ -171,10 +176,7 @@ fn load_poses(
         let inside = inside(&mask, SAMPLES);
         let olats = (0..lamps)
             .into_par_iter()
-            .map(|lamp| {
-                let picture = project.olat_picture(pose, lamp);
-                sample(&picture, framing, &mask, &matte, &inside, scale)
-            })
+            .map(|lamp| sample_olat(project, (pose, lamp), (&mask, &matte), &inside, scale))
             .collect::<Result<Vec<_>>>()?;
         let codes: Vec<CodeValues> =
             (0..inside.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
@@ -321,13 +323,28 @@ pub(crate) fn sample(
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
+/// Code values of an OLAT at some places of its pose's matte; 0 if the pose lacks it.
+pub(crate) fn sample_olat(
+    project: &Project,
+    (pose, lamp): (usize, usize),
+    (mask, matte): (&Mask, &Matte),
+    places: &[usize],
+    scale: f32,
+) -> Result<Vec<CodeValues>> {
+    if !project.has_olat(pose, lamp) {
+        return Ok(vec![CodeValues::default(); places.len()]);
+    }
+    let picture = project.olat_picture(pose, lamp);
+    sample(&picture, &project.settings.framing, mask, matte, places, scale)
+}
+
 /// Factor on the light of interview and OLATs: see [`code_values::scale`].
 ///
 /// # Errors
 /// When a picture cannot be read.
 pub(super) fn scale(project: &Project) -> Result<f32> {
     let framing = &project.settings.framing;
-    let lamps = 0..project.settings.shoot.all_lamps().len();
+    let lamps = project.lamps_of(0).into_iter();
     let olats = lamps.map(|lamp| project.olat_picture(0, lamp));
     let pictures: Vec<Picture> = [project.frame_picture(0)].into_iter().chain(olats).collect();
     code_values::scale(&pictures, |picture| {

@@ -79,7 +79,11 @@ fn paths(
     };
     let lamp_times: Vec<f32> =
         (0..order.len()).map(|place| lamp_time(place, order.len())).collect();
-    let chosen = evenly(order.len(), LAMPS);
+    // Lamps that every pose has.
+    let has_all =
+        |&place: &usize| (0..shoot.poses.len()).all(|p| project.has_olat(p, order[place]));
+    let common: Vec<usize> = (0..order.len()).filter(has_all).collect();
+    let chosen: Vec<usize> = evenly(common.len(), LAMPS).into_iter().map(|i| common[i]).collect();
     let (mut times, mut aligned) = (Vec::new(), Vec::new());
     for pose in 0..shoot.poses.len() {
         progress.check("nothing was changed")?;
@@ -130,7 +134,7 @@ fn paths(
 
 /// Pixels along the side of the exemplars' square.
 fn side_px(project: &Project) -> Result<f32> {
-    let size = footage::dimensions(&project.olat_picture(0, 0))?;
+    let size = footage::dimensions(&project.first_olat(0))?;
     Ok(project.settings.framing.of(size).side as f32)
 }
 

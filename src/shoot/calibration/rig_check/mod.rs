@@ -145,13 +145,17 @@ pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
     // Few files have the same length, so few are read.
     let mut of_length = BTreeMap::<u64, Vec<usize>>::new();
     let mut of_frame = BTreeMap::<&Picture, Vec<usize>>::new();
-    for (i, picture) in pictures.iter().enumerate() {
+    for (i, mut picture) in pictures.iter().enumerate() {
+        // Mirror images of one picture are alike.
+        while let Picture::Mirrored(of, _) = picture {
+            picture = of;
+        }
         match picture {
             Picture::File(path) => {
                 let length = std::fs::metadata(path).map_err(|e| refuse(path, e))?.len();
                 of_length.entry(length).or_default().push(i);
             }
-            Picture::Movie { .. } => of_frame.entry(picture).or_default().push(i),
+            _ => of_frame.entry(picture).or_default().push(i),
         }
     }
     let mut groups: Vec<Vec<usize>> = of_frame.into_values().collect();

@@ -16,11 +16,13 @@ use super::pictures::Pictures;
 use super::{Check, Level, Subject};
 use base::files::natural_order;
 use calibration::Calibration;
+use footage::LampSettings;
 use footage::scan::counted;
 use glam::{DVec2, DVec3};
 use imaging::color::luminance;
 use light::Lamp;
 use order::Kernel;
+use project::Axis;
 
 /// Fewest lamps whose order shows.
 const FEWEST: usize = 5;
@@ -101,7 +103,8 @@ fn judged(faults: &[Fault], lamps: &[Lamp], poses: &[&str]) -> Check {
     let certain = faults.iter().any(|fault| fault.certain);
     let level = if certain { Level::Bad } else { Level::Doubtful };
     let all = first.poses.len() == poses.len();
-    Check::new(Subject::Shading, level, sentences.join("; ")).remedy(first.kind.remedy(all))
+    let check = Check::new(Subject::Shading, level, sentences.join("; "));
+    Check { correction: first.correction(lamps, poses), ..check.remedy(first.kind.remedy(all)) }
 }
 
 impl Fault {
@@ -143,29 +146,45 @@ impl Fault {
     }
 }
 
+impl Fault {
+    /// The correction that undoes it, without a change of files.
+    fn correction(&self, lamps: &[Lamp], poses: &[&str]) -> Option<LampSettings> {
+        let name = |lamp: usize| lamps[lamp].name.clone();
+        let all = self.poses.len() == poses.len();
+        let pose = if all { &[][..] } else { &self.poses };
+        let none = LampSettings {
+            pose: pose.iter().map(|&pose| poses[pose].to_owned()).collect(),
+            ..LampSettings::default()
+        };
+        Some(match self.kind {
+            Kind::Black(lamp) => LampSettings { leave_out: vec![name(lamp)], ..none },
+            Kind::Exchanged(a, b) => LampSettings { exchange: vec![[name(a), name(b)]], ..none },
+            Kind::Early(from, to) => LampSettings { shift: Some([name(from), name(to)]), ..none },
+            Kind::Late(from, to) => LampSettings { shift: Some([name(to), name(from)]), ..none },
+            Kind::Mirrored if all => LampSettings { mirror_balls: Some(Axis::LeftRight), ..none },
+            Kind::UpsideDown if all => LampSettings { mirror_balls: Some(Axis::UpDown), ..none },
+            Kind::Mirrored | Kind::UpsideDown | Kind::Disordered => return None,
+        })
+    }
+}
+
 impl Kind {
     /// Remedy for a fault in all poses or in some.
     fn remedy(self, all: bool) -> &'static str {
         match self {
-            Self::Black(_) if all => {
-                "Photograph this lamp again, or remove it from all poses and from the balls or the list, and import again"
-            }
-            Self::Black(_) => {
-                "Photograph this OLAT again, or remove the lamp from all poses and from the balls or the list, and import again"
-            }
-            Self::Exchanged(..) if all => {
-                "Exchange the two names among the OLATs, or among the balls or in the list, whichever is wrong, and import again"
-            }
-            Self::Exchanged(..) => "Exchange the two OLATs of this pose, and calibrate again",
+            Self::Black(_) if all => "Photograph this lamp again, or leave it out",
+            Self::Black(_) => "Photograph this OLAT again, or leave it out of this pose",
+            Self::Exchanged(..) if all => "Exchange the two lamps' OLATs",
+            Self::Exchanged(..) => "Exchange the two OLATs of this pose",
             Self::Early(..) | Self::Late(..) if all => {
-                "Look for a missing or extra picture among the balls, in the list or among the OLATs, number them again, and import again"
+                "Look for a missing or extra picture, or shift the OLATs by one lamp"
             }
             Self::Early(..) | Self::Late(..) => {
-                "Look for a missing or extra picture in this pose, number its OLATs again, and calibrate again"
+                "Look for a missing or extra picture in this pose, or shift its OLATs by one lamp"
             }
             Self::Disordered => "Name the OLATs like the balls or the list, and import again",
             Self::Mirrored | Self::UpsideDown if all => {
-                "Flip the photographs of the balls, or the list's axis, and import again"
+                "Mirror the photographs of the balls, or the list"
             }
             Self::Mirrored | Self::UpsideDown => {
                 "Flip the pictures of this pose, and calibrate again"

@@ -125,7 +125,8 @@ fn sentences_name_pose_lamp_and_remedy() {
     let fault = Fault { kind: Kind::Black(1), poses: vec![1], certain: true };
     let check = judged(std::slice::from_ref(&fault), &lamps, &["p02", "p03"]);
     assert_eq!(check.sentence, "Pose p03, lamp_12: the OLAT is black, though the lamp was found");
-    assert!(check.level == Level::Bad && check.remedy.unwrap().contains("Photograph"));
+    assert!(check.level == Level::Bad && check.remedy.as_ref().unwrap().contains("Photograph"));
+    assert!(check.line().ends_with("afterlight lamps PROJECT --leave-out lamp_12 --pose p03"));
     let exchanged = Fault { kind: Kind::Exchanged(0, 1), poses: vec![0, 1], certain: false };
     let check = judged(&[exchanged], &lamps, &["p02", "p03"]);
     assert!(
@@ -134,6 +135,8 @@ fn sentences_name_pose_lamp_and_remedy() {
         check.sentence
     );
     assert_eq!(check.level, Level::Doubtful);
+    let exchange = vec![["lamp_11", "lamp_12"].map(str::to_owned)];
+    assert_eq!(check.correction, Some(LampSettings { exchange, ..LampSettings::default() }));
     let many = vec![fault; 6];
     assert!(judged(&many, &lamps, &["p02", "p03"]).sentence.ends_with("; 2 more"));
     assert_eq!(judged(&[], &lamps, &["p02"]).level, Level::Good);

@@ -124,6 +124,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 frame_rate: 24.0,
                 without_balls: false,
                 layer: None,
+                corrections: project::Corrections::default(),
                 poses: (0..6).map(|i| format!("pose{i:02}")).collect(),
                 lamps: (0..10).map(|i| format!("olat_{i:02}")).collect(),
                 other_lamps: vec![],

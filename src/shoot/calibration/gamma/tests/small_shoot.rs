@@ -92,6 +92,7 @@ impl SmallShoot {
                     frame_rate: 25.0,
                     without_balls: false,
                     layer: None,
+                    corrections: project::Corrections::default(),
                     poses: names("pose", 4),
                     lamps: names("olat_", dome().len()),
                     other_lamps: vec![],
