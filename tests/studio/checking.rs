@@ -3,6 +3,7 @@
 use super::{SHOOT, Window, click_on, snapshot, until, until_said, window};
 use afterlight::calibration::Calibration;
 use afterlight::check::{Level, Subject};
+use afterlight::footage::LampSettings;
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::Project;
 use afterlight::studio::{Pane, StudioApp, Workspace};
@@ -89,4 +90,33 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
         of_lamps.next().map(|check| check.level)
     };
     until(&mut window, "new report", |app| seen(app) == Some(Level::Good));
+}
+
+#[test]
+fn exchanged_olats_are_put_right_by_a_click() {
+    let folder = crate::temporary();
+    let (mut project, _) = SHOOT.calibrate(folder.path(), "project");
+    let lamps: Vec<String> = project.settings.shoot.all_lamps().cloned().collect();
+    let exchange = LampSettings {
+        exchange: vec![[lamps[1].clone(), lamps[6].clone()]],
+        ..LampSettings::default()
+    };
+    // As if the files had been exchanged before the shoot was calibrated.
+    let calibration = Calibration::load(&project).unwrap();
+    exchange.run(&mut project).unwrap();
+    project.save().unwrap();
+    calibration.save(&project).unwrap();
+    let mut window = opened(&project);
+    let report = window.state().check().report.as_ref().unwrap().as_ref().unwrap();
+    let shading = report.checks.iter().find(|check| check.subject == Subject::Shading).unwrap();
+    assert_eq!(shading.correction.as_ref(), Some(&exchange), "{}", shading.sentence);
+    let button = exchange.words();
+    click_on(&mut window, "Checks: bad");
+    click_on(&mut window, &button);
+    until(&mut window, "exchange", |app| {
+        app.project().is_some_and(|project| project.settings.shoot.corrections.is_empty())
+    });
+    until_said(&mut window, "Calibrate again");
+    let kept = Project::open(&project.root).unwrap();
+    assert!(kept.settings.shoot.corrections.is_empty() && !kept.calibration_path().exists());
 }

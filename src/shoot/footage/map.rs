@@ -26,7 +26,8 @@ pub struct Map {
     interview: Interview,
     #[serde(rename = "pose")]
     poses: Vec<Pose>,
-    balls: Part,
+    /// Movie of the balls; none with a list of lamps.
+    balls: Option<Part>,
     /// Geometry of the balls; by default the ball is searched for and treated as far away.
     #[serde(default)]
     pub ball: Ball,
@@ -55,7 +56,7 @@ pub struct Ball {
 struct Interview {
     file: PathBuf,
     frames: Option<[u64; 2]>,
-    ball: BallFrame,
+    ball: Option<BallFrame>,
 }
 
 /// One picture.
@@ -95,7 +96,7 @@ impl Map {
     /// When it cannot be read or is incomplete.
     pub fn read(path: &Path) -> Result<Self> {
         const REMEDY: &str =
-            "Write it as in docs/movies.md: [interview], [balls] and a [[pose]] for each pose";
+            "Write it as in docs/movies.md: [interview], [balls] or a list of lamps, and a [[pose]] for each pose";
         let text = files::read_text(path, files::MOST_TEXT)
             .map_err(|e| Error::io("open", path, e, REMEDY))?;
         let map: Self =
@@ -110,10 +111,17 @@ impl Map {
                 REMEDY,
             ));
         }
-        match map.poses.is_empty() {
-            true => Err(Error::codec("read", path, "it names no pose", REMEDY)),
-            false => Ok(map),
-        }
+        let has_list = matches!(map.lamps, Some(Lamps::List(_)));
+        let fault = match (&map.balls, &map.interview.ball) {
+            _ if map.poses.is_empty() => "it names no pose",
+            (None, None) if !has_list => {
+                "it has neither [balls] nor a list of the lamps' directions: lamps = \"FILE.lp\""
+            }
+            (None, Some(_)) => "it has the interview's ball, but no [balls] under the lamps",
+            (Some(_), None) => "it has [balls], but no `ball` under the interview's light",
+            _ => return Ok(map),
+        };
+        Err(Error::codec("read", path, fault, REMEDY))
     }
 
     /// Names and directions of the lamps. Directions are empty if unknown; both are empty if the number of lamps is
@@ -158,19 +166,20 @@ impl Map {
         Ok((clip, source.frame_rate()))
     }
 
-    /// The mirror ball under the interview's light: the given frame, or the middle one.
+    /// The mirror ball under the interview's light: the given frame, or the middle one. None without balls.
     ///
     /// # Errors
     /// When its movie cannot be read or the frame does not exist.
-    pub fn interview_ball(&self, folder: &Path) -> Result<Still> {
-        let BallFrame { file, frame } = &self.interview.ball;
-        still(folder, file, *frame)
+    pub fn interview_ball(&self, folder: &Path) -> Result<Option<Still>> {
+        let ball = self.interview.ball.as_ref();
+        ball.map(|BallFrame { file, frame }| still(folder, file, *frame)).transpose()
     }
 
-    /// Movie of the balls.
-    pub fn balls(&self) -> Rounds {
-        let Part { file, frames, lamps } = &self.balls;
-        Rounds { movie: file.clone(), range: *frames, lamps: lamps.clone(), tracking: vec![] }
+    /// Movie of the balls, if there are any.
+    pub fn balls(&self) -> Option<Rounds> {
+        let Part { file, frames, lamps } = self.balls.as_ref()?;
+        let (movie, lamps) = (file.clone(), lamps.clone());
+        Some(Rounds { movie, range: *frames, lamps, tracking: vec![] })
     }
 
     /// Movies of the poses, by name.

@@ -195,6 +195,18 @@ tracking = [12, 16, 20]
     assert!((movies.settings.shoot.frame_rate - 24.0).abs() < 1e-9);
     give_mattes(&shoot, &movies);
     compare(&files, &movies);
+    // A list of the lamps' directions stands for the balls.
+    let without_balls = map
+        .replacen("balls = {", "# balls = {", 1)
+        .replacen(", ball = { file = \"balls.mkv\", frame = 6 }", "", 1);
+    std::fs::write(&path, &without_balls).unwrap();
+    let listed = import(&folder.path().join("listed"), &path, &SETTINGS, &silent).unwrap();
+    assert!(listed.settings.shoot.without_balls && listed.probe_pictures().is_empty());
+    assert_eq!(listed.settings.shoot.lamp_layout.len(), LAMPS);
+    std::fs::write(&path, without_balls.replacen("lamps = \"dome.lp\"", "", 1)).unwrap();
+    let said =
+        import(&folder.path().join("bad"), &path, &SETTINGS, &silent).unwrap_err().to_string();
+    assert!(said.contains("list of the lamps' directions"), "{said}");
     for (from, to, says) in [
         ("frames = [0, 2]", "frames = [0, 200]", "has 0 to 20"),
         ("frames = [3, 11]", "frames = [3, 8]", "6 lamps"),
@@ -203,6 +215,8 @@ tracking = [12, 16, 20]
         ("frame = 6", "frame = 60", "frame 60"),
         ("day 1.mkv", "gone.mkv", "gone.mkv"),
         ("pose01", "pose00", "twice"),
+        ("balls = {", "# balls = {", "no [balls]"),
+        (", ball = { file = \"balls.mkv\", frame = 6 }", "", "no `ball`"),
         ("[[pose]]", "[[post]]", "ann.toml"),
         ("name = \"pose01\"", "name = \"../up\"", "is not the name"),
     ] {

@@ -165,17 +165,18 @@ impl Parts {
         let folder = map.folder.as_ref().map_or(folder.to_path_buf(), |other| folder.join(other));
         picture::choose_layer(&folder, layer);
         let (mut lamps, directions) = map.lamps(&folder)?;
-        let balls = map.balls().of_series(&folder, progress)?;
-        let expected = (!lamps.is_empty()).then_some(lamps.len());
-        let found = balls.find(&folder, expected, &lamps, progress)?;
-        if lamps.is_empty() {
-            lamps = map::lamp_names(found.0.lamps.len());
+        let mut takes =
+            Takes { interview_ball: map.interview_ball(&folder)?, ..Takes::default() };
+        if let Some(balls) = map.balls() {
+            let balls = balls.of_series(&folder, progress)?;
+            let expected = (!lamps.is_empty()).then_some(lamps.len());
+            let found = balls.find(&folder, expected, &lamps, progress)?;
+            if lamps.is_empty() {
+                lamps = map::lamp_names(found.0.lamps.len());
+            }
+            takes.balls = Some(balls.take(found, &lamps));
         }
-        let mut takes = Takes {
-            balls: Some(balls.take(found, &lamps)),
-            interview_ball: Some(map.interview_ball(&folder)?),
-            ..Takes::default()
-        };
+        let without_balls = takes.balls.is_none();
         let mut poses = Vec::new();
         for (pose, rounds) in map.poses() {
             let rounds = rounds.of_series(&folder, progress)?;
@@ -209,6 +210,7 @@ impl Parts {
                 lamps,
                 frames: Frames::Clip(clip),
                 frame_rate,
+                without_balls,
                 ..Listing::default()
             },
             takes,

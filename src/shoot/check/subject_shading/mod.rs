@@ -262,7 +262,10 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
         let all: f64 = relative.iter().map(|light| light[lamp]).sum();
         let others = (all - relative[pose][lamp]) / (poses.len() - 1) as f64;
         let limit = if is_behind(lamp) { BESIDE_BEHIND } else { BESIDE };
-        relative[pose][lamp] < limit * others
+        // A lamp behind the subject that it hides in another pose too is no black one.
+        let is_shown = |other: usize| other == pose || relative[other][lamp] >= NOTHING;
+        let shown = !is_behind(lamp) || (0..poses.len()).all(is_shown);
+        shown && relative[pose][lamp] < limit * others
     };
     (0..poses.len())
         .map(|pose| {
@@ -273,7 +276,8 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
         .collect()
 }
 
-/// Mirrored balls or poses: light from the right is found on the left of the subject, or light from above below.
+/// Mirrored balls or poses: light from the right is found on the left of the subject, or light from above below. By the mean
+/// of all poses, or in a pose while the others have it on the right side.
 fn mirrored(directions: &[DVec3], poses: &[Shading], black: &[Vec<bool>]) -> Vec<Fault> {
     let along = |axis: usize| -> Vec<f64> {
         (poses.iter().zip(black))
@@ -287,7 +291,13 @@ fn mirrored(directions: &[DVec3], poses: &[Shading], black: &[Vec<bool>]) -> Vec
     let mut faults = Vec::new();
     for (axis, kind) in [(0, Kind::Mirrored), (1, Kind::UpsideDown)] {
         let along = along(axis);
-        let poses: Vec<usize> = (0..along.len()).filter(|&p| along[p] < MIRRORED).collect();
+        let all: f64 = along.iter().sum();
+        let count = along.len() as f64;
+        let is_mirrored = |&pose: &usize| {
+            let others = (all - along[pose]) / (count - 1.0);
+            all / count < MIRRORED || (along[pose] < MIRRORED && others > -MIRRORED)
+        };
+        let poses: Vec<usize> = (0..along.len()).filter(is_mirrored).collect();
         if !poses.is_empty() {
             faults.push(Fault { kind, poses, certain: true });
         }
