@@ -108,6 +108,27 @@ fn olats_of_an_unseen_frame_are_nearer_to_the_truth_than_those_of_any_pose() {
 }
 
 #[test]
+fn a_shoot_whose_poses_lack_olats_is_calibrated_and_relit_nearly_as_well() {
+    let stage = &*STAGE;
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = SHOOT.write(folder.path());
+    for missing in ["pose00/olat_05", "pose02/olat_11", "pose02/olat_00"] {
+        std::fs::remove_file(shoot.join(format!("exemplars/{missing}.png"))).unwrap();
+    }
+    let (project, calibration) = SHOOT.calibrate(folder.path(), "project");
+    let [whole, lacking] = [&stage.calibration, &calibration].map(|c| c.interview_light());
+    let all: f32 = whole.iter().flatten().sum();
+    let off: f32 = whole.iter().zip(&lacking).map(|(a, b)| (a[1] - b[1]).abs()).sum();
+    assert!(off < 0.05 * all, "the light is {off} off {all}");
+    let frame = Frame::load(&project, &calibration.response, stage.known).unwrap();
+    let transfer = Transfer::open(&project, &calibration).unwrap();
+    let decibels = |field: &ReflectanceField| decibels(field, &stage.truth, &frame.mask);
+    let without = decibels(&transfer.carry(&frame).field);
+    let with = decibels(&self::transfer().carry(&stage.frames[stage.known]).field);
+    assert!(without > with - 0.5, "{without} dB without three OLATs, {with} dB with them");
+}
+
+#[test]
 fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
     let stage = &*STAGE;
     let frame = stage.frames[1].clone();

@@ -95,8 +95,7 @@ impl Map {
     /// # Errors
     /// When it cannot be read or is incomplete.
     pub fn read(path: &Path) -> Result<Self> {
-        const REMEDY: &str =
-            "Write it as in docs/movies.md: [interview], [balls] or a list of lamps, and a [[pose]] for each pose";
+        const REMEDY: &str = "Write it as in docs/movies.md: [interview], [balls] or a list of lamps, and a [[pose]] for each pose";
         let text = files::read_text(path, files::MOST_TEXT)
             .map_err(|e| Error::io("open", path, e, REMEDY))?;
         let map: Self =

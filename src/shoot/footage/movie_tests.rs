@@ -196,9 +196,11 @@ tracking = [12, 16, 20]
     give_mattes(&shoot, &movies);
     compare(&files, &movies);
     // A list of the lamps' directions stands for the balls.
-    let without_balls = map
-        .replacen("balls = {", "# balls = {", 1)
-        .replacen(", ball = { file = \"balls.mkv\", frame = 6 }", "", 1);
+    let without_balls = map.replacen("balls = {", "# balls = {", 1).replacen(
+        ", ball = { file = \"balls.mkv\", frame = 6 }",
+        "",
+        1,
+    );
     std::fs::write(&path, &without_balls).unwrap();
     let listed = import(&folder.path().join("listed"), &path, &SETTINGS, &silent).unwrap();
     assert!(listed.settings.shoot.without_balls && listed.probe_pictures().is_empty());

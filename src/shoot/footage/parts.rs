@@ -165,8 +165,7 @@ impl Parts {
         let folder = map.folder.as_ref().map_or(folder.to_path_buf(), |other| folder.join(other));
         picture::choose_layer(&folder, layer);
         let (mut lamps, directions) = map.lamps(&folder)?;
-        let mut takes =
-            Takes { interview_ball: map.interview_ball(&folder)?, ..Takes::default() };
+        let mut takes = Takes { interview_ball: map.interview_ball(&folder)?, ..Takes::default() };
         if let Some(balls) = map.balls() {
             let balls = balls.of_series(&folder, progress)?;
             let expected = (!lamps.is_empty()).then_some(lamps.len());

@@ -26,14 +26,14 @@ use project::Axis;
 
 /// Fewest lamps whose order shows.
 const FEWEST: usize = 5;
-/// Share of its predicted light below which an OLAT is black, in front of the subject and behind, where it is known less.
+/// Share of its predicted light below which an OLAT is black, in front of the subject and where it hides the lamp.
 const BLACK: f64 = 0.1;
-const BLACK_BEHIND: f64 = 0.02;
-/// Share of the median OLAT's light above which no OLAT is black: a lamp that grazes the subject is no black one.
+const BLACK_HIDDEN: f64 = 0.02;
+/// Share of the median OLAT's light above which no OLAT is black: a lamp may graze the subject.
 const DARK: f64 = 0.003;
 /// Share of its light in other poses below which an OLAT is black. The subject may shade a lamp in some poses.
 const BESIDE: f64 = 0.02;
-const BESIDE_BEHIND: f64 = 0.005;
+const BESIDE_HIDDEN: f64 = 0.005;
 /// Share of the median OLAT's light below which no lamp is on.
 const NOTHING: f64 = 5e-4;
 /// Correlation of the lamps with the places of their light below which left and right are exchanged.
@@ -237,8 +237,7 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
         for (i, &lamp) in order.iter().enumerate() {
             let poses: Vec<usize> = (0..poses.len()).filter(|&pose| black[pose][i]).collect();
             if !poses.is_empty() {
-                // Behind the subject, hair and shoulders shade a lamp in ways that are not known.
-                let certain = !kernel.is_behind(i);
+                let certain = !kernel.hidden[i];
                 faults.push(Fault { kind: Kind::Black(lamp), poses, certain });
             }
         }
@@ -252,19 +251,20 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
     let lamps = 0..kernel.deviations.len();
     let relative: Vec<Vec<f64>> = poses.iter().map(|pose| pose.relative().collect()).collect();
     let shares: Vec<Vec<f64>> = poses.iter().map(|pose| kernel.shares(&pose.products)).collect();
-    let is_behind = |lamp: usize| kernel.is_behind(lamp);
+    let hidden = &kernel.hidden;
     let never = |lamp: usize| {
-        let limit = if is_behind(lamp) { BLACK_BEHIND } else { BLACK };
+        let limit = if hidden[lamp] { BLACK_HIDDEN } else { BLACK };
         shares.iter().all(|shares| shares[lamp] < limit)
     };
-    let is_dark = |pose: usize, lamp: usize| relative[pose][lamp] < DARK;
+    let is_dark =
+        |pose: usize, lamp: usize| relative[pose][lamp] < if hidden[lamp] { NOTHING } else { DARK };
     let beside = |pose: usize, lamp: usize| {
         let all: f64 = relative.iter().map(|light| light[lamp]).sum();
         let others = (all - relative[pose][lamp]) / (poses.len() - 1) as f64;
-        let limit = if is_behind(lamp) { BESIDE_BEHIND } else { BESIDE };
-        // A lamp behind the subject that it hides in another pose too is no black one.
+        let limit = if hidden[lamp] { BESIDE_HIDDEN } else { BESIDE };
+        // A lamp that the subject hides in another pose too is not black.
         let is_shown = |other: usize| other == pose || relative[other][lamp] >= NOTHING;
-        let shown = !is_behind(lamp) || (0..poses.len()).all(is_shown);
+        let shown = !hidden[lamp] || (0..poses.len()).all(is_shown);
         shown && relative[pose][lamp] < limit * others
     };
     (0..poses.len())

@@ -11,10 +11,14 @@ const NORMALS: usize = 400;
 /// normals has about 1/2.
 const UNEXPLAINED: [f64; 2] = [0.03, 1e-4];
 /// Least gains of another order, in units of the median OLAT's cost: in all poses together, and in one.
-const GAIN: [f64; 2] = [2.5, 4.0];
+const GAIN: [f64; 2] = [1.0, 2.5];
 /// Least gain by the lamps' directions of an order that the other poses let expect, in the same units. A lamp that shoulder
 /// or hand shades in one pose has less. From shoots drawn at random (seeds 101 to 160).
 const BY_DIRECTIONS: f64 = 0.5;
+/// Share of the brightest lamp's light on a convex subject below which a lamp is behind it.
+const BEHIND: f64 = 0.1;
+/// Height of the directions of lamps below the subject.
+const BELOW: f64 = -0.85;
 /// Most changes of order that are named singly.
 const CHANGES: usize = 4;
 
@@ -22,6 +26,9 @@ const CHANGES: usize = 4;
 pub struct Kernel {
     /// Standard deviation of each OLAT.
     pub deviations: Vec<f64>,
+    /// True for lamps behind or below the subject, which head and shoulders hide in ways that are not known: behind, a lamp
+    /// lights a convex subject less than a tenth as much as the brightest.
+    pub hidden: Vec<bool>,
     /// Correlations, row by row.
     correlations: Vec<f64>,
     /// Inverse of the correlations and the unexplained variance.
@@ -73,10 +80,13 @@ impl Kernel {
                 if i == j { 1.0 } else { explained * shadow(i, j) }
             })
             .collect();
-        Self::inverted(deviations, correlations)
+        let brightest = deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let is_behind = |lamp: usize| deviations[lamp].powi(2) < BEHIND * brightest.powi(2);
+        let hidden = (0..count).map(|lamp| is_behind(lamp) || directions[lamp].y < BELOW).collect();
+        Self::inverted(deviations, hidden, correlations)
     }
 
-    fn inverted(deviations: Vec<f64>, correlations: Vec<f64>) -> Option<Self> {
+    fn inverted(deviations: Vec<f64>, hidden: Vec<bool>, correlations: Vec<f64>) -> Option<Self> {
         let [share, least] = UNEXPLAINED;
         let count = deviations.len();
         let mut noisy = correlations.clone();
@@ -84,7 +94,7 @@ impl Kernel {
             noisy[i * count + i] += share + least / deviation.powi(2);
         }
         let inverse = Cholesky::new(noisy, count)?.inverse();
-        Some(Self { deviations, correlations, inverse })
+        Some(Self { deviations, hidden, correlations, inverse })
     }
 
     /// The covariance by the other poses: sharper than by the directions, as it has the subject's own shape and shadows.
@@ -96,14 +106,7 @@ impl Kernel {
         if others.len() < FEWEST {
             return None;
         }
-        Self::inverted(self.deviations.clone(), mean(others))
-    }
-
-    /// True for a lamp behind the subject: its light on a convex one is below a tenth of the brightest lamp's.
-    pub fn is_behind(&self, lamp: usize) -> bool {
-        const BEHIND: f64 = 0.1;
-        let brightest = self.deviations.iter().fold(0.0, |a: f64, b| a.max(*b));
-        self.deviations[lamp].powi(2) < BEHIND * brightest.powi(2)
+        Self::inverted(self.deviations.clone(), self.hidden.clone(), mean(others))
     }
 
     fn count(&self) -> usize {
