@@ -345,7 +345,6 @@ mod tests {
         for (line, file, says) in [
             (0, "manifest.json", ["manifest.json", "direction"]),
             (0, "interview/frame_000.png", ["`frames`", "the folder has 1"]),
-            (2, "exemplars/pose00/olat_01.png", ["pose00/olat_01.png", "under every lamp"]),
             (3, "probes/interview.png", ["probes/interview.png", "measured"]),
             (4, "interview_masks/frame_001.png", ["frame_001.png", "subject"]),
         ] {
@@ -358,6 +357,24 @@ mod tests {
             assert!(!holed.is_complete() && refused("film"), "{file}");
             std::fs::write(&path, bytes).unwrap();
         }
+        // A lamp that lacks in every pose, and one that lacks in one.
+        let olat = |pose: &str| shoot.join(format!("exemplars/{pose}/olat_01.png"));
+        let poses: Vec<String> = (0..whole.poses).map(|pose| format!("pose{pose:02}")).collect();
+        let bytes: Vec<_> = poses.iter().map(|pose| std::fs::read(olat(pose)).unwrap()).collect();
+        std::fs::remove_file(olat(&poses[0])).unwrap();
+        let holed = scan(&shoot, None);
+        let sentence = holed.lines[2].lack.clone().unwrap_or_default();
+        assert!(sentence.contains("pose00/olat_01.png") && sentence.contains("stand in"));
+        assert!(holed.is_complete());
+        poses[1..].iter().for_each(|pose| std::fs::remove_file(olat(pose)).unwrap());
+        let holed = scan(&shoot, None);
+        let sentence = holed.lines[2].lack.clone().unwrap_or_default();
+        assert!(sentence.contains("pose00/olat_01.png") && sentence.contains("under every lamp"));
+        assert!(!holed.is_complete() && refused("film"));
+        poses
+            .iter()
+            .zip(bytes)
+            .for_each(|(pose, bytes)| std::fs::write(olat(pose), bytes).unwrap());
         let nothing = scan(&folder.path().join("nothing"), None);
         assert!(!nothing.is_complete() && nothing.name == "nothing");
         assert!(nothing.lines.iter().all(|line| line.lack.is_some()));
