@@ -442,11 +442,23 @@ fn a_shoot_with_a_hole_is_refused_by_the_files_name() {
     let at = folder.path();
     succeed(at, &["stage", "shoot", "--size", "16", "--frames", "1", "--lamps", "4", "--json"]);
 
+    let ball = at.join("shoot/probes/olat_02.png");
+    let bytes = std::fs::read(&ball).unwrap();
+    std::fs::remove_file(&ball).unwrap();
+    let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);
+    assert!(refused.contains("probes/olat_02.png"), "{refused}");
+    std::fs::write(&ball, bytes).unwrap();
+
+    // The other poses have the lamp.
     let olat = at.join("shoot/exemplars/pose01/olat_02.png");
     let bytes = std::fs::read(&olat).unwrap();
     std::fs::remove_file(&olat).unwrap();
-    let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);
-    assert!(refused.contains("pose01/olat_02.png"), "{refused}");
+    succeed(at, &["import", "lacking", "--shoot", "shoot", "--size", "16", "--json"]);
+    let found = succeed(at, &["lamps", "lacking", "--exchange", "olat_00,olat_01", "--json"]);
+    assert_eq!(found["missing"]["pose01"][0], "olat_02");
+    assert_eq!(found["exchanged"]["pose00"]["olat_00"], "olat_01");
+    let refused = fail(at, &["lamps", "lacking", "--leave-out", "olat_09"]);
+    assert!(refused.contains("no lamp olat_09"), "{refused}");
 
     std::fs::write(&olat, b"no picture").unwrap();
     let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);

@@ -274,7 +274,7 @@ fn leave_out(project: &mut Project, poses: &[String], lamp: &String) -> Result<(
 }
 
 /// Mirrors the photographs of the balls, or back; without balls, the directions of the list. A ball's known circle that moves
-/// with its picture is found anew by the calibration.
+/// with its picture is found again by the calibration.
 fn mirror_balls(project: &mut Project, axis: Axis) -> Result<()> {
     const MOVES: f32 = 1.0;
     if project.settings.shoot.without_balls {
