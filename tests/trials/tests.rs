@@ -82,9 +82,9 @@ fn the_page_says_what_was_sure_and_wrong() {
     ];
     page::write(&path, &[row(1), row(2)], &faults, &[pair]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
-    assert!(text.contains("1 are accused (50 %"), "{text}");
+    assert!(text.contains("accused: 1 of 2 (50 %"), "{text}");
     assert!(text.contains("Of 2 faults 100 % are found and 50 % named"), "{text}");
-    assert!(text.contains("| OLATs of one pose shifted by one | 1 | 1 | 1 |"), "{text}");
+    assert!(text.contains("| OLATs of one pose shifted by one | 1 | 1 | 1 | 0 |"), "{text}");
     assert!(!text.contains("The subject's motion"), "{text}");
     assert!(
         text.contains("| values of γ (of 4) beyond five stated deviations | 0 | 2 |"),
