@@ -39,7 +39,7 @@ pub fn find(project: &Project, response: &Response, pose: usize) -> Result<Vec<M
 /// Fills in the OLATs that a pose lacks, of all lamps of the shoot.
 ///
 /// # Errors
-/// As [`find`].
+/// When a picture cannot be read, or no pose has a missing lamp.
 pub fn fill_missing(
     project: &Project,
     response: &Response,
