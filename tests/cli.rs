@@ -464,6 +464,9 @@ fn a_shoot_with_a_hole_is_refused_by_the_files_name() {
     let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);
     assert!(refused.contains("pose01/olat_02.png"), "{refused}");
 
+    let import = ["import", "kept", "--shoot", "shoot", "--size", "16", "--json"];
+    succeed(at, &[&import[..], &["--leave-out", "olat_02", "--pose", "pose01"]].concat());
+
     image::RgbImage::new(8, 16).save(&olat).unwrap();
     let refused = fail(at, &["import", "film", "--shoot", "shoot", "--size", "16"]);
     assert!(refused.contains("pose01/olat_02.png") && refused.contains("8 × 16"), "{refused}");

@@ -9,6 +9,7 @@ pub mod machine;
 pub mod memory;
 pub mod numbers;
 pub mod progress;
+pub mod shell;
 pub mod turn;
 
 pub use error::{Error, Result};

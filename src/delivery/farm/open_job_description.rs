@@ -3,9 +3,10 @@
 
 use super::job::{RelightWork, TrainTask};
 use super::settings::FarmSettings;
-use super::shell::{quoted, word};
+use super::shell::word;
 use base::error::{Error, Result};
 use base::files::write_beside;
+use base::shell::quoted;
 use gpu::DeviceChoice;
 use serde_json::{Value, json};
 use std::io::Write;

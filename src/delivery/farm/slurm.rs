@@ -2,9 +2,10 @@
 
 use super::job::{RelightWork, TrainTask};
 use super::settings::FarmSettings;
-use super::shell::{quoted, word};
+use super::shell::word;
 use base::error::Result;
 use base::files::write_beside;
+use base::shell::quoted;
 use gpu::DeviceChoice;
 use std::io::Write;
 use std::path::Path;

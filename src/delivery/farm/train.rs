@@ -140,8 +140,8 @@ pub fn run_task(folder: &Path, number: usize, progress: &Progress) -> Result<Tra
     let report = train(&project, &calibration, &task.settings, progress)?;
     progress.say(format!(
         "Bring the network home: afterlight checkpoints {} --adopt {}",
-        super::shell::quoted(&task.project.display().to_string()),
-        super::shell::quoted(&root.display().to_string())
+        base::shell::quoted(&task.project.display().to_string()),
+        base::shell::quoted(&root.display().to_string())
     ));
     Ok(report)
 }

@@ -2,6 +2,7 @@
 
 use super::framed::{dimensions, no_matte};
 use super::framing::fitted;
+use super::lamps::{LampSettings, lacks};
 use super::parts::Parts;
 use super::shoot::{Listing, NO_SHOOT, contents, name_of};
 use base::error::{Error, Result};
@@ -42,12 +43,12 @@ pub fn import(
     settings: &ImportSettings,
     progress: &Progress,
 ) -> Result<Project> {
-    let project = plan_import(root, shoot, settings, progress)?;
+    let project = plan_import(root, shoot, settings, &LampSettings::default(), progress)?;
     project.save()?;
     Ok(project)
 }
 
-/// Plans the project of [`import`] without saving it.
+/// Plans the project of [`import`] without saving it. Pictures that `corrected` leaves out are not read.
 ///
 /// # Errors
 /// When the manifest is invalid; a pose lacks half of the lamps; a probe or a matte is missing; pictures that
@@ -57,6 +58,7 @@ pub fn plan_import(
     root: &Path,
     shoot: &Path,
     settings: &ImportSettings,
+    corrected: &LampSettings,
     progress: &Progress,
 ) -> Result<Project> {
     project::check_size(settings.size)?;
@@ -82,10 +84,7 @@ pub fn plan_import(
     }
     manifest.check_counts(shoot, &listing)?;
     let corrections = Corrections { missing: listing.lacking(shoot), ..Corrections::default() };
-    for (pose, lamps) in &corrections.missing {
-        let lamps: Vec<&str> = lamps.iter().map(String::as_str).collect();
-        progress.say(format!("Pose {pose} lacks {}: its other lamps stand in", lamps.join(", ")));
-    }
+    lacks(&corrections.missing).for_each(|note| progress.say(note));
     let Listing { poses, lamps, frames, frame_rate, without_balls, .. } = listing;
     let ball = manifest.ball();
     let said = manifest.frame_rate();
@@ -178,6 +177,7 @@ pub fn plan_import(
     project.choose_layer();
     let shoot = &project.settings.shoot;
     shoot.check().map_err(|e| e.within(&said_in))?;
+    corrected.run(&mut project)?;
     let sizes = check_pictures(&project, progress)?;
     super::left_out::notes(&project).into_iter().for_each(|note| progress.say(note));
     for doubt in super::uniform::doubts(&project) {
@@ -459,7 +459,9 @@ mod tests {
         ] {
             std::fs::write(&list, text).unwrap();
             let root = folder.path().join("project");
-            let shoot = plan_import(&root, &shoot, &settings, &silent).unwrap().settings.shoot;
+            let all = LampSettings::default();
+            let planned = plan_import(&root, &shoot, &settings, &all, &silent).unwrap();
+            let shoot = planned.settings.shoot;
             assert_eq!(shoot.lamps, lamps, "{text:?}");
             assert_eq!(shoot.other_lamps, others, "{text:?}");
             assert_eq!(shoot.lamp_layout.len(), layout.len(), "{text:?}");

@@ -4,6 +4,7 @@ use super::framed::dimensions;
 use super::scan::counted;
 use base::error::{Error, Result};
 use base::files::natural_order;
+use base::shell::quoted;
 use project::{Axis, Project};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -59,11 +60,6 @@ fn pair(text: &str) -> std::result::Result<[String; 2], String> {
 }
 
 impl LampSettings {
-    /// True without corrections.
-    pub fn is_empty(&self) -> bool {
-        *self == Self { pose: self.pose.clone(), ..Self::default() }
-    }
-
     /// Corrects the project's lamps, or only reports them. For [`Project::change`].
     ///
     /// # Errors
@@ -122,17 +118,18 @@ impl LampSettings {
 
     /// The corrections as arguments of `afterlight lamps PROJECT`.
     pub fn arguments(&self) -> String {
-        let mut arguments: Vec<String> =
-            self.leave_out.iter().map(|lamp| format!("--leave-out {lamp}")).collect();
-        let exchange = self.exchange.iter().map(|[a, b]| format!("--exchange {a},{b}"));
-        arguments.extend(exchange);
-        arguments.extend(self.shift.iter().map(|[a, b]| format!("--shift {a},{b}")));
-        arguments.extend(self.mirror_balls.iter().map(|axis| match axis {
-            Axis::LeftRight => "--mirror-balls left-right".to_owned(),
-            Axis::UpDown => "--mirror-balls up-down".to_owned(),
-        }));
-        arguments.extend(self.pose.iter().map(|pose| format!("--pose {pose}")));
-        arguments.join(" ")
+        let leave_out = self.leave_out.iter().map(|lamp| ("leave-out", lamp.clone()));
+        let exchange = self.exchange.iter().map(|pair| ("exchange", pair.join(",")));
+        let shift = self.shift.iter().map(|pair| ("shift", pair.join(",")));
+        let mirror = self.mirror_balls.iter().map(|axis| match axis {
+            Axis::LeftRight => ("mirror-balls", "left-right".to_owned()),
+            Axis::UpDown => ("mirror-balls", "up-down".to_owned()),
+        });
+        let pose = self.pose.iter().map(|pose| ("pose", pose.clone()));
+        let all = leave_out.chain(exchange).chain(shift).chain(mirror).chain(pose);
+        let all: Vec<String> =
+            all.map(|(name, value)| format!("--{name} {}", quoted(&value))).collect();
+        all.join(" ")
     }
 
     /// The corrections as a button's words.
@@ -159,10 +156,7 @@ impl LampReport {
     pub fn sentence(&self) -> String {
         let mut lines =
             vec![format!("{}: {}", counted(self.lamps.len(), "lamp"), self.lamps.join(", "))];
-        for (pose, lamps) in &self.missing {
-            let lamps: Vec<&str> = lamps.iter().map(String::as_str).collect();
-            lines.push(format!("{pose} lacks {}: its other lamps stand in", lamps.join(", ")));
-        }
+        lines.extend(lacks(&self.missing));
         for (pose, files) in &self.exchanged {
             let files: Vec<String> =
                 files.iter().map(|(lamp, file)| format!("{lamp} from {file}")).collect();
@@ -182,6 +176,14 @@ impl LampReport {
         }
         lines.join("\n")
     }
+}
+
+/// Sentences on the lamps that poses lack.
+pub(super) fn lacks(missing: &BTreeMap<String, BTreeSet<String>>) -> impl Iterator<Item = String> {
+    missing.iter().map(|(pose, lamps)| {
+        let lamps: Vec<&str> = lamps.iter().map(String::as_str).collect();
+        format!("{pose} lacks {}: its other lamps stand in", lamps.join(", "))
+    })
 }
 
 /// The lamp of this name.

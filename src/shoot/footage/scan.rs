@@ -1,5 +1,6 @@
 //! Scan of a shoot's folder before import: contents, missing parts and their effect.
 
+use super::lamps::lacks;
 use super::shoot::{Listing, MANIFEST, Manifest, Part, name_of, picture_names};
 use base::Result;
 use imaging::file::{dimensions, with_ending};
@@ -145,6 +146,7 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
     let is_movie = |pose: &&String| {
         listing.pose_movies.contains_key(*pose) || listing.takes.poses.contains_key(*pose)
     };
+    let lacking = listing.lacking(folder);
     let lack = if poses.is_empty()
         || (lamps.is_empty() && !poses.iter().all(|pose| is_movie(&pose)))
     {
@@ -154,13 +156,12 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
                 .to_owned(),
         )
     } else {
-        let lacking = listing.lacking(folder);
         let olats = poses.iter().filter(|pose| !is_movie(pose)).flat_map(|pose| {
             let there = pictures(folder, &format!("exemplars/{pose}"));
-            let tolerated = lacking.get(pose).cloned().unwrap_or_default();
-            let missing = lamps
-                .iter()
-                .filter(move |&lamp| !there.contains(lamp) && !tolerated.contains(lamp));
+            let tolerated = lacking.get(pose);
+            let missing = lamps.iter().filter(move |&lamp| {
+                !there.contains(lamp) && !tolerated.is_some_and(|lamps| lamps.contains(lamp))
+            });
             missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
         });
         absent(
@@ -174,12 +175,8 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
     };
     let found = format!("{} × {lamps}", counted(poses.len(), "pose"));
     let lack = fault(listing, Part::Exemplars).or(lack);
-    let lacking = listing.lacking(folder);
     if lack.is_none() && !lacking.is_empty() {
-        let files = lacking.iter().flat_map(|(pose, lamps)| {
-            lamps.iter().map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
-        });
-        let lack = absent(&files.collect::<Vec<_>>(), "The pose's other lamps stand in");
+        let lack = Some(lacks(&lacking).collect::<Vec<_>>().join("; "));
         return Line { part: "Poses", found, lack, needed: false };
     }
     needed("Poses", found, lack)
@@ -364,7 +361,7 @@ mod tests {
         std::fs::remove_file(olat(&poses[0])).unwrap();
         let holed = scan(&shoot, None);
         let sentence = holed.lines[2].lack.clone().unwrap_or_default();
-        assert!(sentence.contains("pose00/olat_01.png") && sentence.contains("stand in"));
+        assert!(sentence.contains("pose00 lacks olat_01: its other lamps stand in"));
         assert!(holed.is_complete());
         poses[1..].iter().for_each(|pose| std::fs::remove_file(olat(pose)).unwrap());
         let holed = scan(&shoot, None);

@@ -42,11 +42,11 @@ impl Job {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)
             }
             Self::Import { project, shoot, settings, corrections, lamps, name } => {
-                let mut project = footage::plan_import(&project, &shoot, &settings, progress)?;
+                let mut project =
+                    footage::plan_import(&project, &shoot, &settings, &corrections, progress)?;
                 if let Some(name) = name {
                     project.settings.name = name;
                 }
-                corrections.run(&mut project)?;
                 // Saved only after complete success: an existing project is not imported again.
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))

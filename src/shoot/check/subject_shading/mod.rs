@@ -144,9 +144,7 @@ impl Fault {
             Kind::UpsideDown => format!("{place}: the OLATs are upside down"),
         }
     }
-}
 
-impl Fault {
     /// The correction that undoes it, without a change of files.
     fn correction(&self, lamps: &[Lamp], poses: &[&str]) -> Option<LampSettings> {
         let name = |lamp: usize| lamps[lamp].name.clone();

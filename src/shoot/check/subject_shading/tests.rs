@@ -137,6 +137,8 @@ fn sentences_name_pose_lamp_and_remedy() {
     assert_eq!(check.level, Level::Doubtful);
     let exchange = vec![["lamp_11", "lamp_12"].map(str::to_owned)];
     assert_eq!(check.correction, Some(LampSettings { exchange, ..LampSettings::default() }));
+    let spaced = LampSettings { leave_out: vec!["lamp 3".into()], ..LampSettings::default() };
+    assert_eq!(spaced.arguments(), "--leave-out 'lamp 3'");
     let many = vec![fault; 6];
     assert!(judged(&many, &lamps, &["p02", "p03"]).sentence.ends_with("; 2 more"));
     assert_eq!(judged(&[], &lamps, &["p02"]).level, Level::Good);
