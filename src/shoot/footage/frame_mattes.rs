@@ -24,7 +24,7 @@ pub struct FrameMattes {
     project: Project,
     within: Option<[usize; 4]>,
     plate: Option<Encoded>,
-    person: Option<FindPerson>,
+    pub(super) person: Option<FindPerson>,
     /// True after the network found the person; all frames then use it.
     is_guessed: bool,
     /// Screen of the first keyed frame.

@@ -8,11 +8,16 @@ use super::steady::Steady;
 use super::strokes::Strokes;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use imaging::{Encoded, color::byte_from_unit, file};
-use matte::{key, lit};
+use imaging::color::{byte_from_unit, linear_from_srgb, srgb_from_linear};
+use imaging::{Encoded, Image, file};
+use matte::{guessed, key, lit};
 use project::Project;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// Quantile of a pose's light that is exposed to [`EXPOSED`] for the network.
+const BRIGHT: f32 = 0.98;
+const EXPOSED: f32 = 0.7;
 
 /// Settings for making mattes.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
@@ -60,6 +65,8 @@ pub struct MattesReport {
     pub uncertain: Option<f32>,
     /// Number of new frames in which a network, not a screen, found the person.
     pub guessed: usize,
+    /// The same of poses.
+    pub guessed_poses: usize,
     /// Number of new frames with their own strokes.
     pub painted: usize,
     /// Number of new frames that follow a neighbour's matte because nothing else shows their subject.
@@ -88,10 +95,15 @@ impl MattesReport {
         if let Some(screen) = self.screen {
             text += &format!(" {}{} screen found.", screen[..1].to_uppercase(), &screen[1..]);
         }
-        if self.guessed > 0 {
+        let guessed: Vec<String> = [(self.guessed, "frame"), (self.guessed_poses, "pose")]
+            .into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, name)| counted(count, name))
+            .collect();
+        if !guessed.is_empty() {
             text += &format!(
                 " Without a screen, a network found the person in {}: check their mattes.",
-                counted(self.guessed, "frame")
+                guessed.join(" and ")
             );
         }
         if let Some(uncertain) = self.uncertain {
@@ -121,7 +133,8 @@ impl MattesReport {
 /// Makes the mattes missing from both shoot and project, or remakes all of the project's own if `replace` is set.
 /// The shoot's mattes are never changed. A box or a clean plate separates the person from any background. Otherwise
 /// the screen does, and without a screen `person` detects the person. Strokes correct all of these. Where only
-/// strokes show the person, frames follow the painted ones.
+/// strokes show the person, frames follow the painted ones. Poses are separated by a screen, else by `person`, else by
+/// brightness.
 ///
 /// # Errors
 /// When a picture cannot be read, its matte cannot be found or written, or the user stops the job. Finished mattes
@@ -142,6 +155,7 @@ pub fn make_mattes(
         screen_color: None,
         uncertain: None,
         guessed: 0,
+        guessed_poses: 0,
         painted: 0,
         followed: 0,
         painted_kept: 0,
@@ -149,8 +163,9 @@ pub fn make_mattes(
         flicker_before: None,
     };
     let mut uncertain = 0.0;
-    let mattes = FrameMattes::of(&project, settings, person)?;
-    frames(&project, (settings, mattes), progress, &mut report, &mut uncertain)?;
+    let mut mattes = FrameMattes::of(&project, settings, person)?;
+    frames(&project, (settings, &mut mattes), progress, &mut report, &mut uncertain)?;
+    let settings = (settings, mattes.person.as_ref());
     poses(&project, settings, progress, &mut report, &mut uncertain)?;
     let made = report.frames + report.poses;
     report.uncertain = (made > 0).then(|| uncertain / made as f32);
@@ -177,7 +192,7 @@ fn step(progress: &Progress, project: &Project, item: usize) -> Result<()> {
 
 fn frames(
     project: &Project,
-    (settings, mut mattes): (&MatteSettings, FrameMattes),
+    (settings, mattes): (&MatteSettings, &mut FrameMattes),
     progress: &Progress,
     report: &mut MattesReport,
     uncertain: &mut f32,
@@ -247,13 +262,13 @@ fn frames(
     steady.finish(&mut mattes.movement)?;
     (report.flicker, report.flicker_before) = steady.flicker();
     report.screen = mattes.screen.as_ref().map(|key| key.hue.name());
-    report.screen_color = mattes.screen.map(|key| key.color.map(byte_from_unit));
+    report.screen_color = mattes.screen.as_ref().map(|key| key.color.map(byte_from_unit));
     Ok(())
 }
 
 fn poses(
     project: &Project,
-    settings: &MatteSettings,
+    (settings, person): (&MatteSettings, Option<&FindPerson>),
     progress: &Progress,
     report: &mut MattesReport,
     uncertain: &mut f32,
@@ -266,43 +281,69 @@ fn poses(
             continue;
         }
         step(progress, project, shoot.frames.len() + pose)?;
-        let matte = of_pose(project, pose)?;
+        let (matte, guessed) = of_pose(project, pose, person)?;
         report.poses += 1;
+        report.guessed_poses += usize::from(guessed);
         *uncertain += matte.uncertain;
         file::write_mask_png(&own, &matte.mask)?;
     }
     Ok(())
 }
 
-/// Matte of a pose, from its brightest values under all lamps: by a screen if present, otherwise by brightness.
-fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
-    let mut brightest: Option<Encoded> = None;
+/// Matte of a pose, and if a network found the person: from its brightest values under all lamps by a screen, else by the
+/// network from the mean of its OLATs, else by brightness.
+fn of_pose(
+    project: &Project,
+    pose: usize,
+    person: Option<&FindPerson>,
+) -> Result<(matte::Matte, bool)> {
+    let mut lit_by_all: Option<(Encoded, Image)> = None;
     for lamp in project.lamps_of(pose) {
         let picture = project.olat_picture(pose, lamp);
         let pixels = read_picture(&picture)?;
-        let Some(so_far) = &mut brightest else {
-            brightest = Some(pixels);
+        let light = pixels.0.map(|p| p.map(linear_from_srgb));
+        let Some((brightest, sum)) = &mut lit_by_all else {
+            lit_by_all = Some((pixels, light));
             continue;
         };
-        if so_far.0.size() != pixels.0.size() {
+        if brightest.0.size() != pixels.0.size() {
             return Err(Error::other_size(
                 (picture.display(), pixels.0.size()),
-                ("the first lamp's picture", so_far.0.size()),
+                ("the first lamp's picture", brightest.0.size()),
                 "All pictures of a pose have one size",
             ));
         }
-        for (most, pixel) in so_far.0.pixels.iter_mut().zip(&pixels.0.pixels) {
+        for (most, pixel) in brightest.0.pixels.iter_mut().zip(&pixels.0.pixels) {
             *most = std::array::from_fn(|c| most[c].max(pixel[c]));
+        }
+        for (sum, light) in sum.pixels.iter_mut().zip(&light.pixels) {
+            *sum = std::array::from_fn(|c| sum[c] + light[c]);
         }
     }
     let picture = project.first_olat(pose);
-    let brightest = brightest
+    let (brightest, sum) = lit_by_all
         .ok_or_else(|| Error::missing("the shoot has no lamps", "Import a shoot with OLATs"))?;
-    match key(&brightest) {
-        Ok(key) => key.matte(&brightest),
-        Err(_) => lit(&brightest),
-    }
-    .map_err(|e| about(&picture, e))
+    let matte = match key(&brightest) {
+        Ok(key) => key.matte(&brightest).map(|matte| (matte, false)),
+        Err(_) => match person.map(|person| guessed(&exposed(&sum), person)) {
+            Some(Ok(matte)) => Ok((matte, true)),
+            None | Some(Err(Error::Missing { .. })) => lit(&brightest).map(|matte| (matte, false)),
+            Some(Err(e)) => Err(e),
+        },
+    };
+    matte.map_err(|e| about(&picture, e))
+}
+
+/// Light as an evenly exposed picture.
+fn exposed(light: &Image) -> Encoded {
+    let mut green: Vec<f32> = light.pixels.iter().map(|p| p[1]).collect();
+    let at = (BRIGHT * green.len().saturating_sub(1) as f32) as usize;
+    let bright = match green.is_empty() {
+        true => 1.0,
+        false => *green.select_nth_unstable_by(at, f32::total_cmp).1,
+    };
+    let scale = EXPOSED / bright.max(f32::MIN_POSITIVE);
+    Encoded(light.map(|p| p.map(|v| srgb_from_linear((v * scale).min(1.0)))))
 }
 
 #[cfg(test)]

@@ -14,7 +14,8 @@ const KEPT: usize = 40;
 pub struct Movement {
     project: Project,
     pictures: VecDeque<(usize, Encoded)>,
-    flows: VecDeque<([usize; 2], Flow)>,
+    /// None for a frame that does not follow.
+    flows: VecDeque<([usize; 2], Option<Flow>)>,
 }
 
 impl Movement {
@@ -30,7 +31,7 @@ impl Movement {
     }
 
     /// Positions of frame `from`'s pixels in frame `to`, chained over the frames between them; None if a frame
-    /// between differs in size.
+    /// between differs in size or does not follow the one before.
     ///
     /// # Errors
     /// When a frame cannot be read.
@@ -53,15 +54,15 @@ impl Movement {
 
     fn step(&mut self, from: usize, to: usize) -> Result<Option<Flow>> {
         if let Some((_, flow)) = self.flows.iter().find(|(of, _)| *of == [from, to]) {
-            return Ok(Some(flow.clone()));
+            return Ok(flow.clone());
         }
         let (here, there) = (self.picture(from)?, self.picture(to)?);
         if here.0.size() != there.0.size() {
             return Ok(None);
         }
-        let flow = Flow::between(&here, &there);
+        let flow = Some(Flow::between(&here, &there)).filter(|flow| flow.follows(&here));
         keep(&mut self.flows, ([from, to], flow.clone()));
-        Ok(Some(flow))
+        Ok(flow)
     }
 
     fn picture(&mut self, frame: usize) -> Result<Encoded> {

@@ -11,6 +11,10 @@ use rayon::prelude::*;
 const SIDE: usize = 480;
 /// Largest variance of encoded values that counts as noise: a standard deviation of one in twenty.
 pub const MOST_NOISE: f32 = 2.5e-3;
+/// Largest ratio of a frame's difference from the next, along the motion, to its noise.
+const FOLLOWS: f32 = 2.5;
+/// Noise at least, in encoded values: a step of eight bits.
+const QUIET: f32 = 1.0 / 255.0;
 /// Half the side of a window with uniform motion.
 const RADIUS: usize = 3;
 /// Steps at each pyramid size.
@@ -38,6 +42,8 @@ pub struct Flow {
     shifts: Raster<[f32; 2]>,
     /// Confidence in each shift, in `[0, 1]`: 1 if the match is within the pictures' noise.
     trust: Mask,
+    /// Median difference along the motion, in encoded values.
+    apart: f32,
 }
 
 impl Flow {
@@ -67,13 +73,18 @@ impl Flow {
         }
         let (from, to) = (&from[0], &to[0]);
         let shifts = shifts.unwrap_or_else(|| Raster::filled(from.width, from.height, [0.0; 2]));
-        let trust = trust(from, to, &shifts);
-        Self { shifts, trust }
+        let (trust, apart) = trust(from, to, &shifts);
+        Self { shifts, trust, apart }
     }
 
     /// Confidence in each shift, in `[0, 1]`, at the size used for motion.
     pub fn trust(&self) -> &Mask {
         &self.trust
+    }
+
+    /// False for a cut or another pose: most of `from`, the picture this flow was made from, has no match within its noise.
+    pub fn follows(&self, from: &Encoded) -> bool {
+        self.apart <= FOLLOWS * noise(&from.0).max(QUIET)
     }
 
     /// The other frame's values warped to this frame: each pixel is read at its shifted place (bilinear; the border
@@ -107,6 +118,7 @@ impl Flow {
                 pixels: (self.trust.pixels.iter().zip(&trust.pixels)).map(|(a, b)| a * b).collect(),
                 ..self.trust
             },
+            apart: self.apart.max(next.apart),
         }
     }
 }
@@ -198,8 +210,25 @@ fn refined(
     shifts
 }
 
-/// Quality of each pixel's match relative to most pixels.
-fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2]>) -> Mask {
+/// Standard deviation of a picture's noise after Immerkær 1996, "Fast noise variance estimation", by the median, which
+/// edges do not move.
+fn noise(picture: &Raster<[f32; 3]>) -> f32 {
+    let (width, height) = picture.size();
+    let weight = [1.0, -2.0, 1.0];
+    let differences = (1..height.saturating_sub(1)).flat_map(|y| {
+        (1..width.saturating_sub(1)).flat_map(move |x| {
+            (0..3).map(move |c| {
+                let near = |i: usize| picture.at(x + i % 3 - 1, y + i / 3 - 1)[c];
+                (0..9).map(|i| weight[i % 3] * weight[i / 3] * near(i)).sum::<f32>().abs()
+            })
+        })
+    });
+    // The filter multiplies the noise by 6, and the median of a normal distribution's absolute values is 0.6745.
+    quantile(differences.collect(), 0.5).unwrap_or(0.0) / (6.0 * 0.6745)
+}
+
+/// Quality of each pixel's match relative to most pixels, and the median difference.
+fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2]>) -> (Mask, f32) {
     let size = from.size();
     let errors: Vec<[f32; 1]> = (0..from.pixels.len())
         .into_par_iter()
@@ -217,13 +246,15 @@ fn trust(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, shifts: &Raster<[f32; 2
     let near = window::sums(&errors, size, 1);
     let count = window::counts(size, 1);
     let mean: Vec<f32> = (0..near.len()).map(|i| near[i][0] / count(i)).collect();
-    let noise = quantile(mean.clone(), 0.5).unwrap_or(0.0).clamp(FLAT, MOST_NOISE);
-    Mask {
+    let median = quantile(mean.clone(), 0.5).unwrap_or(0.0);
+    let noise = median.clamp(FLAT, MOST_NOISE);
+    let trust = Mask {
         width: size.0,
         height: size.1,
         // A difference of three standard deviations gives 0.6.
         pixels: mean.iter().map(|m| (-m / (18.0 * noise)).exp()).collect(),
-    }
+    };
+    (trust, median.sqrt())
 }
 
 #[cfg(test)]
@@ -267,6 +298,34 @@ mod tests {
         for (x, y) in [(30, 30), (60, 40), (50, 55)] {
             let found = flow.shifts.at(x, y);
             assert!((found[0] - 3.5).abs() < 0.15 && found[1].abs() < 0.15, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn frames_follow_each_other_in_any_noise_and_a_cut_does_not() {
+        for (deviation, seed) in [(0.0, 0), (0.005, 1), (0.04, 2)] {
+            let mut state = seed + 1_u32;
+            let mut noisy = |picture: Encoded| {
+                Encoded(picture.0.map(|p| {
+                    p.map(|v| {
+                        // A sum of four uniform values has a deviation of 0.577.
+                        let sum: f32 = (0..4)
+                            .map(|_| {
+                                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                                (state >> 8) as f32 / (1 << 24) as f32 - 0.5
+                            })
+                            .sum();
+                        v + deviation * sum / 0.577
+                    })
+                }))
+            };
+            let from = noisy(waves((120, 90), [0.0; 2]));
+            let to = noisy(waves((120, 90), [3.0, -2.0]));
+            assert!(Flow::between(&from, &to).follows(&from), "{deviation}");
+            let cut = noisy(Encoded(Raster::from_fn(120, 90, |x, y| {
+                [0.5 + 0.3 * (0.05 * (x * y) as f32).sin(), 0.4, 0.01 * x as f32]
+            })));
+            assert!(!Flow::between(&from, &cut).follows(&from), "{deviation}");
         }
     }
 

@@ -189,37 +189,67 @@ fn a_person_is_found_without_screen_or_box() {
         measured: format!("IoU {iou:.3}, mean error {off:.4}"));
 }
 
-/// Result of `afterlight matte` for an interview in front of a grey wall.
+/// Interview and poses in front of a wall that the lamps light too: no screen, and no dark background.
 #[test]
-fn an_interview_without_a_screen_gets_mattes() {
+fn a_shoot_without_a_screen_gets_mattes() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
     let settings =
         StageSettings { frames: 2, size: 128, lamps: 4, seed: 5, ..StageSettings::default() };
     write_shoot(&shoot, &settings, &silent).unwrap();
-    let wall = imaging::Image::filled(128, 128, [0.2, 0.19, 0.18]);
-    let truths: Vec<Mask> = (0..2)
-        .map(|index| {
-            let (picture, truth) = frame(&shoot, index);
-            let file = shoot.join(format!("interview/frame_{index:03}.png"));
-            imaging::file::write_png(&file, &before(&picture, &truth, &wall)).unwrap();
+    let put = |file: &Path, truth: &Mask, level: f32| {
+        let wall = imaging::Image::filled(128, 128, [0.2, 0.19, 0.18].map(|v| level * v));
+        let picture = before(&read_encoded(file).unwrap(), truth, &wall);
+        imaging::file::write_png(file, &picture).unwrap();
+    };
+    let listed = |folder: &str| {
+        let files = std::fs::read_dir(shoot.join(folder)).unwrap();
+        let mut files: Vec<_> = files.map(|file| file.unwrap().path()).collect();
+        files.sort();
+        files
+    };
+    let truth_of = |masks: &str, name: &Path| {
+        let stem = name.file_stem().unwrap().to_str().unwrap();
+        read_mask(&shoot.join(format!("{masks}/{stem}.png"))).unwrap()
+    };
+    let frames: Vec<Mask> = (listed("interview").iter())
+        .map(|file| {
+            let truth = truth_of("interview_masks", file);
+            put(file, &truth, 1.0);
+            truth
+        })
+        .collect();
+    let poses: Vec<Mask> = (listed("exemplars").iter())
+        .map(|pose| {
+            let truth = truth_of("exemplar_masks", pose);
+            for olat in std::fs::read_dir(pose).unwrap() {
+                put(&olat.unwrap().path(), &truth, 0.2);
+            }
             truth
         })
         .collect();
     let root = folder.path().join("project");
     let settings = ImportSettings { size: 16, seed: 1, layer: None };
     let project = import(&root, &shoot, &settings, &silent).unwrap();
-    std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
+    for masks in ["interview_masks", "exemplar_masks"] {
+        std::fs::remove_dir_all(shoot.join(masks)).unwrap();
+    }
     let segmenter = Segmenter::new().unwrap();
     let person = move |picture: &Encoded| segmenter.probability(picture);
     let settings = MatteSettings::default();
     let made = make_mattes(&root, &settings, Some(Box::new(person)), &silent).unwrap();
     assert_eq!((made.frames, made.guessed, made.screen), (2, 2, None));
-    for (index, truth) in truths.iter().enumerate() {
-        let found = read_mask(&project.frame_matte_path(index)).unwrap();
-        let [iou, off] = scores(&found, truth);
-        assert!(iou >= 0.97 && off <= 0.02, "frame {index}: {iou} {off}");
-    }
+    assert_eq!((made.poses, made.guessed_poses), (poses.len(), poses.len()));
+    let said = made.sentence();
+    assert!(said.contains(&format!("2 frames and {} poses", poses.len())), "{said}");
+    let of = |path: &dyn Fn(usize) -> std::path::PathBuf, truths: &[Mask]| {
+        for (index, truth) in truths.iter().enumerate() {
+            let [iou, off] = scores(&read_mask(&path(index)).unwrap(), truth);
+            assert!(iou >= 0.97 && off <= 0.02, "{}: {iou} {off}", path(index).display());
+        }
+    };
+    of(&|frame| project.frame_matte_path(frame), &frames);
+    of(&|pose| project.exemplar_matte_path(pose), &poses);
 }
 
 #[test]
