@@ -44,8 +44,8 @@ pub struct ExportArgs {
     /// Interpolate keyframes linearly instead of smoothly.
     #[arg(long)]
     linear_keys: bool,
-    /// Leave out the environment behind the subject.
-    #[arg(long)]
+    /// Same as --background none.
+    #[arg(long, conflicts_with = "background")]
     no_background: bool,
     /// Keep existing files and append a number to the name, instead of replacing them.
     #[arg(long)]

@@ -133,9 +133,9 @@ fn as_a_picture(scene: &mut Scene) {
     }
 }
 
-/// Extra input for a picture of this frame: its plate.
+/// Extra input for a picture of this frame: its plate, and the frame as filmed.
 pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
-    Extra { plate: of.plate.as_deref(), ..Extra::default() }
+    Extra { plate: of.plate.as_deref(), filmed: Some(&of.frame.plate), ..Extra::default() }
 }
 
 /// The interview's frame at the exposure and inspection of a scene.

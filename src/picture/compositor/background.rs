@@ -1,13 +1,16 @@
 //! Pass `background`: the environment behind the subject, seen by a camera on +Z that looks along −Z,
-//! with its own rotation, level and colour.
+//! with its own rotation, level and colour; or the plate, a colour or a checker.
 
 use super::cubic::Taps;
 use super::descriptor::{Descriptor, NO_BACKGROUND};
 use super::facts::key;
 use super::passes::{GpuPicture, Recording, Shader, extent};
+use super::picture::Ingredients;
 use base::error::Result;
 use bytemuck::{Pod, Zeroable, bytes_of};
 use glam::{Mat3, Quat, Vec3};
+use imaging::color::linear_from_srgb;
+use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use light::latlong::uv_from_direction;
 use rayon::prelude::*;
@@ -16,15 +19,25 @@ use serde::{Deserialize, Serialize};
 
 const SHADER: Shader = Shader::new("background", include_str!("../../../shaders/background.wgsl"));
 
+/// Squares of a checker in the picture's height, and their light.
+const SQUARES: usize = 16;
+const GREYS: [f32; 2] = [0.1, 0.2];
+
 pub(crate) const BACKGROUND: Descriptor = Descriptor {
     fixed: |scene| (scene.background == Background::None).then_some(NO_BACKGROUND),
     settings: |context| {
+        if context.scene.background != Background::Environment {
+            return key(context.scene.background);
+        }
         let Backdrop { yaw_deg, tilt, level } = Backdrop::of(context.scene, 1.0);
         let turn = (yaw_deg.to_bits(), tilt.to_array().map(f32::to_bits));
         let level = level.map(f32::to_bits);
         key((turn, level, draws_whole(&context.effects)))
     },
-    reads: |context, _| context.facts.inputs.backdrop,
+    reads: |context, _| match context.scene.background {
+        Background::Environment => context.facts.inputs.backdrop,
+        _ => context.facts.inputs.frame,
+    },
     shader: Some(&SHADER),
     ..Descriptor::new(Pass::Background, |context| {
         context.behind()?;
@@ -32,6 +45,27 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
         Ok(format!("visible in {percent:.0} % of the pixels"))
     })
 };
+
+/// A background other than the environment, in linear light at the picture's size; None for the environment.
+pub(crate) fn backing(scene: &Scene, of: &Ingredients) -> Option<Image> {
+    let (width, height) = of.matte().size();
+    match scene.background {
+        Background::Environment | Background::None => None,
+        Background::Plate => match (of.plate(), of.extra.filmed) {
+            (Some(plate), _) => Some(plate.filmed()),
+            (None, Some(filmed)) => Some(resize_area(filmed, width, height)),
+            (None, None) => Some(Image::filled(width, height, [0.0; 3])),
+        },
+        Background::Color(codes) => {
+            let light = codes.map(|code| linear_from_srgb(f32::from(code) / 255.0));
+            Some(Image::filled(width, height, light))
+        }
+        Background::Checker => {
+            let side = (height / SQUARES).max(1);
+            Some(Image::from_fn(width, height, |x, y| [GREYS[(x / side + y / side) % 2]; 3]))
+        }
+    }
+}
 
 /// The background is needed everywhere, not only where the matte is open.
 pub(crate) fn draws_whole(effects: &Effects) -> bool {

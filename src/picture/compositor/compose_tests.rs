@@ -1,6 +1,7 @@
 use super::*;
 use crate::reference::SOLID;
 use crate::{CameraView, Facts};
+use imaging::color::linear_from_srgb;
 use imaging::{Image, Mask, Raster};
 use light::{Environment, LightWeights};
 use reflectance::ReflectanceField;
@@ -186,4 +187,53 @@ fn what_does_not_fit_is_refused() {
     let set = Set::new(16);
     let view = CameraView { vertical_fov_deg: f32::NAN };
     assert!(compose(&scene, &Ingredients { view, ..set.ingredients() }).is_err());
+}
+
+#[test]
+fn plate_colour_and_checker_stand_behind_the_subject_and_follow_their_frame() {
+    let mut set = Set::new(32);
+    let bare = |set: &Set| {
+        compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap()
+    };
+    let plates = [0.25, 0.5].map(|red| Image::from_fn(32, 32, |x, y| [red, x as f32, y as f32]));
+    let half = linear_from_srgb(128.0 / 255.0);
+    let mut reuse = Reuse::default();
+    // Frames, lights and backgrounds change one after the other.
+    for (frame, light, background) in [
+        (0, 1.0, Background::Plate),
+        (0, 2.0, Background::Plate),
+        (1, 2.0, Background::Plate),
+        (1, 2.0, Background::Color([128, 0, 255])),
+        (1, 1.0, Background::Checker),
+        (1, 1.0, Background::Color([0, 0, 0])),
+    ] {
+        set.weights.per_lamp[2] = [light; 3];
+        let mut of = set.ingredients();
+        of.extra.filmed = Some(&plates[frame]);
+        of.extra.identity.frame = frame as u64 + 1;
+        // Light around the subject does not reach a background of one's own.
+        of.levels.background = light;
+        let made = scene(background, Output::Linear, 0.0);
+        let made = compose_reusing(&made, &of, &mut reuse).unwrap();
+        let behind = |p: usize| match background {
+            Background::Plate => plates[frame].pixels[p],
+            Background::Color([128, ..]) => [half, 0.0, 1.0],
+            Background::Checker if (p % 32 / 2 + p / 64).is_multiple_of(2) => [0.1; 3],
+            Background::Checker => [0.2; 3],
+            _ => [0.0; 3],
+        };
+        let bare = bare(&set);
+        for (p, pixel) in made.light().pixels.iter().enumerate() {
+            for c in 0..3 {
+                let expected =
+                    bare.light().pixels[p][c] + (1.0 - set.mask.pixels[p]) * behind(p)[c];
+                assert!((pixel[c] - expected).abs() < 1e-5, "{background:?}: {pixel:?}");
+            }
+        }
+        assert!(made.alpha.pixels.iter().all(|alpha| *alpha == 1.0));
+    }
+    // A picture whose frame was not handed over has nothing behind it.
+    let made = scene(Background::Plate, Output::Linear, 0.0);
+    let made = compose(&made, &set.ingredients()).unwrap();
+    assert_eq!(made.light(), bare(&set).light());
 }

@@ -169,6 +169,25 @@ fn a_gpu_s_picture_is_the_cpu_s() {
 }
 
 #[test]
+fn a_background_of_ones_own_is_the_same_on_a_gpu() {
+    let Some(both) = Both::new(false) else { return };
+    let plate = Image::from_fn(SIZE, SIZE, |x, y| [0.01 * x as f32, 0.3, 0.02 * y as f32]);
+    for background in [Background::Plate, Background::Color([9, 200, 99]), Background::Checker] {
+        for background_blur in [0.0, 0.03] {
+            let effects = Effects { background_blur, ..Effects::default() };
+            let scene = Scene { effects, ..scene(background, Output::Linear, 0.5) };
+            let [here, there] = both.ingredients().map(|of| {
+                let extra = Extra { filmed: Some(&plate), ..of.extra };
+                compose(&scene, &Ingredients { extra, ..of }).unwrap()
+            });
+            let apart = largest_difference(here.light(), there.light());
+            assert!(apart < 1e-3, "{apart}: {background:?}");
+            assert_eq!(here.alpha, there.alpha);
+        }
+    }
+}
+
+#[test]
 fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
     let Some(both) = Both::new(false) else { return };
     let [_, of] = both.ingredients();

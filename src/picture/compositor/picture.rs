@@ -69,6 +69,9 @@ impl<'a> Ingredients<'a> {
 pub struct Extra<'a> {
     /// Plate of the frame, if the picture takes its size.
     pub plate: Option<&'a Plate>,
+    /// The frame as filmed at the working size, linear, for the background [`scene::Background::Plate`] of a picture without
+    /// plate.
+    pub filmed: Option<&'a Image>,
     /// True if speed matters more than sharpness: the plate's fine light is left out.
     pub draft: bool,
     /// Data from the frame before, for the pass `smoothing`: its [`Picture::steady`].

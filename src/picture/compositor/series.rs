@@ -20,8 +20,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// Makes the next picture. `plate` is the frame at the working size, with its matte, for the pass `grain` of a
-    /// picture of that size. The input of the passes `grain` and `smoothing` is filled in here;
+    /// Makes the next picture. `plate` is the frame at the working size, with its matte, for the passes
+    /// `background` and `grain` of a picture of that size. Their input and that of the pass `smoothing` are filled in here;
     /// `of.extra.identity` states changes.
     ///
     /// # Errors
@@ -79,11 +79,11 @@ impl Series {
         compose_reusing(scene, &self.fill_in(scene, plate, of), reuse)
     }
 
-    /// Adds the input of the passes `grain` and `smoothing`.
+    /// Adds the input of the passes `background`, `grain` and `smoothing`.
     fn fill_in<'a>(
         &'a mut self,
         scene: &Scene,
-        (plate, mask): (&Image, &Mask),
+        (plate, mask): (&'a Image, &Mask),
         of: &Ingredients<'a>,
     ) -> Ingredients<'a> {
         let key = (of.extra.identity.frame, scene.effects.view, scene.viewing.clone());
@@ -99,6 +99,7 @@ impl Series {
             )),
         };
         let extra = Extra {
+            filmed: Some(plate),
             before: self.steady.as_ref(),
             grain: self.grain.as_ref().map(|(_, grain)| grain),
             ..of.extra

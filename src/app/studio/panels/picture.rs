@@ -4,11 +4,11 @@ use crate::command::{Command, LookCommand};
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::panels::bar_ui;
-use crate::panels::diamond::{animated_ui, beside_ui};
+use crate::panels::diamond::{animated_ui, beside, beside_ui};
 use crate::panels::group::Heading;
 use crate::panels::numbers::computing;
 use crate::panels::rows::{BESIDE, Row, choice_ui, grid};
-use egui::Ui;
+use egui::{Role, Ui, UiBuilder, WidgetInfo};
 use scene::{
     Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Setting, Strength,
     ViewTransform,
@@ -57,16 +57,35 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         out.push(Command::Look(LookCommand::Exposure(stops)));
     }
     ui.end_row();
-    ui.label("Background");
-    let mut shown = look.background == Background::Environment;
-    if ui.checkbox(&mut shown, "Environment").changed() {
-        out.push(Command::Look(LookCommand::Background(if shown {
-            Background::Environment
-        } else {
-            Background::None
-        })));
+    background_ui(ui, look.background, out);
+}
+
+/// Grey of a new colour behind the subject: middle grey.
+const GREY: [u8; 3] = [118; 3];
+
+fn background_ui(ui: &mut Ui, now: Background, out: &mut Vec<Command>) {
+    let color = if let Background::Color(color) = now { color } else { GREY };
+    let kinds = [
+        (Background::Environment, "Environment"),
+        (Background::Plate, "Plate"),
+        (Background::Color(color), "Colour"),
+        (Background::Checker, "Checker"),
+        (Background::None, "None"),
+    ];
+    let mut background = now;
+    let list = choice_ui(ui, "Background", &kinds, &mut background);
+    let list = list.on_hover_text("Behind the subject");
+    if let Background::Color(color) = &mut background {
+        let mut ui = ui.new_child(UiBuilder::new().max_rect(beside(list.rect)));
+        ui.spacing_mut().interact_size.x = list.rect.height();
+        let swatch = ui.color_edit_button_srgb(color);
+        let name = "Colour of the background";
+        swatch.widget_info(|| WidgetInfo::labeled(Role::ColorWell, true, name));
     }
     ui.end_row();
+    if background != now {
+        out.push(Command::Look(LookCommand::Background(background)));
+    }
 }
 
 /// The row of an effect's strength; a drag of 200 points covers its range.

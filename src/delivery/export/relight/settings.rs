@@ -14,6 +14,7 @@ use scene::{
 };
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
 
 /// Light, look and destination of a relit interview.
@@ -71,7 +72,8 @@ pub struct RelightSettings {
         value_parser = within(EXPOSURE_STOPS)
     )]
     pub exposure_stops: f32,
-    #[arg(skip)]
+    /// Background: environment, plate (as filmed), checker, none, or a colour, #RRGGBB.
+    #[arg(long, value_name = "KIND", default_value = "environment", value_parser = Background::from_str)]
     pub background: Background,
     #[command(flatten)]
     pub files: Files,

@@ -74,7 +74,7 @@ fn all_settings_come_back_from_a_file_as_they_were() {
          --temperature 3210 --tint 12 --background-yaw 7 --light 0,20,30,2 --light 60,0,20,1,1,0.5,0.3 --vignette 0.3 \
          --grain 0.9 --view aces --frames 2-9 --exposure 0.1 --codec prores-4444 --movie-alpha premultiplied --space rec709 \
          --lut look.cube --no-sound --at square --size 640 --bits 16 --layers --hand-over nuke,edl --profile --device cpu \
-         --field compressed --exr-samples float",
+         --field compressed --exr-samples float --background #102030",
     );
     all.lighting.number_lights();
     all.lighting.placed[1].group = "rim".to_owned();
@@ -84,7 +84,7 @@ fn all_settings_come_back_from_a_file_as_they_were() {
         gain_stops: -1.3,
         ..light::LightGroup::default()
     }];
-    all.background = Background::None;
+    assert_eq!(all.background, Background::Color([16, 32, 48]));
     let mut lanes = vec![Setting::Yaw, Setting::Exposure, Setting::Tint];
     lanes.extend(STRENGTHS.iter().map(|strength| Setting::Effect(strength.pass)));
     lanes.extend(LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting)));

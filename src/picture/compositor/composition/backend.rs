@@ -73,7 +73,10 @@ pub(crate) trait Backend {
         amount: f32,
     ) -> Result<()>;
 
-    /// The full background.
+    /// A picture of the scene's own background.
+    fn placed(&mut self, picture: Image) -> Result<Self::Light>;
+
+    /// The full environment behind the subject.
     fn behind(&mut self, backdrop: &Backdrop) -> Result<Self::Light>;
 
     /// Lays the subject over the background, which is drawn only where it shows.

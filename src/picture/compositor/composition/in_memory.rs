@@ -143,6 +143,10 @@ impl Backend for InMemory<'_> {
         Ok(())
     }
 
+    fn placed(&mut self, picture: Image) -> Result<Arc<Image>> {
+        Ok(Arc::new(picture))
+    }
+
     fn behind(&mut self, backdrop: &Backdrop) -> Result<Arc<Image>> {
         let (width, height) = self.of.matte().size();
         let mut behind = Image::filled(width, height, [0.0; 3]);

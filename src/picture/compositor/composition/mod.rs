@@ -1,7 +1,7 @@
 //! One picture in progress: measures and runs what the plan says, in memory or on a GPU through a
 //! [`Backend`].
 
-use super::background::{Backdrop, draws_whole};
+use super::background::{Backdrop, backing, draws_whole};
 use super::background_blur;
 use super::descriptor::{CodesInput, LightStep, PassContext, PlannedPass, Run, is_cut_out, key_of};
 use super::facts::{Facts, Inputs};
@@ -13,7 +13,7 @@ use super::smoothing::Steady;
 use super::{PASSES, relight::lit_lamps};
 use base::error::Result;
 use imaging::Mask;
-use scene::{Effects, Output, Pass, Scene};
+use scene::{Background, Effects, Output, Pass, Scene};
 
 mod backend;
 mod in_memory;
@@ -222,12 +222,15 @@ impl<'a, B: Backend> Composition<'a, B> {
             return Ok(false);
         }
         let backdrop = Backdrop::of(self.scene, self.of.levels.background);
-        if draws_whole(&self.effects) {
+        if draws_whole(&self.effects) || self.scene.background != Background::Environment {
             let found = self.found(Pass::BackgroundBlur, keys[0]);
             let reused = found.is_some();
             self.behind = Some(match found {
                 Some(found) => found,
-                None => self.backend.behind(&backdrop)?,
+                None => match backing(self.scene, self.of) {
+                    Some(picture) => self.backend.placed(picture)?,
+                    None => self.backend.behind(&backdrop)?,
+                },
             });
             return Ok(reused);
         }

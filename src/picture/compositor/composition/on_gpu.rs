@@ -172,6 +172,10 @@ impl Backend for OnGpu<'_> {
         Ok(())
     }
 
+    fn placed(&mut self, picture: Image) -> Result<GpuPicture> {
+        self.passes.upload_opaque(&picture)
+    }
+
     fn behind(&mut self, backdrop: &Backdrop) -> Result<GpuPicture> {
         let (width, height) = self.of.matte().size();
         if let Some(panorama) = self.panorama()? {
