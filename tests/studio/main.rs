@@ -201,6 +201,19 @@ fn picture(window: &Window) -> Vec<u8> {
     window.state().relit().unwrap().rgb.clone()
 }
 
+/// Chooses an entry of a list.
+fn choose(window: &mut Window, list: &str, entry: &str) {
+    let list = |window: &Window, act: fn(&egui_kittest::Node)| {
+        act(&window.get_by_role_and_label(Role::ComboBox, list));
+    };
+    list(window, |list| list.scroll_to_me());
+    window.run_steps(4);
+    list(window, |list| list.click());
+    window.run_steps(4);
+    window.get_by_label(entry).click();
+    until_shown(window);
+}
+
 /// Sum of a picture's codes.
 fn brightness(rgb: &[u8]) -> u64 {
     rgb.iter().map(|&code| u64::from(code)).sum()
@@ -392,17 +405,6 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
         let values = picture.iter().skip(channel).step_by(3);
         values.map(|&v| f64::from(v)).sum::<f64>() / (picture.len() / 3) as f64
     };
-    let choose = |window: &mut Window, list: &str, entry: &str| {
-        let list = |window: &Window, act: fn(&egui_kittest::Node)| {
-            act(&window.get_by_role_and_label(egui::accesskit::Role::ComboBox, list));
-        };
-        list(window, |list| list.scroll_to_me());
-        window.run_steps(4);
-        list(window, |list| list.click());
-        window.run_steps(4);
-        window.get_by_label(entry).click();
-        until_shown(window);
-    };
     choose(&mut window, "Tone curve", "Filmic");
     assert_eq!(window.state().state().look.effects.view, ViewTransform::Filmic);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
@@ -442,11 +444,23 @@ fn exposure_background_and_the_reset_of_the_view() {
     window.run();
     assert_eq!(window.state().state().viewing.exposure_stops, 0.5);
     assert_eq!(window.state().state().look.exposure_stops, 0.0);
-    scroll_to(&mut window, "Environment");
-    window.get_by_label("Environment").click();
-    until_shown(&mut window);
-    assert_eq!(window.state().state().look.background, Background::None);
-    assert_eq!(picture(&window)[..3], [0; 3], "nothing behind the subject is black");
+    for (name, background, corner) in [
+        // Light of 0.1, and half a stop more, in sRGB codes.
+        ("Checker", Background::Checker, Some([105; 3])),
+        ("Colour", Background::Color([118; 3]), None),
+        ("Plate", Background::Plate, None),
+        ("None", Background::None, Some([0; 3])),
+    ] {
+        let before = picture(&window);
+        choose(&mut window, "Background", name);
+        assert_eq!(window.state().state().look.background, background);
+        assert_ne!(picture(&window), before, "{name}");
+        if let Some(corner) = corner {
+            assert_eq!(picture(&window)[..3], corner, "{name}");
+        }
+        let swatch = window.query_by_label("Colour of the background");
+        assert_eq!(swatch.is_some(), name == "Colour");
+    }
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     until_shown(&mut window);
     assert!(window.state().state().viewing.is_neutral());

@@ -194,7 +194,7 @@ impl ClipFlicker {
             format!("still {smoothed:.2} % with smoothing at 1")
         };
         format!(
-            "The network adds {beyond:.2} % flicker, {rest} (frames {first} to {last}: plate {plate:.2} %, relit {relit:.2} %)"
+            "The prediction adds {beyond:.2} % flicker, {rest} (frames {first} to {last}: plate {plate:.2} %, relit {relit:.2} %)"
         )
     }
 }
@@ -377,7 +377,7 @@ mod tests {
         let left: Vec<[f32; 2]> = off.iter().map(|&g| [g, 1.0]).collect();
         let [both, left] = [both, left].map(|g| flicker(&clip(&g, 0.5, 0.0)).unwrap().beyond);
         assert!(left < 0.85 * both && left > 0.4 * both, "{left} of {both}");
-        // If the plate flickers as much, the network adds nothing.
+        // If the plate flickers as much, the prediction adds nothing.
         let mut shared = clip(&[[1.0; 2]; 40], 0.5, 0.02);
         for (moment, gain) in shared.iter_mut().zip(&off) {
             for picture in [&mut moment.plate, &mut moment.relit] {
