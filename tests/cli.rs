@@ -436,6 +436,35 @@ fn fronts_are_yaws_and_are_remembered(at: &Path) {
     assert!(refused.contains("shoot's"), "{refused}");
 }
 
+/// Directions come from the list, and `--lamps` thins them out.
+#[test]
+fn a_list_of_lamps_takes_the_place_of_balls_and_can_be_thinned_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stage = ["stage", "shoot", "--size", "32", "--frames", "2", "--lamps", "12", "--json"];
+    succeed(at, &stage);
+    let shoot = at.join("shoot");
+    let manifest = std::fs::read_to_string(shoot.join("manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+    let directions = manifest["bank_directions"].as_array().unwrap().iter().enumerate();
+    let lines =
+        directions.map(|(lamp, d)| format!("olat_{lamp:02}.png {} {} {}\n", d[0], d[1], d[2]));
+    std::fs::write(shoot.join("dome.lp"), lines.collect::<String>()).unwrap();
+    std::fs::remove_dir_all(shoot.join("probes")).unwrap();
+    std::fs::remove_file(shoot.join("manifest.json")).unwrap();
+    let import = ["import", "film", "--shoot", "shoot", "--size", "32", "--lamps", "6", "--json"];
+    let imported = succeed(at, &import);
+    assert_eq!(imported["lamps"], 6, "{imported}");
+    let calibrated = succeed(at, &["calibrate", "film", "--gamma", "2.2", "--json"]);
+    assert_eq!(calibrated["lamps"].as_array().map(Vec::len), Some(6), "{calibrated}");
+    assert_eq!(calibrated["by_list"], true, "{calibrated}");
+    for background in ["plate", "checker", "#306090"] {
+        let relight = ["relight", "film", "--environment", "nave", "--frames", "0-0"];
+        let to = ["--background", background, "--to", "relit.%04d.png", "--json"];
+        succeed(at, &[&relight[..], &to].concat());
+    }
+}
+
 #[test]
 fn a_shoot_with_a_hole_is_refused_by_the_files_name() {
     let folder = tempfile::tempdir().unwrap();

@@ -61,7 +61,7 @@ pub struct ProbeArgs {
     /// The camera's distance from the ball's centre, in ball radii.
     #[arg(long, value_name = "RADII", group = "lens", allow_negative_numbers = true, value_parser = within(1.01f64..=1e6))]
     distance: Option<f64>,
-    /// The camera's response: two exponents, srgb, rec709, linear, or log,K.
+    /// The camera's response: one or two exponents, srgb, rec709, linear, or log,K.
     #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2")]
     gamma: Response,
     /// The share of light that the ball reflects, in red, green and blue.

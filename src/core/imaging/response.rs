@@ -246,8 +246,8 @@ impl TryFrom<Stored> for Response {
 impl FromStr for Response {
     type Err = String;
 
-    /// Parses `srgb`, `rec709`, `linear`, `log,30` for a log curve with K = 30, or the two exponents of a dual
-    /// gamma such as `2.6,2.1`.
+    /// Parses `srgb`, `rec709`, `linear`, `log,30` for a log curve with K = 30, the exponent of a power curve
+    /// such as `2.2`, or the two of a dual gamma such as `2.6,2.1`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         if let Some(curve) = Self::standard(text) {
             return Ok(curve);
@@ -257,7 +257,12 @@ impl FromStr for Response {
             let [k] = numbers(k, "log,K with a number for K, such as log,30")?;
             return Self::log(k as f32).map_err(|e| e.to_string());
         }
-        let names = "srgb, rec709, linear, log,K such as log,30, or two exponents such as 2.6,2.1";
+        let names = "srgb, rec709, linear, log,K such as log,30, an exponent such as 2.2, or two such as 2.6,2.1";
+        if !text.contains(',') {
+            let [gamma] = numbers(text, names)?;
+            let curve = DualGamma::new(gamma as f32, gamma as f32).map_err(|e| e.to_string())?;
+            return Ok(Self::Power(curve.gamma1));
+        }
         let [gamma1, gamma2] = numbers(text, names)?;
         let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())?;
         Ok(curve.into())

@@ -21,7 +21,7 @@ pub struct CalibrateSettings {
     /// Comparison of exemplars and interview [default: by pixels if a frame shows a pose].
     #[arg(long, value_enum)]
     pub comparison: Option<Comparison>,
-    /// Camera response (two exponents, srgb, rec709, linear, or log,K) and interview exposure, instead of fitting
+    /// Camera response (one or two exponents, srgb, rec709, linear, or log,K) and interview exposure, instead of fitting
     /// them.
     #[arg(long = "gamma", value_name = "RESPONSE[,EXPOSURE]", conflicts_with = "comparison")]
     pub trial: Option<Trial>,
@@ -87,7 +87,7 @@ impl FromStr for Trial {
 
     /// Parses a response and, after another comma, an optional exposure (1 by default).
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        // Either a single name, or log and its K, or two exponents.
+        // Either a single name, or log and its K, or two exponents; one exponent has no exposure.
         let numbers_of_response = match text.split(',').next().and_then(Response::standard) {
             Some(_) => 1,
             None => 2,
@@ -110,6 +110,7 @@ mod tests {
         let dual = Response::Dual(DualGamma { gamma1: 2.5, gamma2: 1.75 });
         for (text, response, exposure) in [
             ("2.5,1.75", dual, 1.0),
+            ("2.2", Response::Power(2.2), 1.0),
             ("2.5, 1.75, 1.25", dual, 1.25),
             ("srgb", Response::Srgb, 1.0),
             ("Rec709,0.5", Response::Rec709, 0.5),
@@ -119,7 +120,7 @@ mod tests {
         ] {
             assert_eq!(text.parse(), Ok(Trial { response, exposure }), "{text}");
         }
-        for text in ["", "2.5", "log", "srgb,", "srgb,9", "9,9", "2.5,1.75,1,1", "nan,2"] {
+        for text in ["", "9", "log", "srgb,", "srgb,9", "9,9", "2.5,1.75,1,1", "nan,2"] {
             assert!(text.parse::<Trial>().is_err(), "{text}");
         }
     }
