@@ -1,6 +1,7 @@
 //! Mattes from the network's probability, compared with the truth.
 
 use afterlight_person::Segmenter;
+use base::files::natural_order;
 use base::progress::Progress;
 use footage::{ImportSettings, MatteSettings, import, make_mattes};
 use imaging::Encoded;
@@ -205,7 +206,7 @@ fn a_shoot_without_a_screen_gets_mattes() {
     let listed = |folder: &str| {
         let files = std::fs::read_dir(shoot.join(folder)).unwrap();
         let mut files: Vec<_> = files.map(|file| file.unwrap().path()).collect();
-        files.sort();
+        files.sort_by(|a, b| natural_order(a, b));
         files
     };
     let truth_of = |masks: &str, name: &Path| {
