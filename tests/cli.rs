@@ -458,11 +458,32 @@ fn a_list_of_lamps_takes_the_place_of_balls_and_can_be_thinned_out() {
     let calibrated = succeed(at, &["calibrate", "film", "--gamma", "2.2", "--json"]);
     assert_eq!(calibrated["lamps"].as_array().map(Vec::len), Some(6), "{calibrated}");
     assert_eq!(calibrated["by_list"], true, "{calibrated}");
-    for background in ["plate", "checker", "#306090"] {
-        let relight = ["relight", "film", "--environment", "nave", "--frames", "0-0"];
-        let to = ["--background", background, "--to", "relit.%04d.png", "--json"];
-        succeed(at, &[&relight[..], &to].concat());
-    }
+}
+
+#[test]
+fn the_background_is_the_plate_a_colour_a_checker_or_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stage = ["stage", "shoot", "--size", "32", "--frames", "1", "--lamps", "4", "--json"];
+    succeed(at, &stage);
+    succeed(at, &["import", "film", "--shoot", "shoot", "--size", "32", "--json"]);
+    succeed(at, &["calibrate", "film", "--gamma", "2.2", "--json"]);
+    let corner = |background: &[&str]| {
+        let relight = ["relight", "film", "--environment", "nave", "--to", "relit.png", "--json"];
+        succeed(at, &[&relight[..], background].concat());
+        image::open(at.join("relit.png")).unwrap().to_rgb8().get_pixel(0, 0).0
+    };
+    let near = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 1);
+    let color = corner(&["--background", "#306090"]);
+    assert!(near(color, [0x30, 0x60, 0x90]), "{color:?}");
+    // Light of 0.1 in sRGB codes.
+    let checker = corner(&["--background", "checker"]);
+    assert!(near(checker, [89; 3]), "{checker:?}");
+    // The screen, which the camera's curve of 2.2 and the display's give back nearly as filmed.
+    let [r, g, b] = corner(&["--background", "plate"]);
+    assert!(g > r.saturating_add(40) && g > b.saturating_add(40), "{:?}", [r, g, b]);
+    assert_eq!(corner(&["--background", "none"]), [0; 3]);
+    assert_eq!(corner(&["--no-background"]), [0; 3]);
 }
 
 #[test]

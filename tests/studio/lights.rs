@@ -1,8 +1,9 @@
 //! Lights placed by hand: their settings, their groups, and their handles on panorama, sphere and picture.
 
 use super::{
-    Window, brightness, clay_window, click_on, copied, leaving, lights, picture, plain_drag,
-    retype, scroll_to, snapshot, told_job, type_into, undo, until, until_labelled, until_shown,
+    Window, brightness, choose, clay_window, click_on, copied, leaving, lights, picture,
+    plain_drag, retype, scroll_to, snapshot, told_job, type_into, undo, until, until_labelled,
+    until_shown,
 };
 use afterlight::light::LightGroup;
 use afterlight::scene::{LightSetting, Setting};
@@ -26,20 +27,6 @@ fn click(window: &mut Window, name: &str) {
     window.get_by_label(name).scroll_to_me();
     window.run_steps(4);
     window.get_by_label(name).click();
-    window.run_steps(4);
-    until_shown(window);
-}
-
-/// Chooses an entry of a list.
-fn choose(window: &mut Window, list: &str, entry: &str) {
-    let list = |window: &Window, act: fn(&egui_kittest::Node)| {
-        act(&window.get_by_role_and_label(Role::ComboBox, list));
-    };
-    list(window, |list| list.scroll_to_me());
-    window.run_steps(4);
-    list(window, |list| list.click());
-    window.run_steps(4);
-    window.get_by_label(entry).click();
     window.run_steps(4);
     until_shown(window);
 }

@@ -211,6 +211,7 @@ fn choose(window: &mut Window, list: &str, entry: &str) {
     list(window, |list| list.click());
     window.run_steps(4);
     window.get_by_label(entry).click();
+    window.run_steps(4);
     until_shown(window);
 }
 

@@ -10,7 +10,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::color::{byte_from_unit, linear_from_srgb, srgb_from_linear};
 use imaging::{Encoded, Image, file};
-use matte::{guessed, key, lit};
+use matte::{guessed, key, lit, quantile};
 use project::Project;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -83,27 +83,22 @@ pub struct MattesReport {
 impl MattesReport {
     /// Summary sentence.
     pub fn sentence(&self) -> String {
-        let made: Vec<String> = [(self.frames, "interview matte"), (self.poses, "pose matte")]
-            .into_iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, name)| counted(count, name))
-            .collect();
+        let counts = |counts: [(usize, &str); 2]| {
+            let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+            counts.map(|(count, name)| counted(count, name)).collect::<Vec<_>>().join(" and ")
+        };
+        let made = counts([(self.frames, "interview matte"), (self.poses, "pose matte")]);
         let mut text = match made.is_empty() {
             true => "No matte is missing.".to_owned(),
-            false => format!("{} made.", made.join(" and ")),
+            false => format!("{made} made."),
         };
         if let Some(screen) = self.screen {
             text += &format!(" {}{} screen found.", screen[..1].to_uppercase(), &screen[1..]);
         }
-        let guessed: Vec<String> = [(self.guessed, "frame"), (self.guessed_poses, "pose")]
-            .into_iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, name)| counted(count, name))
-            .collect();
+        let guessed = counts([(self.guessed, "frame"), (self.guessed_poses, "pose")]);
         if !guessed.is_empty() {
             text += &format!(
-                " Without a screen, a network found the person in {}: check their mattes.",
-                guessed.join(" and ")
+                " Without a screen, a network found the person in {guessed}: check their mattes."
             );
         }
         if let Some(uncertain) = self.uncertain {
@@ -336,12 +331,8 @@ fn of_pose(
 
 /// Light as an evenly exposed picture.
 fn exposed(light: &Image) -> Encoded {
-    let mut green: Vec<f32> = light.pixels.iter().map(|p| p[1]).collect();
-    let at = (BRIGHT * green.len().saturating_sub(1) as f32) as usize;
-    let bright = match green.is_empty() {
-        true => 1.0,
-        false => *green.select_nth_unstable_by(at, f32::total_cmp).1,
-    };
+    let green = light.pixels.iter().map(|p| p[1]).collect();
+    let bright = quantile(green, BRIGHT).unwrap_or(1.0);
     let scale = EXPOSED / bright.max(f32::MIN_POSITIVE);
     Encoded(light.map(|p| p.map(|v| srgb_from_linear((v * scale).min(1.0)))))
 }

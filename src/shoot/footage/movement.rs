@@ -60,7 +60,7 @@ impl Movement {
         if here.0.size() != there.0.size() {
             return Ok(None);
         }
-        let flow = Some(Flow::between(&here, &there)).filter(|flow| flow.follows(&here));
+        let flow = Some(Flow::between(&here, &there)).filter(Flow::follows);
         keep(&mut self.flows, ([from, to], flow.clone()));
         Ok(flow)
     }

@@ -42,8 +42,8 @@ pub struct Flow {
     shifts: Raster<[f32; 2]>,
     /// Confidence in each shift, in `[0, 1]`: 1 if the match is within the pictures' noise.
     trust: Mask,
-    /// Median difference along the motion, in encoded values.
-    apart: f32,
+    /// False for a cut or another pose: most pixels have no match within the picture's noise.
+    follows: bool,
 }
 
 impl Flow {
@@ -74,7 +74,8 @@ impl Flow {
         let (from, to) = (&from[0], &to[0]);
         let shifts = shifts.unwrap_or_else(|| Raster::filled(from.width, from.height, [0.0; 2]));
         let (trust, apart) = trust(from, to, &shifts);
-        Self { shifts, trust, apart }
+        let follows = apart <= FOLLOWS * noise(from).max(QUIET);
+        Self { shifts, trust, follows }
     }
 
     /// Confidence in each shift, in `[0, 1]`, at the size used for motion.
@@ -82,9 +83,9 @@ impl Flow {
         &self.trust
     }
 
-    /// False for a cut or another pose: most of `from`, the picture this flow was made from, has no match within its noise.
-    pub fn follows(&self, from: &Encoded) -> bool {
-        self.apart <= FOLLOWS * noise(&from.0).max(QUIET)
+    /// False for a cut or another pose: most pixels have no match within the picture's noise.
+    pub fn follows(&self) -> bool {
+        self.follows
     }
 
     /// The other frame's values warped to this frame: each pixel is read at its shifted place (bilinear; the border
@@ -118,7 +119,7 @@ impl Flow {
                 pixels: (self.trust.pixels.iter().zip(&trust.pixels)).map(|(a, b)| a * b).collect(),
                 ..self.trust
             },
-            apart: self.apart.max(next.apart),
+            follows: self.follows && next.follows,
         }
     }
 }
@@ -321,11 +322,11 @@ mod tests {
             };
             let from = noisy(waves((120, 90), [0.0; 2]));
             let to = noisy(waves((120, 90), [3.0, -2.0]));
-            assert!(Flow::between(&from, &to).follows(&from), "{deviation}");
+            assert!(Flow::between(&from, &to).follows(), "{deviation}");
             let cut = noisy(Encoded(Raster::from_fn(120, 90, |x, y| {
                 [0.5 + 0.3 * (0.05 * (x * y) as f32).sin(), 0.4, 0.01 * x as f32]
             })));
-            assert!(!Flow::between(&from, &cut).follows(&from), "{deviation}");
+            assert!(!Flow::between(&from, &cut).follows(), "{deviation}");
         }
     }
 

@@ -54,7 +54,7 @@ fn linear(picture: &Encoded) -> Vec<[f32; 3]> {
 }
 
 /// The `share` quantile of some values, 0 to 1; None without values.
-fn quantile(mut values: Vec<f32>, share: f32) -> Option<f32> {
+pub fn quantile(mut values: Vec<f32>, share: f32) -> Option<f32> {
     let last = values.len().checked_sub(1)?;
     let at = (share * last as f32).round() as usize;
     Some(*values.select_nth_unstable_by(at.min(last), f32::total_cmp).1)
