@@ -399,7 +399,7 @@ fn frames_that_are_unlike_every_pose_are_listed_and_another_calibrations_are_cal
         })
     };
     let report = serde_json::json!({
-        "format": 3, "uncovered": 0.0, "calibration": "another", "pose_distances": [0.5, 1.0], "far": 1.0,
+        "format": 4, "uncovered": 0.0, "calibration": "another", "pose_distances": [0.4, 0.5], "far": 1.0,
         "frames": [frame(0, 0.9), frame(2, 1.5), frame(3, 1.2)],
         "every": 1, "missing": [2], "relation": null, "lamps": null,
     });
@@ -407,10 +407,10 @@ fn frames_that_are_unlike_every_pose_are_listed_and_another_calibrations_are_cal
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();
     std::fs::write(path, report.to_string()).unwrap();
     let window = opened(&project);
-    window.get_by_label_contains("Estimated with another calibration");
+    window.get_by_label_contains("Calibration or pictures have changed");
     window.get_by_label_contains("2 of 3 frames unlike every pose");
-    window.get_by_label("Frame 2: 1.5 × as far, 21.4 dB or less");
-    window.get_by_label("Frame 3: 1.2 × as far, 21.4 dB or less");
+    window.get_by_label("Frame 2: 3.0 × as far, 21.4 dB or less");
+    window.get_by_label("Frame 3: 2.4 × as far, 21.4 dB or less");
     window.get_by_label("Frame 2");
     window.get_by_label("Estimate errors");
 }
@@ -433,7 +433,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     };
     let frames = project.settings.shoot.frames.len();
     let report = serde_json::json!({
-        "format": 3, "uncovered": 0.0, "calibration": afterlight::confidence::mark(&project).unwrap(), "pose_distances": [0.5, 1.0], "far": 1.0,
+        "format": 4, "uncovered": 0.0, "calibration": afterlight::confidence::mark(&project).unwrap(), "pose_distances": [0.4, 0.5], "far": 1.0,
         "frames": (0..frames).map(frame).collect::<Vec<_>>(),
         "every": 1, "missing": [], "relation": null, "lamps": null,
     });

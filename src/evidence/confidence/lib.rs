@@ -19,4 +19,4 @@ pub use cells::SIDE;
 pub use lamps::{LampErrors, LampShares};
 pub use relation::{PoseErrors, Relation, Sign};
 pub use report::{ConfidenceReport, Expected, FrameConfidence, Judged, Quarter, SAID_SHARE, mark};
-pub use run::{ConfidenceSettings, confidence};
+pub use run::{ConfidenceSettings, confidence, estimate};

@@ -68,6 +68,20 @@ pub fn signs(carried: &Carried, mask: &Mask) -> Vec<(usize, Sign)> {
         .collect()
 }
 
+/// Distance of a whole picture from the best exemplar: the median over the subject's pixels of
+/// [`Carried::unlike`](transfer::Carried). Borders of the matte, where few pixels hold most of the square, do not count.
+/// 0 without a subject.
+pub fn distance(unlike: &Mask, mask: &Mask) -> f32 {
+    let pixels = unlike.pixels.iter().zip(&mask.pixels);
+    median(pixels.filter(|(_, alpha)| **alpha > 0.5).map(|(unlike, _)| *unlike).collect())
+}
+
+/// The median; 0 of no values.
+pub fn median(mut values: Vec<f32>) -> f32 {
+    values.sort_unstable_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
 /// Root mean square of cells.
 pub fn root_mean(squares: impl Iterator<Item = f64>) -> f32 {
     let (sum, count) =

@@ -1,6 +1,7 @@
 //! Results as data and in words.
 
 use super::lamps::LampShares;
+use super::poses::median;
 use super::relation::{PoseErrors, Relation, Sign};
 use base::Fnv;
 use base::error::{Error, Result};
@@ -11,10 +12,12 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::PathBuf;
 
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 const NAME: &str = "confidence.json";
 /// Share of the interview's light from directions without a lamp above which poses cannot predict the errors of frames.
 const MOST_UNCOVERED: f32 = 0.1;
+/// A frame is unlike the poses beyond this multiple of the median distance between poses.
+const UNLIKE: f32 = 2.0;
 /// Share of a picture's cells for which an error bound holds.
 pub const SAID_SHARE: f64 = 0.8;
 
@@ -22,13 +25,14 @@ pub const SAID_SHARE: f64 = 0.8;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfidenceReport {
     pub format: u32,
-    /// Fingerprint of the calibration behind the report.
+    /// Fingerprint of the calibration, the poses, the frames and their mattes behind the report.
     pub calibration: String,
     /// Share of the interview's light from directions without a lamp.
     pub uncovered: f32,
-    /// Distance of each pose predicted from the others: root mean square of the logarithm of pose over best prediction.
+    /// Distance of each pose predicted from the others: median over its pixels of the logarithm of pose over best
+    /// prediction, root mean square in a small window.
     pub pose_distances: Vec<f32>,
-    /// Largest pose distance: a frame farther from all poses is unlike them.
+    /// Twice the median pose distance: a frame farther from all poses is unlike them. 0 if the poses are all alike.
     pub far: f32,
     pub frames: Vec<FrameConfidence>,
     /// Interval between examined frames.
@@ -181,7 +185,23 @@ pub fn mark(project: &Project) -> Result<String> {
     }
     let text = files::read_text(&path, files::MOST_TEXT)
         .map_err(|e| Error::io("read", &path, e, "Calibrate the project again"))?;
-    Ok(Fnv::of(text.as_bytes()).to_string())
+    let mut mark = Fnv::of(text.as_bytes());
+    let shoot = &project.settings.shoot;
+    mark.text(&format!("{:?} {:?}", shoot.poses, shoot.frames));
+    let poses = (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose));
+    let frames = (0..shoot.frames.len()).map(|frame| project.frame_matte(frame));
+    let pictures = (0..shoot.frames.len()).map(|frame| project.frame_picture(frame));
+    let files = poses.chain(frames).map(|matte| matte.file().to_owned());
+    for file in files.chain(pictures.map(|picture| picture.file().to_owned())) {
+        let bytes = std::fs::metadata(file).map_or(0, |about| about.len());
+        mark.bytes(&bytes.to_le_bytes());
+    }
+    Ok(mark.to_string())
+}
+
+/// Median distance of poses that show a subject and have no copy; 0 without such poses.
+fn median_distance(poses: &[f32]) -> f32 {
+    median(poses.iter().copied().filter(|distance| *distance > 0.0).collect())
 }
 
 /// Correlation of pairs; 0 where one side is constant.
@@ -198,7 +218,7 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameConfidence {
     pub frame: usize,
-    /// Distance to the nearest poses; above [`ConfidenceReport::far`] is far.
+    /// Distance to the nearest poses, 0 without a subject; above [`ConfidenceReport::far`] is far.
     pub distance: f32,
     /// The most similar pose.
     pub pose: Option<usize>,
@@ -240,7 +260,7 @@ impl ConfidenceReport {
             format: FORMAT,
             calibration: mark(project)?,
             uncovered: calibration.uncovered_energy,
-            far: pose_distances.iter().copied().fold(0.0, f32::max),
+            far: UNLIKE * median_distance(&pose_distances),
             pose_distances,
             frames: Vec::new(),
             every,
@@ -303,10 +323,15 @@ impl ConfidenceReport {
         Some(frame.expected?.at_least_db).filter(|_| holds)
     }
 
-    /// Frames farther from all poses than any pose is from the others, the farthest first.
+    /// Distance of a frame as a multiple of the median distance between poses.
+    pub fn times(&self, frame: &FrameConfidence) -> f32 {
+        frame.distance / median_distance(&self.pose_distances).max(f32::MIN_POSITIVE)
+    }
+
+    /// Frames farther than [`Self::far`] from all poses, the farthest first.
     pub fn unlike(&self) -> Vec<&FrameConfidence> {
         let mut all: Vec<&FrameConfidence> = self.frames.iter().collect();
-        all.retain(|frame| frame.distance > self.far);
+        all.retain(|frame| self.far > 0.0 && frame.distance > self.far);
         all.sort_by(|a, b| b.distance.total_cmp(&a.distance));
         all
     }
@@ -319,10 +344,7 @@ impl ConfidenceReport {
         };
         let unlike = self.unlike();
         let mut text = match unlike.len() {
-            0 => format!(
-                "None of {} frames is farther from the poses than they are from each other",
-                self.frames.len()
-            ),
+            0 => format!("None of {} frames is unlike every pose", self.frames.len()),
             count => format!(
                 "{count} of {} frames {} unlike every pose, the most unlike first: {}",
                 self.frames.len(),

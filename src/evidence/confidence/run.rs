@@ -3,7 +3,7 @@
 use super::cells::SIDE;
 use super::lamps::LampShares;
 use super::missing::{Squares, missing};
-use super::poses::{Photographed, errors, root_mean, signs, squares};
+use super::poses::{Photographed, distance, errors, signs, squares};
 use super::relation::{PoseErrors, Relation};
 use super::report::{ConfidenceReport, Expected, FrameConfidence, Judged, SAID_SHARE};
 use base::error::{Error, Result};
@@ -42,8 +42,22 @@ impl Default for ConfidenceSettings {
 /// Estimates the confidence in predictions and writes it into the project.
 ///
 /// # Errors
-/// When files cannot be read or written, the shoot has fewer than two poses, or the user stops it.
+/// Those of [`estimate`], and when the file cannot be written.
 pub fn confidence(
+    project: &Project,
+    settings: &ConfidenceSettings,
+    progress: &Progress,
+) -> Result<ConfidenceReport> {
+    let report = estimate(project, settings, progress)?;
+    report.save(project)?;
+    Ok(report)
+}
+
+/// Estimates the confidence in predictions.
+///
+/// # Errors
+/// When files cannot be read, the shoot has fewer than two poses, or the user stops it.
+pub fn estimate(
     project: &Project,
     settings: &ConfidenceSettings,
     progress: &Progress,
@@ -62,9 +76,7 @@ pub fn confidence(
     }
     let transfer = Transfer::open(project, &calibration)?;
     let estimate = Estimate { project, calibration: &calibration, transfer: &transfer, progress };
-    let report = estimate.report(settings)?;
-    report.save(project)?;
-    Ok(report)
+    estimate.report(settings)
 }
 
 struct Estimate<'a> {
@@ -80,13 +92,11 @@ impl Estimate<'_> {
             self.each("predicting poses", self.project.settings.shoot.poses.len(), |pose| {
                 let shown = Photographed::load(self.project, self.calibration, pose)?;
                 let carried = self.transfer.without(pose).carry(&shown.frame);
-                Ok(errors(&carried, &shown))
+                Ok((distance(&carried.unlike, &shown.frame.mask), errors(&carried, &shown)))
             })?;
-        let far =
-            |pose: &PoseErrors| root_mean(pose.signs.iter().map(|sign| sign.distance.powi(2)));
+        let (distances, poses): (Vec<f32>, Vec<PoseErrors>) = poses.into_iter().unzip();
         let frames = self.project.settings.shoot.frames.len();
         let every = settings.every.unwrap_or(frames.div_ceil(MOST_FRAMES)).max(1);
-        let distances = poses.iter().map(far).collect();
         let mut report = ConfidenceReport::new(self.project, self.calibration, distances, every)?;
         report.relation = Relation::learn(&poses, SAID_SHARE);
         let lamps: Vec<_> = poses.iter().map(|pose| &pose.lamps).collect();
@@ -165,7 +175,7 @@ fn looked_at(report: &ConfidenceReport, frame: &Frame, carried: &Carried) -> Fra
     let signs = signs(carried, &frame.mask);
     let mut found = FrameConfidence {
         frame: frame.index,
-        distance: root_mean(signs.iter().map(|(_, sign)| sign.distance.powi(2))),
+        distance: distance(&carried.unlike, &frame.mask),
         pose: carried.pose,
         expected: None,
         cells: vec![0.0; SIDE * SIDE],

@@ -30,7 +30,7 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             if !fits {
                 ui.colored_label(
                     theme::WARNING,
-                    "Estimated with another calibration. Estimate again.",
+                    "Calibration or pictures have changed since. Estimate again.",
                 );
             }
             report_ui(ui, context, report, out);
@@ -113,7 +113,7 @@ fn report_ui(
 
 /// Distance and expected error of a frame, in words.
 fn words(report: &ConfidenceReport, frame: &FrameConfidence) -> String {
-    let times = frame.distance / report.far;
+    let times = report.times(frame);
     let expected = frame.expected.map_or(String::new(), |expected| {
         let decibels = format!(", {:.1} dB", expected.psnr_db);
         match report.promised(frame) {

@@ -70,7 +70,7 @@ pub fn scrub_ui(
                 .unlike()
                 .into_iter()
                 .find(|unlike| (unlike.frame..unlike.frame + report.every).contains(&frame));
-            Some(found?.distance / report.far)
+            Some(report.times(found?))
         });
         if let Some(times) = unlike {
             response.clone().on_hover_text(format!(

@@ -21,7 +21,8 @@ fn report(project: &Project) -> CheckReport {
 
 /// The report of a calibration alone.
 fn judged(calibration: &Calibration, lit: &[LitEnvironment]) -> CheckReport {
-    let evidence = Evidence { calibration: Ok(Some(calibration.clone())), pictures: None };
+    let evidence =
+        Evidence { calibration: Ok(Some(calibration.clone())), pictures: None, frames: None };
     evidence.report(lit)
 }
 
@@ -246,6 +247,12 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
     let check = of(&report, Subject::Frames);
     assert!(matches!(check.level, Level::Doubtful | Level::Bad), "{check:?}");
     assert!(check.sentence.contains(&*project.settings.shoot.frames.name(2)), "{check:?}");
+    // The estimate of confidence says the same.
+    let silent = Progress::silent();
+    let said = confidence::confidence(&project, &Default::default(), &silent).unwrap();
+    let unlike: Vec<usize> = said.unlike().iter().map(|frame| frame.frame).collect();
+    assert_eq!(unlike, [2], "{}", said.sentence());
+    assert_eq!(of(&self::report(&project), Subject::Frames), check);
 }
 
 #[test]
@@ -327,7 +334,6 @@ fn brightness_beyond_half_floats_and_dark_that_is_lost_are_named() {
         let mut peaks = olats.to_vec();
         peaks[1].pixels[5] = [peak; 3];
         let pose = pictures::Pose {
-            plate: even(1.0),
             mask: imaging::Mask::filled(side, side, 1.0),
             matte: "pose00.png".to_owned(),
             name: "pose00".to_owned(),

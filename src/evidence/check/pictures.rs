@@ -1,10 +1,10 @@
-//! Small pictures of the poses and some frames, so that all fit into memory.
+//! Small pictures of the poses and mattes of some frames, so that all fit into memory.
 
 use super::subject_shading::Shading;
 use base::error::Result;
 use base::progress::Progress;
 use calibration::Calibration;
-use footage::{Frame, OlatReader, dimensions};
+use footage::{OlatReader, dimensions};
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use project::{Framing, Project};
@@ -21,8 +21,6 @@ pub(super) struct Pictures {
     pub frames: Vec<Filmed>,
     /// Area that both frames and poses show: a plate may end within the square.
     pub shown: Mask,
-    /// Number of all frames of the interview, not only the checked ones.
-    pub all_frames: usize,
 }
 
 /// A pose under every lamp that the network learns.
@@ -30,8 +28,6 @@ pub(super) struct Pose {
     pub olats: Vec<Image>,
     /// The brightest value of each channel under each pixel of [`Self::olats`].
     pub peaks: Vec<Image>,
-    /// The pose under the interview's light.
-    pub plate: Image,
     pub mask: Mask,
     /// Name of the matte in sentences.
     pub matte: String,
@@ -42,8 +38,6 @@ pub(super) struct Pose {
 
 /// A frame of the interview.
 pub(super) struct Filmed {
-    pub name: String,
-    pub plate: Image,
     pub mask: Mask,
     /// Name of the matte in sentences.
     pub matte: String,
@@ -58,8 +52,8 @@ impl Pictures {
         project.check_shoot()?;
         project.check_parts()?;
         let shoot = &project.settings.shoot;
-        let (poses, all_frames) = (shoot.poses.len(), shoot.frames.len());
-        let chosen = evenly(all_frames, FRAMES);
+        let poses = shoot.poses.len();
+        let chosen = evenly(shoot.frames.len(), FRAMES);
         let total = (poses + chosen.len()) as u64;
         let side = SIDE.min(project.settings.size);
         let framings = &project.settings.framing;
@@ -69,7 +63,7 @@ impl Pictures {
         for (share, other) in shown.pixels.iter_mut().zip(lit.pixels) {
             *share = share.min(other);
         }
-        let mut read = Self { shown, poses: Vec::new(), frames: Vec::new(), all_frames };
+        let mut read = Self { shown, poses: Vec::new(), frames: Vec::new() };
         for (pose, name) in shoot.poses.iter().enumerate() {
             progress.check("nothing was changed")?;
             progress.step("looking at the pictures", pose as u64, total, name);
@@ -79,12 +73,11 @@ impl Pictures {
             progress.check("nothing was changed")?;
             let name = shoot.frames.name(frame);
             progress.step("looking at the pictures", (poses + i) as u64, total, &*name);
-            let taken = Frame::load(project, &calibration.response, frame)?;
+            let matte = project.frame_matte(frame);
+            let mask = footage::read_mask(&matte, framings)?;
             read.frames.push(Filmed {
-                name: name.into_owned(),
-                plate: resize_area(&taken.plate, side, side),
-                mask: resize_area(&taken.mask, side, side),
-                matte: project.frame_matte(frame).display().to_string(),
+                mask: resize_area(&mask, side, side),
+                matte: matte.display().to_string(),
             });
         }
         progress.step("looking at the pictures", total, total, "");
@@ -105,7 +98,6 @@ impl Pose {
             })
             .collect::<Result<Vec<_>>>()?;
         let (mut olats, mut peaks): (Vec<Image>, Vec<Image>) = pictures.into_iter().unzip();
-        let plate = sum(&olats, &calibration.interview_light());
         let matte = project.exemplar_matte(pose);
         let mask = footage::read_mask(&matte, &settings.framing)?;
         let mask = resize_area(&mask, side, side);
@@ -114,7 +106,7 @@ impl Pose {
         olats.truncate(settings.shoot.lamps.len());
         peaks.truncate(settings.shoot.lamps.len());
         let (matte, name) = (matte.display().to_string(), settings.shoot.poses[pose].clone());
-        Ok(Self { olats, peaks, plate, mask, matte, name, shading })
+        Ok(Self { olats, peaks, mask, matte, name, shading })
     }
 }
 

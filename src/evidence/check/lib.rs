@@ -85,8 +85,8 @@ impl Subject {
         Self::InterviewLight,
         Self::Motion,
         Self::Shading,
-        Self::Frames,
         Self::Mattes,
+        Self::Frames,
     ];
     /// Subjects for each environment.
     const OF_ENVIRONMENT: [Self; 3] = [Self::Coverage, Self::Contrast, Self::HalfFloats];
@@ -125,6 +125,8 @@ pub struct Evidence {
     calibration: Known<Option<Calibration>>,
     /// Findings from poses and frames; none without a calibration.
     pictures: Option<Known<Pictures>>,
+    /// Likeness of the frames to the poses; None without a calibration.
+    frames: Option<Known<Check>>,
 }
 
 impl Level {
@@ -244,6 +246,17 @@ impl CheckReport {
     }
 }
 
+/// A value, or why it could not be read.
+///
+/// # Errors
+/// When the job was stopped.
+fn known<T>(read: Result<T>) -> Result<Known<T>> {
+    match read {
+        Err(stopped @ Error::Cancelled { .. }) => Err(stopped),
+        read => Ok(read.map_err(|e| e.to_string())),
+    }
+}
+
 /// The checks of a calibration's lamps.
 pub fn lamp_checks(calibration: &Calibration) -> Vec<Check> {
     lamps::checks(calibration)
@@ -260,21 +273,17 @@ impl Evidence {
         } else {
             Ok(None)
         };
-        let pictures = match &calibration {
-            Ok(Some(calibration)) => Some(Pictures::read(project, calibration, progress)),
-            _ => None,
-        };
-        let pictures = match pictures {
-            Some(Err(stopped @ Error::Cancelled { .. })) => return Err(stopped),
-            Some(read) => Some(read.map_err(|e| e.to_string())),
-            None => None,
-        };
-        Ok(Self { calibration: calibration.map_err(|e| e.to_string()), pictures })
+        let (mut pictures, mut frames) = (None, None);
+        if let Ok(Some(calibration)) = &calibration {
+            pictures = Some(known(Pictures::read(project, calibration, progress))?);
+            frames = Some(known(frames::check(project, progress))?);
+        }
+        Ok(Self { calibration: calibration.map_err(|e| e.to_string()), pictures, frames })
     }
 
     /// Judges the project, and the demands of some environments on it.
     pub fn report(&self, environments: &[LitEnvironment]) -> CheckReport {
-        const OF_PICTURES: [Subject; 3] = [Subject::Shading, Subject::Frames, Subject::Mattes];
+        const OF_PICTURES: [Subject; 2] = [Subject::Shading, Subject::Mattes];
         let mut checks = match &self.calibration {
             Ok(Some(calibration)) => {
                 let mut checks = lamps::checks(calibration);
@@ -282,13 +291,16 @@ impl Evidence {
                 checks.push(response::interview_light(calibration));
                 checks.push(motion::check(calibration));
                 checks.extend(match &self.pictures {
-                    Some(Ok(pictures)) => [
-                        subject_shading::check(pictures, calibration),
-                        frames::check(pictures),
-                        mattes::check(pictures),
-                    ],
+                    Some(Ok(pictures)) => {
+                        [subject_shading::check(pictures, calibration), mattes::check(pictures)]
+                    }
                     Some(Err(why)) => OF_PICTURES.map(|subject| Check::unread(subject, why)),
                     None => OF_PICTURES.map(Check::uncalibrated),
+                });
+                checks.push(match &self.frames {
+                    Some(Ok(check)) => check.clone(),
+                    Some(Err(why)) => Check::unread(Subject::Frames, why),
+                    None => Check::uncalibrated(Subject::Frames),
                 });
                 checks
             }
