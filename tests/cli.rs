@@ -157,6 +157,7 @@ fn a_small_shoot_goes_all_the_way() {
     assert!(at.join("out_2.0003.exr").exists());
     let checked = succeed(at, &["check", "out_2.0003.exr", "--strict", "--json"]);
     assert_eq!((&checked["layers"], &checked["level"]), (&Value::from(12), &Value::from("green")));
+    layers_are_of_lights(at);
     shots_are_certified(at);
     configurations_decide_colors(at);
     exports_go_on(at);
@@ -190,6 +191,26 @@ fn a_small_shoot_goes_all_the_way() {
     assert!(output.status.success(), "{said}");
     let refused = fail(at, &["evaluate", "film", "--truth", "shoot"]);
     assert!(refused.contains("--exclude-frames"), "{refused}");
+}
+
+/// A light layer for the environment and one for a placed light.
+fn layers_are_of_lights(at: &Path) {
+    let by_light = "relight film --environment nave --frames 2-2 --layers --layers-by light --light -90,20,30,3 --light 60,0,10,2 \
+                    --layer-weights --size 24 --to lights.%04d.exr --json";
+    let by_light: Vec<&str> = by_light.split_whitespace().collect();
+    let relit = succeed(at, &by_light);
+    let figure = |name: &str| relit["layers"][name].as_f64().unwrap();
+    assert!(figure("layers") == 3.0 && figure("residual") <= figure("brightest") / 2048.0);
+    let text = std::fs::read_to_string(at.join("lights.0002.json")).unwrap();
+    let listed: Value = serde_json::from_str(&text).unwrap();
+    let name = |layer: usize| listed["layers"][layer]["layer"].as_str().unwrap();
+    let names = ["light_00_environment", "light_01_Light_1", "light_02_Light_2"];
+    assert_eq!([name(0), name(1), name(2)], names);
+    succeed(at, &[&by_light[..], &["--solo", "olat_01"]].concat());
+    let checked = succeed(at, &["check", "lights.0002.exr", "--strict", "--json"]);
+    assert_eq!(checked["level"], "green");
+    let refused = fail(at, &[&by_light[..], &["--hand-over", "nuke"]].concat());
+    assert!(refused.contains("--layers-by lamp"), "{refused}");
 }
 
 /// Checks the two frames of a shot with their light layers, as delivered.

@@ -275,10 +275,10 @@ fn keys_alone_lead_through_an_export() {
     retype(&mut window, "24");
     tab_to(&mut window, Role::RadioButton, "Background None");
     press(&mut window, Key::Space);
-    tab_to(&mut window, Role::CheckBox, "One for each lamp");
+    tab_to(&mut window, Role::RadioButton, "Layers By lamp");
     press(&mut window, Key::Space);
     // New rows appear above it, and the focus stays.
-    press(&mut window, Key::Tab);
+    (0..2).for_each(|_| press(&mut window, Key::Tab));
     let nuke = window.get_by_role_and_label(Role::CheckBox, "Nuke");
     assert!(nuke.is_focused());
     press(&mut window, Key::Space);

@@ -327,7 +327,7 @@ fn the_newest_export_is_seen_whatever_is_chosen_above_it() {
     choose_colors(&mut window, "sRGB", "Un-tone-mapped");
     window.get_by_label("Format EXR").click();
     window.run_steps(2);
-    window.get_by_label("One for each lamp").click();
+    window.get_by_label("Layers By lamp").click();
     window.run_steps(2);
     std::fs::create_dir_all(root.join("exports")).unwrap();
     std::fs::write(root.join("exports/there.0000.exr"), "").unwrap();
@@ -451,7 +451,7 @@ fn no_control_is_wider_than_its_window() {
         if Workspace::ALL[place] == Workspace::Export {
             choose_colors(&mut window, "sRGB", "Un-tone-mapped");
             click_on(&mut window, "Format EXR");
-            click_on(&mut window, "One for each lamp");
+            click_on(&mut window, "Layers By lamp");
         }
         for size in [vec2(1280.0, 720.0), vec2(1366.0, 768.0), vec2(1920.0, 1080.0)] {
             window.set_size(size);

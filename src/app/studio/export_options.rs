@@ -6,7 +6,9 @@ use super::status::Phase;
 use color_config::ColorChoice;
 use compositor::Storage;
 use export::relight::RelightSettings;
-use export::{Existing, ExrSettings, Files, Format, HandOver, LayerFiles, MovieAlpha, OutputSpace};
+use export::{
+    Existing, ExrSettings, Files, Format, HandOver, LayerFiles, LayersBy, MovieAlpha, OutputSpace,
+};
 use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::Environment;
@@ -43,7 +45,7 @@ pub struct ExportOptions {
     pub movie_alpha: MovieAlpha,
     /// True to write the interview's sound into a movie, if there is any.
     pub sound: bool,
-    /// True to add the subject under each lamp as layers, if the format can hold them.
+    /// True to add the subject under each lamp or light as layers, if the format can hold them.
     pub layers: bool,
     /// Programs to write hand-over files for, if they can open the export.
     pub hand_over: Vec<HandOver>,
@@ -121,8 +123,8 @@ impl ExportOptions {
             (Format::Exr, true, LayerFiles::Parts) if program == HandOver::Blender => Some(
                 "Blender reads only the first part of an EXR: put the layers in channels or files",
             ),
-            (Format::Exr, true, _) => None,
-            _ => Some("Needs an EXR with a layer for each lamp"),
+            (Format::Exr, true, _) if self.exr.layers_by == LayersBy::Lamp => None,
+            _ => Some("Needs an EXR with layers by lamp"),
         }
     }
 
@@ -298,6 +300,9 @@ mod tests {
         assert_eq!(able(&options), [HandOver::Otio, HandOver::Edl]);
         options.layers = true;
         assert_eq!(able(&options), HandOver::ALL);
+        options.exr.layers_by = LayersBy::Light;
+        assert_eq!(able(&options), [HandOver::Otio, HandOver::Edl]);
+        options.exr.layers_by = LayersBy::Lamp;
         options.exr.layers = LayerFiles::Parts;
         assert_eq!(able(&options), [HandOver::Nuke, HandOver::Otio, HandOver::Edl]);
         options.format = Format::Movie(export::Codec::ProRes4444);

@@ -18,6 +18,10 @@ pub struct ExrSettings {
     /// Crop the data window of an EXR to its non-empty pixels.
     #[arg(id = "exr_crop", long = "exr-crop")]
     pub crop: bool,
+    /// One light layer for each lamp, or for each light of the look.
+    #[arg(id = "layers_by", long = "layers-by", value_enum, default_value_t)]
+    #[serde(default)]
+    pub layers_by: LayersBy,
     /// Storage of an EXR's light layers.
     #[arg(id = "layer_files", long = "layer-files", value_enum, default_value_t)]
     pub layers: LayerFiles,
@@ -66,6 +70,17 @@ pub enum ExrAlpha {
     Straight,
 }
 
+/// Light of one layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayersBy {
+    /// One lamp at weight 1: light_00 ….
+    #[default]
+    Lamp,
+    /// The environment, a group of placed lights, or a placed light without a group: light_00_environment, light_01_Key ….
+    Light,
+}
+
 /// Storage of light layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -75,7 +90,7 @@ pub enum LayerFiles {
     Channels,
     /// Parts of the picture's file.
     Parts,
-    /// One file per lamp beside the picture's: out.light_00.0001.exr.
+    /// One file per layer beside the picture's: out.light_00.0001.exr.
     Files,
 }
 

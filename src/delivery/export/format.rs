@@ -237,7 +237,8 @@ pub struct Files {
     /// Bits of a PNG's channels.
     #[arg(long, value_enum, default_value_t)]
     pub bits: Bits,
-    /// Add the subject under each lamp to an EXR, as light_00.R …, with the lamps' weights in the header.
+    /// Add the subject under each lamp to an EXR, as light_00.R …, with the lamps' weights in the header; or under each
+    /// light (--layers-by light).
     #[arg(long)]
     pub layers: bool,
 }

@@ -16,9 +16,9 @@ pub fn handed_over(files: &[PathBuf]) -> String {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum HandOver {
-    /// Nuke: a script with a gain per lamp, key, fill and rim, and the rebuilt picture; needs --layers [.nk].
+    /// Nuke: a script with a gain per lamp, key, fill and rim, and the rebuilt picture; needs --layers by lamp [.nk].
     Nuke,
-    /// Blender: a script for compositor, world and lamps; needs --layers, and includes the environment [.blender.py].
+    /// Blender: a script for compositor, world and lamps; needs --layers by lamp, and includes the environment [.blender.py].
     Blender,
     /// Resolve and other editors: a timeline of OpenTimelineIO [.otio].
     Otio,

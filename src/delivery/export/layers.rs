@@ -1,14 +1,15 @@
-//! The subject under each lamp alone, as layers of an EXR, and the check that the layers times their weights
+//! The subject under each lamp or light alone, as layers of an EXR, and the check that the layers times their weights
 //! give back the picture.
 //!
-//! Layer `light_07` is the subject as lamp 7 at weight 1 shows it, premultiplied by its coverage. The header's
+//! By lamp, layer `light_07` is the subject as lamp 7 at weight 1 shows it, premultiplied by its coverage. The header's
 //! attribute `lightWeights` says in JSON which lamp each layer is of and with what weight per channel it
 //! goes into the picture, exposure included. What is behind the subject and what effects do is the layer `rest`, if
 //! there is any: the picture is the sum of the layers, each times its weight, and `rest`. In another colour space than
 //! Rec. 709, layers are multiplied by their weights already and have weight 1, since weights of channels hold in the
-//! working space alone.
+//! working space alone. By light, layer `light_01_Key` is the subject under the light or the group Key as it shines in
+//! the frame, at weight 1.
 
-use super::exr_settings::LayerFiles;
+use super::exr_settings::{LayerFiles, LayersBy};
 use base::error::Result;
 use compositor::Field;
 use compositor::reference::extend_edges;
@@ -23,22 +24,23 @@ pub(super) const WEIGHTS: &str = "lightWeights";
 /// The layer of what no lamp does.
 pub(super) const REST: &str = "rest";
 
-/// The layers of one frame, in the order of the lamps.
+/// The layers of one frame, in the order of the lamps or lights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightLayers {
+    pub by: LayersBy,
     pub lamps: Vec<LightLayer>,
     /// Rest of the picture, without the lamps: linear, premultiplied. None if there is nothing.
     pub rest: Option<Image>,
 }
 
-/// Light of one lamp.
+/// Light of one lamp, or of one light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightLayer {
-    /// The lamp's name.
+    /// Name of the lamp or the light.
     pub lamp: String,
     /// Its weight per channel in the frame.
     pub weight: [f32; 3],
-    /// The subject under the lamp at weight 1: linear, premultiplied.
+    /// The subject under it at weight 1: linear, premultiplied.
     pub picture: Image,
 }
 
@@ -57,29 +59,27 @@ pub struct ListedLayer {
 }
 
 impl LightLayers {
-    /// Looks at a field under one lamp after the other. `lamps` are names and weights in the field's order;
+    /// Looks at a field under one light after the other: its name, the lamps' weights, and the weight of the layer.
     /// `mask` is the subject's coverage.
     ///
     /// # Errors
     /// When the field has another number of lamps, or its device fails.
-    pub fn of<'a>(
+    pub fn of(
         field: &Field,
         mask: &Mask,
-        lamps: impl ExactSizeIterator<Item = (&'a String, [f32; 3])>,
+        by: LayersBy,
+        lights: impl Iterator<Item = (String, Vec<[f32; 3]>, [f32; 3])>,
     ) -> Result<Self> {
-        let count = lamps.len();
-        let layer = |(index, (name, weight)): (usize, (&String, [f32; 3]))| {
-            let mut alone = vec![[0.0; 3]; count];
-            alone[index] = [1.0; 3];
-            let mut picture = field.relight(&alone)?;
+        let layer = |(lamp, per_lamp, weight): (String, Vec<[f32; 3]>, [f32; 3])| {
+            let mut picture = field.relight(&per_lamp)?;
             // As the pass `relight` does with their sum.
             extend_edges(&mut picture, mask);
             for (pixel, &alpha) in picture.pixels.iter_mut().zip(&mask.pixels) {
                 *pixel = pixel.map(|v| v * alpha);
             }
-            Ok(LightLayer { lamp: name.clone(), weight, picture })
+            Ok(LightLayer { lamp, weight, picture })
         };
-        lamps.enumerate().map(layer).collect::<Result<_>>().map(|lamps| Self { lamps, rest: None })
+        Ok(Self { by, lamps: lights.map(layer).collect::<Result<_>>()?, rest: None })
     }
 
     /// The same with `width × height` pixels.
@@ -115,10 +115,18 @@ impl LightLayers {
         self
     }
 
-    /// The name of a lamp's layer: never digits alone, which some programs take for numbers.
+    /// Name of a layer: never digits alone, which some programs take for numbers.
     fn name(&self, index: usize) -> String {
         let digits = (self.lamps.len().saturating_sub(1)).to_string().len().max(2);
-        format!("light_{index:0digits$}")
+        let number = format!("light_{index:0digits$}");
+        let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        match self.by {
+            LayersBy::Lamp => number,
+            LayersBy::Light => {
+                let name: String = self.lamps[index].lamp.chars().map(letter).collect();
+                format!("{number}_{name}")
+            }
+        }
     }
 
     /// All layers with their names.

@@ -42,7 +42,7 @@ pub use clip::{ClipWriter, Movie};
 pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};
 pub use destination::{Destination, Stills, numbered_from, untaken};
-pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
+pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples};
 pub use footage_print::footage_print;
 pub use format::{Bits, Existing, Files, Format, MovieAlpha, PixelBits};
 pub use hand_over::{HandOver, handed_over};

@@ -1,5 +1,7 @@
 use super::super::OutputSpace;
-use super::super::exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
+use super::super::exr_settings::{
+    ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples,
+};
 use super::super::layers::LightLayer;
 use super::super::still::tests::picture;
 use super::*;
@@ -223,7 +225,8 @@ fn lit() -> (Picture, Lights) {
             picture: light.map(|p| std::array::from_fn(|c| share * p[c] / weight[c])),
         }
     };
-    let layers = LightLayers { lamps: (0..2).map(layer).collect(), rest: None };
+    let layers =
+        LightLayers { by: Default::default(), lamps: (0..2).map(layer).collect(), rest: None };
     let mut shown = subject.clone();
     shown.display = None;
     for pixel in &mut shown.linear.as_mut().unwrap().pixels {
@@ -255,7 +258,15 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             ),
         ] {
             let folder = tempfile::tempdir().unwrap();
-            let exr = ExrSettings { samples, compression, alpha, crop, layers, weights: true };
+            let exr = ExrSettings {
+                samples,
+                compression,
+                alpha,
+                crop,
+                layers,
+                layers_by: LayersBy::Lamp,
+                weights: true,
+            };
             let files_settings = Files {
                 exr,
                 space,

@@ -15,7 +15,7 @@ use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
 use export::relight::{RelightReport, RelightSettings};
-use export::{HandOver, Interview, rational_rate};
+use export::{HandOver, Interview, LayersBy, rational_rate};
 use media::Media;
 use project::Project;
 use shot::Shot;
@@ -57,6 +57,13 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
                 "Add light layers and write an EXR, such as shot.%04d.exr",
                 format!("--layers, or leave {} out of --hand-over", program.name().to_lowercase()),
             ),
+        ));
+    }
+    if settings.hand_over.iter().any(|p| p.needs_layers()) && files.exr.layers_by == LayersBy::Light
+    {
+        return Err(Error::invalid(
+            "Nuke and Blender scripts need a light layer for each lamp, but there is one for each light",
+            ("Choose light layers by lamp", "--layers-by lamp"),
         ));
     }
     let media = Media::of(&files.to, first_asked.name())?;

@@ -133,6 +133,31 @@ impl Lighting {
         solo.map(|(i, light)| light.title(i)).collect()
     }
 
+    /// Parts of the lighting, with their names: the environment, each group, and each light without a
+    /// group. None for a part that is dark. Names and order do not depend on what is on.
+    pub fn parts(&self) -> Vec<(String, Option<Self>)> {
+        let part = |name: String, member: &dyn Fn(&PlacedLight) -> bool| {
+            let shine = self.placed.iter().filter(|light| member(light) && self.shines(light));
+            let solo = |light: &PlacedLight| PlacedLight { solo: true, ..light.clone() };
+            let placed: Vec<_> = shine.map(solo).collect();
+            (name, (!placed.is_empty()).then(|| Self { placed, ..self.clone() }))
+        };
+        let sky = (!self.is_solo()).then(|| Self { placed: Vec::new(), ..self.clone() });
+        let mut parts = vec![("environment".to_owned(), sky)];
+        for group in self.groups.iter().filter(|group| !group.name.is_empty()) {
+            let member = |light: &PlacedLight| {
+                self.group_of(light).is_some_and(|of| std::ptr::eq(of, group))
+            };
+            parts.push(part(group.name.clone(), &member));
+        }
+        for (index, alone) in self.placed.iter().enumerate() {
+            if self.group_of(alone).is_none() {
+                parts.push(part(alone.title(index), &|light| std::ptr::eq(light, alone)));
+            }
+        }
+        parts
+    }
+
     /// The lighting with every solo switch off.
     pub fn without_solo(mut self) -> Self {
         (self.placed.iter_mut()).for_each(|light| light.solo = false);

@@ -37,7 +37,7 @@ impl EnvironmentLight {
         rig: &Rig,
         scene: &Scene,
         (field, mask): (&Field, &Mask),
-    ) -> Result<(&'a Self, Option<f64>)> {
+    ) -> Result<(&'a mut Self, Option<f64>)> {
         let started = Instant::now();
         let (lighting, yaw_deg) = (&scene.lighting, scene.yaw_deg);
         let updated = match light.take() {
@@ -91,6 +91,40 @@ impl EnvironmentLight {
         &self.weights
     }
 
+    /// The lamps' weights of each part of the latest lighting, as [`Lighting::parts`]. A fit of several lights is not the sum
+    /// of their fits, so each lamp's weight is shared in proportion to them; then the parts add up exactly.
+    pub fn parts(&mut self) -> Vec<(String, Vec<[f32; 3]>)> {
+        let unit = self.levels.unit();
+        let mut parts: Vec<(String, Vec<[f32; 3]>)> = Vec::new();
+        for (name, part) in self.lighting.parts() {
+            let dark = vec![[0.0; 3]; self.weights.per_lamp.len()];
+            let lit = part.map(|part| self.lit.weights(&part, self.yaw_deg, unit).per_lamp);
+            parts.push((name, lit.unwrap_or(dark)));
+        }
+        let Some(((_, environment), lights)) = parts.split_first_mut() else {
+            return parts;
+        };
+        let total = |light: &Vec<[f32; 3]>, c: usize| light.iter().map(|w| w[c]).sum::<f32>();
+        let totals: Vec<[f32; 3]> =
+            lights.iter().map(|(_, light)| [0, 1, 2].map(|c| total(light, c))).collect();
+        for (lamp, whole) in self.weights.per_lamp.iter().enumerate() {
+            for c in 0..3 {
+                let placed = whole[c] - environment[lamp][c];
+                let own: f32 = lights.iter().map(|(_, light)| light[lamp][c]).sum();
+                let all: f32 = totals.iter().map(|total| total[c]).sum();
+                for ((_, light), total) in lights.iter_mut().zip(&totals) {
+                    let share = match (own > 0.0, all > 0.0) {
+                        (true, _) => light[lamp][c] / own,
+                        (false, true) => total[c] / all,
+                        (false, false) => 0.0,
+                    };
+                    light[lamp][c] = placed * share;
+                }
+            }
+        }
+        parts
+    }
+
     /// Weights of only some lamps, each with half of the energy of an even light from all of them.
     pub fn solo(&self, lamps: &[usize]) -> LightWeights {
         let mut weights = self.lit.even();
@@ -115,7 +149,7 @@ impl EnvironmentLight {
 mod tests {
     use super::*;
     use imaging::Image;
-    use light::Lamp;
+    use light::{Lamp, LightGroup, PlacedLight};
     use reflectance::ReflectanceField;
 
     /// Two lamps, left and right, and a frame lit half by each.
@@ -186,5 +220,53 @@ mod tests {
         let solo = lit.unwrap().0.solo(&[1]);
         assert_eq!(solo.per_lamp[0], [0.0; 3]);
         assert!(solo.per_lamp[1].iter().all(|&w| w > 0.0 && w.is_finite()));
+    }
+
+    #[test]
+    fn the_parts_of_a_lighting_add_up_lamp_by_lamp() {
+        let (few, _, mask) = stage();
+        let direction = |i: usize| {
+            let (x, z) = (i as f32 * 0.7).sin_cos();
+            glam::Vec3::new(x, 0.3, z)
+        };
+        let lamp = |i: usize| Lamp { direction: direction(i).normalize(), ..few.lamps[0].clone() };
+        let rig = Rig { lamps: (0..12).map(lamp).collect() };
+        let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [0.5; 3]); 12]).into();
+        let placed = |name: &str, group: &str, yaw_deg: f32| PlacedLight {
+            name: name.to_owned(),
+            group: group.to_owned(),
+            yaw_deg,
+            intensity: 2.0,
+            ..PlacedLight::default()
+        };
+        let key = LightGroup { name: "Key".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
+        let mut scene = at(0.0);
+        scene.lighting.groups = vec![key];
+        scene.lighting.placed =
+            vec![placed("a", "Key", -80.0), placed("", "", 90.0), placed("b", "Key", 70.0)];
+        let sky = environment(1.0, 0.2);
+        let mut light = None;
+        let mut sums = |scene: &Scene| {
+            let (light, _) =
+                EnvironmentLight::update(&mut light, &sky, &rig, scene, (&field, &mask)).unwrap();
+            let parts = light.parts();
+            let names: Vec<_> = parts.iter().map(|(name, _)| name.clone()).collect();
+            assert_eq!(names, ["environment", "Key", "Light 2"]);
+            for (lamp, whole) in light.weights().per_lamp.iter().enumerate() {
+                for c in 0..3 {
+                    let sum: f32 = parts.iter().map(|(_, part)| part[lamp][c]).sum();
+                    assert!((sum - whole[c]).abs() <= 1e-5 * whole[c], "{lamp}: {sum} {whole:?}");
+                }
+            }
+            let is_lit = |part: &Vec<[f32; 3]>| part.iter().flatten().any(|weight| *weight > 0.0);
+            parts.iter().map(|(_, part)| is_lit(part)).collect::<Vec<_>>()
+        };
+        assert_eq!(sums(&scene), [true, true, true]);
+        scene.lighting.placed[1].enabled = false;
+        assert_eq!(sums(&scene), [true, true, false]);
+        scene.lighting.placed[2].solo = true;
+        assert_eq!(sums(&scene), [false, true, false]);
+        scene.lighting.groups[0].muted = true;
+        assert_eq!(sums(&scene), [true, false, false]);
     }
 }

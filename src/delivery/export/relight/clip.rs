@@ -5,7 +5,7 @@ use super::{Part, RelightSettings};
 use crate::look::{Look, sources};
 use crate::provenance::Provenance;
 use crate::writer::{Lights, Writer};
-use crate::{Interview, LightLayers, Stages};
+use crate::{Interview, LayersBy, LightLayers, Stages};
 use base::error::Result;
 use base::progress::Progress;
 use calibration::Calibration;
@@ -20,6 +20,9 @@ use project::Project;
 use scene::{Background, Effects, Output, Scene};
 use std::time::Instant;
 use transfer::{FineField, OlatPredictor};
+
+/// Name of a light, and the lamps' weights under it alone.
+type NamedLight = (String, Vec<[f32; 3]>);
 
 /// Frame to relight.
 pub(super) struct Plan {
@@ -154,7 +157,13 @@ impl<'a> Clip<'a> {
             (&field, &frame.mask),
         )?;
         self.uncovered_energy = light.weights().uncovered;
+        let files = &self.look.settings.files;
+        let by_light = plan.write && files.layers && files.exr.layers_by == LayersBy::Light;
         let solo = (!self.solo.is_empty()).then(|| light.solo(&self.solo));
+        let parts = by_light.then(|| match &solo {
+            Some(solo) => vec![("lamps".to_owned(), solo.per_lamp.clone())],
+            None => light.parts(),
+        });
         let of = Ingredients {
             weights: solo.as_ref().unwrap_or(light.weights()),
             upstream: Upstream { predict_ms, weights_ms },
@@ -171,8 +180,8 @@ impl<'a> Clip<'a> {
         if !plan.write {
             return Ok(None);
         }
-        let lamps = || lights(scene, &of, rig);
-        let lights = self.look.settings.files.layers.then(lamps).transpose()?;
+        let lights = || lights(scene, &of, rig, parts.as_deref());
+        let lights = files.layers.then(lights).transpose()?;
         Ok(Some(Made { picture, lights }))
     }
 
@@ -197,9 +206,15 @@ impl<'a> Clip<'a> {
     }
 }
 
-/// The subject under each lamp, and the compositor's sum over all lamps: without background
+/// The subject under each lamp or light, and the compositor's sum over all: without background
 /// and without effects.
-fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
+/// `parts`: names and the lamps' weights of the lights; None for layers by lamp.
+fn lights(
+    scene: &Scene,
+    of: &Ingredients,
+    rig: &Rig,
+    parts: Option<&[NamedLight]>,
+) -> Result<Lights> {
     let plain = Scene {
         background: Background::None,
         effects: Effects::default(),
@@ -207,16 +222,25 @@ fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
         ..scene.clone()
     };
     let factor = of.levels.subject * scene.exposure_stops.exp2();
-    let weights = of.weights.per_lamp.iter();
-    let weights = weights.map(|weight| weight.map(|share| share * factor));
-    let names = rig.lamps.iter().map(|lamp| &lamp.name);
-    let mut layers = LightLayers::of(of.field, of.mask, names.zip(weights))?;
+    let by = if parts.is_some() { LayersBy::Light } else { LayersBy::Lamp };
+    let scaled = |weight: [f32; 3]| weight.map(|share| share * factor);
+    let light = |index: usize| match parts {
+        None => {
+            let mut alone = vec![[0.0; 3]; rig.lamps.len()];
+            alone[index] = [1.0; 3];
+            (rig.lamps[index].name.clone(), alone, scaled(of.weights.per_lamp[index]))
+        }
+        Some(parts) => {
+            let (name, per_lamp) = &parts[index];
+            (name.clone(), per_lamp.iter().copied().map(scaled).collect(), [1.0; 3])
+        }
+    };
+    let count = parts.map_or(rig.lamps.len(), <[_]>::len);
+    let mut layers = LightLayers::of(of.field, of.mask, by, (0..count).map(light))?;
     if let Some(plate) = of.plate() {
-        let mut alone = vec![[0.0; 3]; rig.lamps.len()];
-        for (lamp, layer) in layers.lamps.iter_mut().enumerate() {
-            alone[lamp] = [1.0; 3];
-            layer.picture = plate.relit_by(&layer.picture, of.mask, &alone);
-            alone[lamp] = [0.0; 3];
+        for (index, layer) in layers.lamps.iter_mut().enumerate() {
+            let (_, per_lamp, _) = light(index);
+            layer.picture = plate.relit_by(&layer.picture, of.mask, &per_lamp);
         }
     }
     Ok(Lights {

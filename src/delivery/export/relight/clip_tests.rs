@@ -93,8 +93,16 @@ fn add(sum: &mut Image, layer: &Image, weight: [f32; 3]) {
 }
 
 fn check(scene: &Scene, of: &Ingredients) {
+    check_by(scene, of, None);
+    // Two lights, one of which shares every lamp with the other.
+    let share = |share: f32| of.weights.per_lamp.iter().map(|w| w.map(|w| share * w)).collect();
+    let parts = [0.25, 0.75].map(|of| (format!("{of}"), share(of)));
+    check_by(scene, of, Some(&parts));
+}
+
+fn check_by(scene: &Scene, of: &Ingredients, parts: Option<&[NamedLight]>) {
     let picture = compose(scene, of).unwrap().linear.unwrap();
-    let Lights { layers, subject } = lights(scene, of, &rig()).unwrap();
+    let Lights { layers, subject } = lights(scene, of, &rig(), parts).unwrap();
     let subject = subject.linear.unwrap();
     let layers = layers.with_rest(&picture, &subject);
     let mut sum = Image::filled(subject.width, subject.height, [0.0; 3]);

@@ -100,9 +100,9 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Layers in");
     ui.add_enabled_ui(options.layers, |ui| {
         let places = [
-            (LayerFiles::Channels, "Channels", "light_00.R … beside the picture's channels"),
-            (LayerFiles::Parts, "Parts", "A part of the file for each lamp"),
-            (LayerFiles::Files, "Files", "A file for each lamp beside the picture's"),
+            (LayerFiles::Channels, "Channels", "Beside the picture's channels"),
+            (LayerFiles::Parts, "Parts", "A part of the file for each layer"),
+            (LayerFiles::Files, "Files", "A file for each layer beside the picture's"),
         ];
         segments_ui(ui, |ui| {
             for (layers, name, hint) in places {

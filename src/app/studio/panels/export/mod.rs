@@ -19,7 +19,7 @@ use egui::{
     Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui,
     UiBuilder, WidgetInfo, vec2,
 };
-use export::{Destination, Files, Format, HandOver, PixelBits};
+use export::{Destination, Files, Format, HandOver, LayersBy, PixelBits};
 use farm::Engine;
 use footage::scan::counted;
 use footage::{FRAME_NUMBERS, PictureSize};
@@ -148,7 +148,7 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
     response.widget_info(|| {
         WidgetInfo::selected(Role::RadioButton, true, chosen, format!("{of} {name}"))
     });
-    response.on_hover_text(hint).clicked()
+    response.on_hover_text(hint).on_disabled_hover_text(hint).clicked()
 }
 
 fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
@@ -267,17 +267,31 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
 fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Layers");
     let has_room = options.format == Format::Exr;
-    let mut layers = options.layers && has_room;
-    let tick = egui::Checkbox::new(&mut layers, "One for each lamp");
-    let response = steady(ui, "layers", |ui| ui.add_enabled(has_room, tick))
-        .on_hover_text(
-            "light_00.R … beside the picture; the weights are in the header. The layers add up to the relit subject, \
-             which the export checks.",
-        )
-        .on_disabled_hover_text("Only EXR holds layers");
-    if response.changed() {
-        options.layers = layers;
-    }
+    let ways = [
+        (None, "None", "The picture alone"),
+        (
+            Some(LayersBy::Lamp),
+            "By lamp",
+            "light_00.R …, each lamp of the shoot with its weight in the header: can be relit, for Nuke and Blender",
+        ),
+        (
+            Some(LayersBy::Light),
+            "By light",
+            "light_01_Key.R …, the environment, each group and each other light: fewer layers, smaller files",
+        ),
+    ];
+    let chosen = (options.layers && has_room).then_some(options.exr.layers_by);
+    ui.add_enabled_ui(has_room, |ui| {
+        segments_ui(ui, |ui| {
+            for (by, name, hint) in ways {
+                let hint = if has_room { hint } else { "Only EXR holds layers" };
+                if choice_ui(ui, "Layers", name, hint, chosen == by) {
+                    options.layers = by.is_some();
+                    options.exr.layers_by = by.unwrap_or(options.exr.layers_by);
+                }
+            }
+        });
+    });
     ui.end_row();
 }
 
