@@ -45,8 +45,7 @@ fn an_exr_holds_the_space_of_a_role_and_its_layers_add_up_there() {
             (0..3).for_each(|c| pixel[c] += lamp.weight[c] * lamp.picture.pixels[i][c]);
         }
     }
-    let layers =
-        LightLayers { by: Default::default(), lamps, rest: None }.in_space(encoding.keeps_light());
+    let layers = LightLayers { lamps, ..LightLayers::default() }.in_space(encoding.keeps_light());
     let about = About { encoding: &encoding, layers: Some(&layers), ..about(Bits::Eight) };
     write_still(&path, &whole, &about).unwrap();
     let light = &whole.linear.as_ref().unwrap().pixels;

@@ -11,11 +11,11 @@
 
 use super::exr_settings::{LayerFiles, LayersBy};
 use base::error::Result;
-use compositor::Field;
+use compositor::Ingredients;
 use compositor::reference::extend_edges;
 use exr::meta::attribute::{AttributeValue, Text};
+use imaging::Image;
 use imaging::resample::resize;
-use imaging::{Image, Mask};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ pub(super) const WEIGHTS: &str = "lightWeights";
 pub(super) const REST: &str = "rest";
 
 /// The layers of one frame, in the order of the lamps or lights.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightLayers {
     pub by: LayersBy,
     pub lamps: Vec<LightLayer>,
@@ -59,23 +59,26 @@ pub struct ListedLayer {
 }
 
 impl LightLayers {
-    /// Looks at a field under one light after the other: its name, the lamps' weights, and the weight of the layer.
-    /// `mask` is the subject's coverage.
+    /// Looks at a frame under one light after the other: its name, the lamps' weights, and the weight of the layer. At the
+    /// size of the plate, if there is one.
     ///
     /// # Errors
     /// When the field has another number of lamps, or its device fails.
     pub fn of(
-        field: &Field,
-        mask: &Mask,
+        frame: &Ingredients,
         by: LayersBy,
         lights: impl Iterator<Item = (String, Vec<[f32; 3]>, [f32; 3])>,
     ) -> Result<Self> {
+        let mask = frame.mask;
         let layer = |(lamp, per_lamp, weight): (String, Vec<[f32; 3]>, [f32; 3])| {
-            let mut picture = field.relight(&per_lamp)?;
+            let mut picture = frame.field.relight(&per_lamp)?;
             // As the pass `relight` does with their sum.
             extend_edges(&mut picture, mask);
             for (pixel, &alpha) in picture.pixels.iter_mut().zip(&mask.pixels) {
                 *pixel = pixel.map(|v| v * alpha);
+            }
+            if let Some(plate) = frame.plate() {
+                picture = plate.relit_by(&picture, mask, &per_lamp);
             }
             Ok(LightLayer { lamp, weight, picture })
         };

@@ -118,8 +118,7 @@ fn light_layers_times_their_weights_give_back_the_subject() {
         weight: [0.5 + i as f32, 0.25, 1.0 / (1.0 + i as f32)],
         picture: Raster::from_fn(5, 3, |x, y| [x as f32 + 0.1, y as f32, (i * x) as f32 / 7.0]),
     };
-    let lights =
-        LightLayers { by: Default::default(), lamps: (0..12).map(lamp).collect(), rest: None };
+    let lights = LightLayers { lamps: (0..12).map(lamp).collect(), ..LightLayers::default() };
     let mut relit = Image::filled(5, 3, [0.0; 3]);
     for LightLayer { weight, picture, .. } in &lights.lamps {
         for (sum, value) in relit.pixels.iter_mut().zip(&picture.pixels) {
@@ -254,7 +253,7 @@ fn every_still_says_what_it_was_made_of() {
     use super::super::provenance::provenance_of;
     let folder = tempfile::tempdir().unwrap();
     let light = picture(4, 3, [0.5; 3], true).linear.unwrap();
-    let layers = LightLayers { by: Default::default(), lamps: Vec::new(), rest: Some(light) };
+    let layers = LightLayers { rest: Some(light), ..LightLayers::default() };
     for name in ["a.png", "a.tif", "a.exr", "b.exr"] {
         let path = folder.path().join(name);
         let about = About {

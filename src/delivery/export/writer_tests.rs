@@ -225,8 +225,7 @@ fn lit() -> (Picture, Lights) {
             picture: light.map(|p| std::array::from_fn(|c| share * p[c] / weight[c])),
         }
     };
-    let layers =
-        LightLayers { by: Default::default(), lamps: (0..2).map(layer).collect(), rest: None };
+    let layers = LightLayers { lamps: (0..2).map(layer).collect(), ..LightLayers::default() };
     let mut shown = subject.clone();
     shown.display = None;
     for pixel in &mut shown.linear.as_mut().unwrap().pixels {

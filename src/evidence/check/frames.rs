@@ -26,9 +26,9 @@ pub(super) fn check(project: &Project, progress: &Progress) -> Result<Check> {
         }
     };
     if report.far <= 0.0 {
-        let sentence = "With poses all alike, the frames cannot be compared";
+        let sentence = "No pose shows a subject that can be compared with the frames";
         return Ok(Check::new(Subject::Frames, Level::Unknown, sentence)
-            .remedy("Photograph several poses as varied as the interview"));
+            .remedy("Check the poses and their mattes"));
     }
     let shown = report.frames.iter().filter(|frame| frame.distance > 0.0);
     let Some(farthest) = shown.max_by(|a, b| a.distance.total_cmp(&b.distance)) else {

@@ -256,6 +256,30 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
 }
 
 #[test]
+fn frames_or_poses_without_a_subject_are_not_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, sound) = sound(folder.path());
+    sound.save(&project).unwrap();
+    let shoot = &project.settings.shoot;
+    let empty = |mattes: Vec<std::path::PathBuf>| {
+        let kept: Vec<_> = mattes.iter().map(|matte| std::fs::read(matte).unwrap()).collect();
+        for matte in &mattes {
+            let (width, height) = image::image_dimensions(matte).unwrap();
+            image::GrayImage::new(width, height).save(matte).unwrap();
+        }
+        let check = of(&report(&project), Subject::Frames).clone();
+        mattes.iter().zip(kept).for_each(|(matte, kept)| std::fs::write(matte, kept).unwrap());
+        (check.level, check.sentence)
+    };
+    let frames = (0..shoot.frames.len()).map(|frame| project.frame_matte(frame).file().to_owned());
+    let (level, sentence) = empty(frames.collect());
+    assert!(level == Level::Unknown && sentence.starts_with("No frame shows"), "{sentence}");
+    let poses = (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose).file().to_owned());
+    let (level, sentence) = empty(poses.collect());
+    assert!(level == Level::Unknown && sentence.starts_with("No pose shows"), "{sentence}");
+}
+
+#[test]
 fn a_matte_of_one_value_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (project, sound) = sound(folder.path());

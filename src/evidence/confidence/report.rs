@@ -32,7 +32,8 @@ pub struct ConfidenceReport {
     /// Distance of each pose predicted from the others: median over its pixels of the logarithm of pose over best
     /// prediction, root mean square in a small window.
     pub pose_distances: Vec<f32>,
-    /// Twice the median pose distance: a frame farther from all poses is unlike them. 0 if the poses are all alike.
+    /// Twice the median pose distance: a frame farther from all poses is unlike them. 0 if
+    /// the poses show no subject.
     pub far: f32,
     pub frames: Vec<FrameConfidence>,
     /// Interval between examined frames.
@@ -199,7 +200,7 @@ pub fn mark(project: &Project) -> Result<String> {
     Ok(mark.to_string())
 }
 
-/// Median distance of poses that show a subject and have no copy; 0 without such poses.
+/// Median distance of the poses that show a subject; 0 without such poses.
 fn median_distance(poses: &[f32]) -> f32 {
     median(poses.iter().copied().filter(|distance| *distance > 0.0).collect())
 }

@@ -220,6 +220,12 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
     let (kept, fits) = ConfidenceReport::load(&project).unwrap().unwrap();
     assert!(fits);
     assert_eq!((&kept.missing, kept.sentence()), (&report.missing, report.sentence()));
+    // New mattes make it old.
+    let matte = project.frame_matte(0).file().to_owned();
+    let before = std::fs::read(&matte).unwrap();
+    std::fs::write(&matte, b"another").unwrap();
+    assert!(!ConfidenceReport::load(&project).unwrap().unwrap().1);
+    std::fs::write(&matte, before).unwrap();
     let again = confidence(&project, &settings, &silent).unwrap();
     assert_eq!(again.left_out, report.left_out);
 

@@ -35,7 +35,7 @@ fn take(number: i64) -> Take {
     }
     Take {
         picture: whole,
-        layers: Some(LightLayers { by: Default::default(), lamps, rest: None }),
+        layers: Some(LightLayers { lamps, ..LightLayers::default() }),
         about: About {
             time_code: TimeCode::parse("01:00:00:22", 24.0).unwrap().plus(number as usize),
             frame_rate: 24.0,

@@ -222,27 +222,24 @@ fn lights(
         ..scene.clone()
     };
     let factor = of.levels.subject * scene.exposure_stops.exp2();
-    let by = if parts.is_some() { LayersBy::Light } else { LayersBy::Lamp };
-    let scaled = |weight: [f32; 3]| weight.map(|share| share * factor);
-    let light = |index: usize| match parts {
+    let scaled = |weight: &[f32; 3]| weight.map(|share| share * factor);
+    let layers = match parts {
         None => {
-            let mut alone = vec![[0.0; 3]; rig.lamps.len()];
-            alone[index] = [1.0; 3];
-            (rig.lamps[index].name.clone(), alone, scaled(of.weights.per_lamp[index]))
+            let lamps = rig.lamps.iter().zip(&of.weights.per_lamp).enumerate();
+            let lamps = lamps.map(|(index, (lamp, weight))| {
+                let mut alone = vec![[0.0; 3]; rig.lamps.len()];
+                alone[index] = [1.0; 3];
+                (lamp.name.clone(), alone, scaled(weight))
+            });
+            LightLayers::of(of, LayersBy::Lamp, lamps)?
         }
         Some(parts) => {
-            let (name, per_lamp) = &parts[index];
-            (name.clone(), per_lamp.iter().copied().map(scaled).collect(), [1.0; 3])
+            let lights = parts.iter().map(|(name, per_lamp)| {
+                (name.clone(), per_lamp.iter().map(scaled).collect(), [1.0; 3])
+            });
+            LightLayers::of(of, LayersBy::Light, lights)?
         }
     };
-    let count = parts.map_or(rig.lamps.len(), <[_]>::len);
-    let mut layers = LightLayers::of(of.field, of.mask, by, (0..count).map(light))?;
-    if let Some(plate) = of.plate() {
-        for (index, layer) in layers.lamps.iter_mut().enumerate() {
-            let (_, per_lamp, _) = light(index);
-            layer.picture = plate.relit_by(&layer.picture, of.mask, &per_lamp);
-        }
-    }
     Ok(Lights {
         layers,
         subject: compose(
