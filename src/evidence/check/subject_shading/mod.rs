@@ -118,7 +118,11 @@ impl Fault {
         };
         match self.kind {
             Kind::Black(lamp) => {
-                format!("{place}, {}: the OLAT is black, though the lamp was found", name(lamp))
+                let though = match lamps[lamp].is_usable() {
+                    true => "the lamp was found",
+                    false => "other poses show the lamp",
+                };
+                format!("{place}, {}: the OLAT is black, though {though}", name(lamp))
             }
             Kind::Exchanged(a, b) => {
                 let (a, b) = (name(a), name(b));
@@ -227,17 +231,27 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
             .map(|pose| pose.relative().map(|l| l < NOTHING).collect())
             .collect::<Vec<_>>(),
     );
-    let (mut faults, poses) =
+    let (mut faults, sorted) =
         if count(&black(&lit.1, &kernel)) < count(&usual) { lit } else { ordered(&usual) };
     if !faults.iter().any(|fault| fault.kind == Kind::Disordered) {
-        let black = black(&poses, &kernel);
-        faults.extend(mirrored(&directions, &poses, &black));
+        let black = black(&sorted, &kernel);
+        faults.extend(mirrored(&directions, &sorted, &black));
         for (i, &lamp) in order.iter().enumerate() {
             let poses: Vec<usize> = (0..poses.len()).filter(|&pose| black[pose][i]).collect();
             if !poses.is_empty() {
                 let certain = !kernel.hidden[i];
                 faults.push(Fault { kind: Kind::Black(lamp), poses, certain });
             }
+        }
+    }
+    // Lamps that no ball shows have no direction, but light in other poses.
+    let relative: Vec<Vec<f64>> = poses.iter().map(|pose| pose.relative().collect()).collect();
+    for lamp in (0..known).filter(|&lamp| !lamps[lamp].is_usable()) {
+        let light: Vec<f64> = relative.iter().map(|relative| relative[lamp]).collect();
+        let is_black = |&pose: &usize| light[pose] < NOTHING && is_dark_beside(&light, pose, true);
+        let poses: Vec<usize> = (0..poses.len()).filter(is_black).collect();
+        if !poses.is_empty() {
+            faults.push(Fault { kind: Kind::Black(lamp), poses, certain: false });
         }
     }
     faults.sort_by_key(|fault| !fault.certain);
@@ -256,22 +270,28 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
     };
     let is_dark =
         |pose: usize, lamp: usize| relative[pose][lamp] < if hidden[lamp] { NOTHING } else { DARK };
-    let beside = |pose: usize, lamp: usize| {
-        let all: f64 = relative.iter().map(|light| light[lamp]).sum();
-        let others = (all - relative[pose][lamp]) / (poses.len() - 1) as f64;
-        let limit = if hidden[lamp] { BESIDE_HIDDEN } else { BESIDE };
-        // A lamp that the subject hides in another pose too is not black.
-        let is_shown = |other: usize| other == pose || relative[other][lamp] >= NOTHING;
-        let shown = !hidden[lamp] || (0..poses.len()).all(is_shown);
-        shown && relative[pose][lamp] < limit * others
-    };
     (0..poses.len())
         .map(|pose| {
-            let beside = |lamp| poses.len() > 1 && beside(pose, lamp);
+            let beside = |lamp: usize| {
+                let light: Vec<f64> = relative.iter().map(|light| light[lamp]).collect();
+                is_dark_beside(&light, pose, hidden[lamp])
+            };
             let is_black = |lamp| is_dark(pose, lamp) && (never(lamp) || beside(lamp));
             lamps.clone().map(is_black).collect()
         })
         .collect()
+}
+
+/// True if a lamp gives a pose much less light than the others; `light` is that of each pose. `hidden`: the subject may
+/// hide the lamp.
+fn is_dark_beside(light: &[f64], pose: usize, hidden: bool) -> bool {
+    let others = light.iter().enumerate().filter(|(other, _)| *other != pose);
+    let others: Vec<f64> = others.map(|(_, light)| *light).collect();
+    let mean = others.iter().sum::<f64>() / others.len() as f64;
+    let limit = if hidden { BESIDE_HIDDEN } else { BESIDE };
+    // A lamp that the subject hides in another pose too is not black.
+    let shown = !hidden || others.iter().all(|light| *light >= NOTHING);
+    shown && light[pose] < limit * mean
 }
 
 /// Mirrored balls or poses: light from the right is found on the left of the subject, or light from above below. By the mean

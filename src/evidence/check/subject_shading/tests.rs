@@ -104,6 +104,12 @@ fn each_fault_of_a_shoot_is_named_and_a_good_shoot_has_none() {
     ] {
         assert_eq!(kinds(&faulty.faults()), [(kind, poses)]);
     }
+    // No ball shows the lamp: black beside other poses, or hidden in all.
+    for (poses, found) in [(vec![2], vec![(Kind::Black(7), vec![2])]), (all.clone(), vec![])] {
+        let mut unseen = good.black(&poses, 7);
+        unseen.lamps[7].confidence = 0.0;
+        assert_eq!(kinds(&unseen.faults()), found);
+    }
     // Another order altogether has several explanations (a reversed dome is almost the same dome turned); it is not green.
     let count = good.lamps.len();
     let source: Vec<usize> = (0..count).map(|i| 17 * i % count).collect();
