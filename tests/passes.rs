@@ -264,6 +264,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
             looks: Default::default(),
             solo: Vec::new(),
             table: None,
+            frame_rate: 24.0,
             moving: texture,
             texture,
         });

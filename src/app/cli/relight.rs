@@ -88,6 +88,11 @@ impl ExportArgs {
         if self.no_background {
             settings.background = Background::None;
         }
+        if let Some(file) = settings.background.file() {
+            let file = std::path::absolute(file)
+                .map_err(|e| Error::io("open", file, e, "Check the path of the background"))?;
+            settings.background = settings.background.with_file(file);
+        }
         if self.keep {
             settings.files.existing = Existing::Keep;
         }

@@ -493,6 +493,8 @@ pub enum Dialog {
     ProjectFolder,
     /// New folder of the open project's shoot.
     ShootLocation,
+    /// A still or movie behind the subject.
+    Background,
     /// The next export's file.
     Destination,
     /// Folder for a farm job of this engine.

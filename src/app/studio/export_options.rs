@@ -224,7 +224,7 @@ impl ExportOptions {
             },
             frames: Some(look.range_of(project.settings.shoot.frames.len())),
             exposure_stops: look.exposure_stops,
-            background: self.background.unwrap_or(look.background),
+            background: self.background.as_ref().unwrap_or(&look.background).clone(),
             files: Files {
                 to: self.to(&project.root),
                 first_number: self.first_number,

@@ -53,7 +53,7 @@ impl SavedLook {
             exposure_stops: look.exposure_stops,
             lighting: look.lighting.clone(),
             effects: look.effects,
-            background: look.background,
+            background: look.background.clone(),
             range: look.range,
         }
     }
@@ -111,7 +111,7 @@ impl SavedLook {
             inspection: Inspection::Picture,
             ..self.effects.bounded()
         };
-        look.background = self.background;
+        look.background = self.background.bounded();
         look.range = self.range.filter(|(first, last)| first <= last);
         look.number_lights();
         look.follow(0);

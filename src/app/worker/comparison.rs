@@ -1,6 +1,7 @@
 //! Counterparts of a picture: other pictures, made under the same view settings.
 
 use super::PredictedFrame;
+use super::behind::Behind;
 use super::preview::LookView;
 use base::error::Result;
 use compositor::reference::scale;
@@ -61,6 +62,7 @@ pub(super) struct RelitFrame<'a> {
     /// Weights of the soloed lamps; None if all lamps light it.
     pub solo: Option<&'a LightWeights>,
     pub rig: &'a Rig,
+    pub behind: &'a Behind,
     /// Field and matte of the reference frame, which sets the level of every light.
     pub reference: (&'a Field, &'a Mask),
 }
@@ -92,7 +94,7 @@ impl RelitFrame<'_> {
                 }
                 let all = self.light.on(&olats.field, &olats.frame.mask);
                 let weights = self.solo.unwrap_or(all.weights);
-                let extra = extra(olats);
+                let extra = extra(olats, self.behind.of(&scene.background));
                 compose(&scene, &Ingredients { weights, extra, ..all })?
             }
             (Comparison::Light(environment, yaw_deg), _) => {
@@ -121,7 +123,7 @@ impl RelitFrame<'_> {
             EnvironmentLight::update(own_light, environment, self.rig, scene, self.reference)?;
         let PredictedFrame { field, frame, .. } = self.predicted;
         let all = light.on(field, &frame.mask);
-        let extra = extra(self.predicted);
+        let extra = extra(self.predicted, self.behind.of(&scene.background));
         compose(scene, &Ingredients { extra, ..all })
     }
 }
@@ -133,9 +135,14 @@ fn as_a_picture(scene: &mut Scene) {
     }
 }
 
-/// Extra input for a picture of this frame: its plate, and the frame as filmed.
-pub(super) fn extra(of: &PredictedFrame) -> Extra<'_> {
-    Extra { plate: of.plate.as_deref(), filmed: Some(&of.frame.plate), ..Extra::default() }
+/// Extra input for a picture of this frame: its plate, the frame as filmed, and the picture behind it.
+pub(super) fn extra<'a>(of: &'a PredictedFrame, behind: Option<(u64, &'a Image)>) -> Extra<'a> {
+    Extra {
+        plate: of.plate.as_deref(),
+        filmed: Some(&of.frame.plate),
+        behind: behind.map(|(_, picture)| picture),
+        ..Extra::default()
+    }
 }
 
 /// The interview's frame at the exposure and inspection of a scene.

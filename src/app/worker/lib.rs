@@ -15,6 +15,7 @@
 
 mod adaptive_resolution;
 pub mod background;
+mod behind;
 mod cache;
 mod calibration_study;
 mod comparison;

@@ -1,6 +1,7 @@
 //! Looks side by side: the same frame, each with its own light and effects.
 
 use super::PredictedFrame;
+use super::behind::Behind;
 use super::comparison::extra;
 use super::preview::{LookPicture, LookView, PreviewRequest};
 use super::preview_maker::{ViewTable, changed};
@@ -24,7 +25,7 @@ pub(super) struct LookPictures([Made; 4]);
 #[derive(Default)]
 struct Made {
     light: Option<EnvironmentLight>,
-    of: Option<(LookView, Arc<PredictedFrame>, TableFile)>,
+    of: Option<(LookView, Arc<PredictedFrame>, TableFile, Option<u64>)>,
     picture: Option<Arc<SrgbPicture>>,
 }
 
@@ -39,6 +40,7 @@ impl LookPictures {
         (request, predicted): (&PreviewRequest, &Arc<PredictedFrame>),
         (rig, reference): (&Rig, (&Field, &Mask)),
         table: &mut ViewTable,
+        behind: &Behind,
     ) -> Result<[Option<LookPicture>; 4]> {
         let mut pictures = [const { None }; 4];
         let through: TableFile = (request.table.clone()).map(|path| {
@@ -53,8 +55,10 @@ impl LookPictures {
             };
             let scene =
                 Scene { frame: request.scene.frame, output: Output::Display, ..view.scene.clone() };
-            let is_made = made.of.as_ref().is_some_and(|(of, frame, table)| {
-                of == view && Arc::ptr_eq(frame, predicted) && *table == through
+            let behind = behind.of(&scene.background);
+            let number = behind.map(|(number, _)| number);
+            let is_made = made.of.as_ref().is_some_and(|(of, frame, table, shown)| {
+                of == view && Arc::ptr_eq(frame, predicted) && *table == through && *shown == number
             });
             if !is_made {
                 made.of = None;
@@ -65,7 +69,7 @@ impl LookPictures {
                     &scene,
                     reference,
                 )?;
-                let extra = extra(predicted);
+                let extra = extra(predicted, behind);
                 let all = light.on(&predicted.field, &predicted.frame.mask);
                 let mut codes = compose(&scene, &Ingredients { extra, ..all })?.display;
                 let table = table.of(&scene, request.table.as_ref())?;
@@ -73,7 +77,7 @@ impl LookPictures {
                     table.apply_to(codes);
                 }
                 made.picture = codes.as_ref().map(|codes| Arc::new(SrgbPicture::of(codes)));
-                made.of = Some((view.clone(), predicted.clone(), through.clone()));
+                made.of = Some((view.clone(), predicted.clone(), through.clone(), number));
             }
             *picture = made.picture.clone().map(|made| (view.clone(), made));
         }

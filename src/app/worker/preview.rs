@@ -47,6 +47,8 @@ pub struct PreviewRequest {
     /// A `.cube` display table from sRGB codes to sRGB codes, applied last. Channels, false colours and
     /// differences bypass it.
     pub table: Option<PathBuf>,
+    /// Frames of the interview per second, for a movie behind the subject.
+    pub frame_rate: f64,
     /// True while something is dragged or played: speed matters more than sharpness.
     pub moving: bool,
     /// True if the window draws textures of the GPU that makes the pictures. Codes are then not read back until

@@ -3,6 +3,7 @@
 
 use super::PredictedFrame;
 use super::adaptive_resolution::{AdaptiveResolution, Reduced, ReducedFrame};
+use super::behind::Behind;
 use super::comparison::{Comparison, RelitFrame};
 use super::look_pictures::LookPictures;
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
@@ -35,6 +36,9 @@ pub(super) struct PreviewMaker {
     series: Series,
     resolution: AdaptiveResolution,
     table: ViewTable,
+    behind: Behind,
+    /// Sentences on backgrounds that cannot be read.
+    news: Vec<String>,
     /// The last picture, if it is only on the GPU.
     unread: Option<(ShownPicture, PreviewPicture)>,
 }
@@ -53,6 +57,8 @@ impl PreviewMaker {
             series: Series::default(),
             resolution: AdaptiveResolution::within(budget_ms),
             table: ViewTable::default(),
+            behind: Behind::default(),
+            news: Vec::new(),
             unread: None,
         }
     }
@@ -69,6 +75,11 @@ impl PreviewMaker {
     /// True if the last picture is only on the GPU.
     pub fn is_unread(&self) -> bool {
         self.unread.is_some()
+    }
+
+    /// Sentences on backgrounds that the last pictures lack.
+    pub fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
     }
 
     /// The last picture with its codes in memory and the measured times of its passes. None if they were there
@@ -98,6 +109,9 @@ impl PreviewMaker {
     ) -> Result<PreviewPicture> {
         let (request, predicted) = (&inputs.request, &inputs.predicted);
         self.identify(request, predicted);
+        self.news.extend(self.behind.read(request));
+        let behind = self.behind.of(&request.scene.background);
+        self.identity.behind = behind.map_or(0, |(number, _)| number);
         let reference = self.reference.get_or_insert_with(|| predicted.clone());
         let reference = (&*reference.field, &reference.frame.mask);
         let mut scene = request.scene.clone();
@@ -115,6 +129,7 @@ impl PreviewMaker {
             light,
             solo: solo.as_ref(),
             rig: &self.rig,
+            behind: &self.behind,
             reference,
         };
         let lights = &mut self.comparison_lights;
@@ -138,6 +153,7 @@ impl PreviewMaker {
             upstream: Upstream { predict_ms, weights_ms },
             extra: Extra {
                 plate: predicted.plate.as_deref(),
+                behind: behind.map(|(_, picture)| picture),
                 second: second.as_ref(),
                 identity: self.identity,
                 draft: inputs.draft,
@@ -153,7 +169,7 @@ impl PreviewMaker {
         )?;
         let of = (request, predicted);
         let table = &mut self.table;
-        let looks = (self.looks).make(of, (&self.rig, reference), table)?;
+        let looks = (self.looks).make(of, (&self.rig, reference), table, &self.behind)?;
         let table = self.table.of(&request.scene, request.table.as_ref())?;
         if inputs.in_memory || table.is_some() {
             shown.read()?;

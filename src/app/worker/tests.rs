@@ -79,6 +79,7 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
         looks: Default::default(),
         solo: Vec::new(),
         table: None,
+        frame_rate: 24.0,
         moving: false,
         texture: false,
     }

@@ -26,14 +26,14 @@ impl Blend for [f32; 3] {
     }
 }
 
-/// For one axis: the source pixels under each target pixel, and their shares (each list sums to 1).
-fn coverage(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
-    let ratio = source as f64 / target as f64;
+/// For one axis: the source pixels under each of `target` pixels, of which the first begins at `start` and each is `ratio`
+/// source pixels wide, and their shares (each list sums to 1 within the source).
+fn coverage(source: usize, target: usize, start: f64, ratio: f64) -> Vec<Vec<(usize, f32)>> {
     (0..target)
         .map(|t| {
-            let (from, to) = (t as f64 * ratio, (t + 1) as f64 * ratio);
-            let last = (to.ceil() as usize).min(source);
-            ((from.floor() as usize)..last)
+            let (from, to) = (start + t as f64 * ratio, start + (t + 1) as f64 * ratio);
+            let last = (to.ceil().max(0.0) as usize).min(source);
+            ((from.floor().max(0.0) as usize)..last)
                 .filter_map(|s| {
                     let share = (to.min(s as f64 + 1.0) - from.max(s as f64)) / ratio;
                     (share > 1e-9).then_some((s, share as f32))
@@ -43,13 +43,16 @@ fn coverage(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
-/// For one axis: the two source pixels whose centres enclose each target pixel's centre, and their shares. Beyond
-/// the outer centres the outer pixel is repeated.
-fn interpolation(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
-    let ratio = source as f64 / target as f64;
+/// For one axis, as [`coverage`]: the two source pixels whose centres enclose each target pixel's centre, and their shares.
+/// Beyond the outer centres the outer pixel is repeated, beyond the source there is nothing.
+fn interpolation(source: usize, target: usize, start: f64, ratio: f64) -> Vec<Vec<(usize, f32)>> {
     (0..target)
         .map(|t| {
-            let at = ((t as f64 + 0.5) * ratio - 0.5).clamp(0.0, source as f64 - 1.0);
+            let centre = start + (t as f64 + 0.5) * ratio;
+            if !(0.0..=source as f64).contains(&centre) {
+                return Vec::new();
+            }
+            let at = (centre - 0.5).clamp(0.0, source as f64 - 1.0);
             let (before, share) = (at as usize, at.fract() as f32);
             let after = (before + 1).min(source - 1);
             vec![(before, 1.0 - share), (after, share)]
@@ -63,8 +66,8 @@ pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) ->
     if source.size() == (width, height) {
         return source.clone();
     }
-    let columns = coverage(source.width, width);
-    let rows = coverage(source.height, height);
+    let along = |source, target| coverage(source, target, 0.0, source as f64 / target as f64);
+    let (columns, rows) = (along(source.width, width), along(source.height, height));
     resampled(source, &columns, &rows)
 }
 
@@ -74,12 +77,26 @@ pub fn resize<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Rast
     if source.size() == (width, height) {
         return source.clone();
     }
-    let along = |source: usize, target: usize| {
-        if target < source { coverage(source, target) } else { interpolation(source, target) }
+    let ratios = [source.width as f64 / width as f64, source.height as f64 / height as f64];
+    resize_part(source, (width, height), [0.0; 2], ratios)
+}
+
+/// Resizes a part as [`resize`] does: the first of `size` pixels begins at column and row `start` of the source, and each is
+/// `ratios` source pixels wide and high. Pixels beyond the source are 0.
+pub fn resize_part<T: Blend>(
+    source: &Raster<T>,
+    size: (usize, usize),
+    start: [f64; 2],
+    ratios: [f64; 2],
+) -> Raster<T> {
+    let along = |source, target, axis: usize| {
+        let (start, ratio) = (start[axis], ratios[axis]);
+        match ratio > 1.0 {
+            true => coverage(source, target, start, ratio),
+            false => interpolation(source, target, start, ratio),
+        }
     };
-    let columns = along(source.width, width);
-    let rows = along(source.height, height);
-    resampled(source, &columns, &rows)
+    resampled(source, &along(source.width, size.0, 0), &along(source.height, size.1, 1))
 }
 
 /// Applies each axis's shares to make the target's pixels.
@@ -131,5 +148,15 @@ mod tests {
         assert_eq!(large.pixels, row.repeat(3));
         assert_eq!(resize(&ramp, 2, 1).pixels, [0.5, 2.5]);
         assert_eq!(resize(&Raster::filled(1, 1, 7.0), 3, 2).pixels, [7.0; 6]);
+    }
+
+    #[test]
+    fn a_part_begins_anywhere_and_is_black_beyond_the_source() {
+        let ramp = Raster::from_fn(4, 1, |x, _| 1.0 + x as f32);
+        let part = |start, ratio| resize_part(&ramp, (6, 1), [start, 0.0], [ratio, 1.0]).pixels;
+        assert_eq!(part(-1.0, 1.0), [0.0, 1.0, 2.0, 3.0, 4.0, 0.0]);
+        assert_eq!(part(1.0, 0.5), [2.0 - 0.25, 2.25, 2.75, 3.25, 3.75, 4.0]);
+        assert_eq!(part(-1.0, 2.0), [0.5, 2.5, 2.0, 0.0, 0.0, 0.0]);
+        assert_eq!(part(100.0, 1.0), [0.0; 6]);
     }
 }

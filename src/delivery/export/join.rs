@@ -67,11 +67,16 @@ pub fn flawed_frames(
         let to = last.min(from + AT_ONCE - 1);
         let flawed = (from..=to).into_par_iter().filter_map(|frame| {
             let file = files.path(frame);
-            let wanted = provenance.frame(&look.scene(frame), &sources(project, frame));
+            let scene = look.scene(frame);
+            let sources = match sources(project, frame, &scene.background) {
+                Ok(sources) => sources,
+                Err(error) => return Some(Err(error)),
+            };
+            let wanted = provenance.frame(&scene, &sources);
             let flaw = flaw(&file, &wanted, settings.files.layers)?;
-            Some(FlawedFrame { frame, flaw, file })
+            Some(Ok(FlawedFrame { frame, flaw, file }))
         });
-        found.extend(flawed.collect::<Vec<_>>());
+        found.extend(flawed.collect::<Result<Vec<_>>>()?);
     }
     progress.step("checking frames", count, count, "");
     Ok(found)

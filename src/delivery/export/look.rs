@@ -7,11 +7,11 @@ use super::relight::{RelightSettings, frame_range};
 use super::writer::output;
 use base::error::Result;
 use base::progress::Progress;
-use footage::picture_size;
+use footage::{picture_behind, picture_size};
 use light::Environment;
 use light::conventions::Front;
 use project::{Picture, Project};
-use scene::{Output, Scene};
+use scene::{Background, Output, Scene};
 use std::sync::Arc;
 
 /// An export's look.
@@ -78,8 +78,19 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Source pictures of frame `frame`: its plate and its matte.
-pub(super) fn sources(project: &Project, frame: usize) -> [Picture; 2] {
+/// Source pictures of frame `frame`: its plate, its matte, and the picture behind it if the background is a file.
+///
+/// # Errors
+/// When a movie behind it cannot be opened.
+pub(super) fn sources(
+    project: &Project,
+    frame: usize,
+    background: &Background,
+) -> Result<Vec<Picture>> {
     let matte = project.frame_matte(frame);
-    [project.frame_picture(frame), matte.picture().clone()]
+    let mut sources = vec![project.frame_picture(frame), matte.picture().clone()];
+    if let Some(file) = background.file() {
+        sources.push(picture_behind(file, frame, project.settings.shoot.frame_rate)?);
+    }
+    Ok(sources)
 }

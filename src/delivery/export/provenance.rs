@@ -15,7 +15,7 @@ use footage::exemplar_sources;
 use light::Environment;
 use light::conventions::Front;
 use project::{Picture, Project, Shoot};
-use scene::Scene;
+use scene::{Background, Scene};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use tiff::tags::Tag;
@@ -86,7 +86,7 @@ impl Provenance {
         };
         written.text(&format!("{plain:?} {first}"));
         // The first frame's light sets the level of all.
-        for picture in sources(project, first) {
+        for picture in sources(project, first, &Background::None)? {
             written.text(&footage.of(&picture));
         }
         if let Some(table) = &asked.files.lut {
@@ -110,13 +110,19 @@ impl Provenance {
     /// Provenance of one frame with the look of `scene`, made from the files `pictures`, which are read.
     pub fn frame(&self, scene: &Scene, pictures: &[Picture]) -> String {
         let mut look = Fnv(self.files);
-        look.text(&format!("{scene:?}"));
+        let background = without_path(&scene.background);
+        look.text(&format!("{:?}", Scene { background, ..scene.clone() }));
         let mut plate = Fnv::default();
         for picture in pictures {
             plate.text(&self.footage.of(picture));
         }
         format!("{} look={look} plate={plate} frame={}", self.common, scene.frame)
     }
+}
+
+/// A background whose file counts by its content, not its path.
+fn without_path(background: &Background) -> Background {
+    background.clone().with_file("")
 }
 
 /// Provenance of the look of an export, independent of the frame: an animation counts as a whole.
@@ -128,7 +134,10 @@ fn look(asked: &RelightSettings, front: Front) -> Fnv {
     ));
     look.text(&format!(
         "{:?} {:?} {:?} {:?}",
-        asked.effects, asked.exposure_stops, asked.background, asked.storage
+        asked.effects,
+        asked.exposure_stops,
+        without_path(&asked.background),
+        asked.storage
     ));
     look
 }

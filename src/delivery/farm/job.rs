@@ -20,6 +20,8 @@ pub(crate) const NAME: &str = "job.json";
 pub(crate) const SNAPSHOT: &str = "snapshot";
 pub(crate) const ENVIRONMENT: &str = "snapshot/environment.f32";
 pub(crate) const TABLE: &str = "snapshot/look.cube";
+/// Folder of the files of a background.
+pub(crate) const BACKGROUND: &str = "snapshot/background";
 const REMEDY: &str = "Write the job again: afterlight farm PROJECT --to DIR";
 
 /// A job for a farm.
@@ -149,6 +151,10 @@ impl Job {
         work.settings.frames = Some(work.frames);
         if work.settings.files.lut.is_some() {
             work.settings.files.lut = Some(folder.join(TABLE));
+        }
+        if let Some(file) = work.settings.background.file() {
+            let file = inside(folder, file)?;
+            work.settings.background = work.settings.background.with_file(file);
         }
         check_files(&work.settings.files, 1).map_err(|e| e.within(&folder.join(NAME)))?;
         let mut project = Project::open(&folder.join(SNAPSHOT))?;

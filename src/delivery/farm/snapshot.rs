@@ -2,12 +2,13 @@
 //! links where the disk supports them: the program never changes them in place.
 
 use super::environment::KeptEnvironment;
-use super::job::{ENVIRONMENT, PinnedFile, SNAPSHOT, TABLE};
+use super::job::{BACKGROUND, ENVIRONMENT, PinnedFile, SNAPSHOT, TABLE};
 use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
 use export::relight::{RelightSettings, frame_range};
 use footage::STAND_IN_REACH;
+use movies::Source;
 use project::{Matte, Picture, Project};
 use reflectance::checkpoint;
 use std::collections::BTreeSet;
@@ -109,6 +110,10 @@ pub(crate) fn take(
         copy_file(table, &to)?;
         *table = to;
     }
+    if let Some(file) = settings.background.file() {
+        let copied = copy_background(file, job)?;
+        settings.background = std::mem::take(&mut settings.background).with_file(copied);
+    }
     let (first, last) = frame_range(project, settings.frames)?;
     // A damaged frame is replaced by a neighbour.
     let end = project.settings.shoot.frames.len();
@@ -118,6 +123,29 @@ pub(crate) fn take(
         .chain(poses.map(|pose| project.exemplar_matte(pose)));
     link_mattes(project, &copy, mattes)?;
     Ok((copy, kept))
+}
+
+/// Copies a background's still, movie or numbered stills into the job. Returns its address, relative to the job's folder.
+///
+/// # Errors
+/// When a file cannot be read or written.
+fn copy_background(file: &Path, job: &Path) -> Result<PathBuf> {
+    let (inside, to) = (Path::new(BACKGROUND), job.join(BACKGROUND));
+    std::fs::create_dir_all(&to).map_err(|e| Error::io("write", &to, e, REMEDY))?;
+    let name = file.file_name().unwrap_or_default();
+    if file.is_file() {
+        copy_file(file, &to.join(name))?;
+        return Ok(inside.join(name));
+    }
+    if let Source::Sequence(stills) = &*movies::open(file)? {
+        let first = stills.first().unwrap_or_default();
+        let stills = (first..first + stills.count()).filter_map(|number| stills.file(number));
+        for still in stills.filter(|still| still.is_file()) {
+            copy_file(&still, &to.join(still.file_name().unwrap_or_default()))?;
+        }
+    }
+    // A folder stands for all of its pictures.
+    Ok(if file.is_dir() { inside.to_path_buf() } else { inside.join(name) })
 }
 
 /// Files of a job's snapshot with their hashes, in order. Mattes are left out: the provenance of each frame

@@ -1,12 +1,14 @@
 //! A scene: the settings of one picture as plain data.
 
 mod animation;
+mod background;
 mod forced;
 mod pass;
 mod setting;
 mod viewing;
 
 pub use animation::Animation;
+pub use background::{Background, BackgroundFile};
 pub use forced::Forced;
 pub use pass::{Effects, Pass, STRENGTHS, Strength};
 pub use setting::{Animated, LightSetting, Setting, Unit};
@@ -14,7 +16,6 @@ pub use viewing::{GAMMA, Viewing};
 
 use light::Lighting;
 use serde::{Deserialize, Serialize};
-use std::str::FromStr;
 
 /// Range of the exposure in stops. Beyond it a display shows only black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
@@ -47,44 +48,6 @@ impl Scene {
     /// Tone curve of the displayed picture.
     pub fn view(&self) -> ViewTransform {
         self.viewing.view.unwrap_or(self.effects.view)
-    }
-}
-
-/// Background behind the subject.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Background {
-    /// The environment from the interview camera's view.
-    #[default]
-    Environment,
-    /// None: black, and zero alpha if the output has alpha.
-    None,
-    /// The interview's plate, as filmed.
-    Plate,
-    /// An even colour in sRGB codes; linear light before exposure and tone curve.
-    Color([u8; 3]),
-    /// Grey squares, a sixteenth of the picture's height wide.
-    Checker,
-}
-
-impl FromStr for Background {
-    type Err = String;
-
-    /// `environment`, `none`, `plate`, `checker` or a colour, `#RRGGBB`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let code = |digits: &str| u8::from_str_radix(digits, 16).ok();
-        let color = text.strip_prefix('#').filter(|hex| hex.len() == 6 && hex.is_ascii());
-        let color =
-            color.and_then(|hex| Some([code(&hex[..2])?, code(&hex[2..4])?, code(&hex[4..])?]));
-        match (text, color) {
-            (_, Some(color)) => Ok(Self::Color(color)),
-            ("environment", _) => Ok(Self::Environment),
-            ("none", _) => Ok(Self::None),
-            ("plate", _) => Ok(Self::Plate),
-            ("checker", _) => Ok(Self::Checker),
-            _ => Err(format!(
-                "expected environment, plate, checker, none or a colour such as #1a2b3c, found {text:?}"
-            )),
-        }
     }
 }
 
@@ -144,24 +107,6 @@ pub enum Channel {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn backgrounds_are_read_by_name_and_as_colours() {
-        for (text, background) in [
-            ("environment", Background::Environment),
-            ("plate", Background::Plate),
-            ("checker", Background::Checker),
-            ("none", Background::None),
-            ("#1a2B3c", Background::Color([26, 43, 60])),
-        ] {
-            assert_eq!(text.parse(), Ok(background));
-            let stored = serde_json::to_string(&background).unwrap();
-            assert_eq!(serde_json::from_str::<Background>(&stored).unwrap(), background);
-        }
-        for text in ["", "#12345", "#12345g", "#äöü", "sky"] {
-            assert!(text.parse::<Background>().unwrap_err().contains("#1a2b3c"), "{text}");
-        }
-    }
 
     #[test]
     fn a_scene_without_effects_can_still_be_read() {

@@ -1,5 +1,5 @@
 //! Pass `background`: the environment behind the subject, seen by a camera on +Z that looks along −Z,
-//! with its own rotation, level and colour; or the plate, a colour or a checker.
+//! with its own rotation, level and colour; or the plate, a file, a colour or a checker.
 
 use super::cubic::Taps;
 use super::descriptor::{Descriptor, NO_BACKGROUND};
@@ -10,11 +10,11 @@ use base::error::Result;
 use bytemuck::{Pod, Zeroable, bytes_of};
 use glam::{Mat3, Quat, Vec3};
 use imaging::color::linear_from_srgb;
-use imaging::resample::resize_area;
+use imaging::resample::{resize_area, resize_part};
 use imaging::{Image, Mask};
 use light::latlong::uv_from_direction;
 use rayon::prelude::*;
-use scene::{Background, Effects, Pass, Scene};
+use scene::{Background, BackgroundFile, Effects, Pass, Scene};
 use serde::{Deserialize, Serialize};
 
 const SHADER: Shader = Shader::new("background", include_str!("../../../shaders/background.wgsl"));
@@ -27,7 +27,7 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
     fixed: |scene| (scene.background == Background::None).then_some(NO_BACKGROUND),
     settings: |context| {
         if context.scene.background != Background::Environment {
-            return key(context.scene.background);
+            return key(&context.scene.background);
         }
         let Backdrop { yaw_deg, tilt, level } = Backdrop::of(context.scene, 1.0);
         let turn = (yaw_deg.to_bits(), tilt.to_array().map(f32::to_bits));
@@ -36,6 +36,7 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
     },
     reads: |context, _| match context.scene.background {
         Background::Environment => context.facts.inputs.backdrop,
+        Background::File(_) => context.facts.inputs.behind,
         _ => context.facts.inputs.frame,
     },
     shader: Some(&SHADER),
@@ -49,8 +50,12 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
 /// A background other than the environment, in linear light at the picture's size; None for the environment.
 pub(crate) fn backing(scene: &Scene, of: &Ingredients) -> Option<Image> {
     let (width, height) = of.matte().size();
-    match scene.background {
+    match &scene.background {
         Background::Environment | Background::None => None,
+        Background::File(placed) => Some(match of.extra.behind {
+            Some(picture) => cover(picture, placed, (width, height)),
+            None => Image::filled(width, height, [0.0; 3]),
+        }),
         Background::Plate => match (of.plate(), of.extra.filmed) {
             (Some(plate), _) => Some(plate.filmed()),
             (None, Some(filmed)) => Some(resize_area(filmed, width, height)),
@@ -65,6 +70,26 @@ pub(crate) fn backing(scene: &Scene, of: &Ingredients) -> Option<Image> {
             Some(Image::from_fn(width, height, |x, y| [GREYS[(x / side + y / side) % 2]; 3]))
         }
     }
+}
+
+/// A picture that covers `size` as a file is placed, exposed; black beyond its edges.
+fn cover(picture: &Image, placed: &BackgroundFile, (width, height): (usize, usize)) -> Image {
+    let BackgroundFile { offset: [right, up], scale, exposure_stops, .. } =
+        placed.clone().bounded();
+    let [width_px, height_px] = [width, height].map(|length| length as f64);
+    let (columns, rows) = (picture.width as f64, picture.height as f64);
+    // Pixels of the picture for each pixel of the result.
+    let ratio = (columns / width_px).min(rows / height_px) / f64::from(scale);
+    let start = [
+        0.5 * columns - (0.5 + f64::from(right)) * width_px * ratio,
+        0.5 * rows - (0.5 - f64::from(up)) * height_px * ratio,
+    ];
+    let mut placed = resize_part(picture, (width, height), start, [ratio; 2]);
+    let gain = exposure_stops.exp2();
+    if gain != 1.0 {
+        placed.pixels.par_iter_mut().for_each(|pixel| *pixel = pixel.map(|light| gain * light));
+    }
+    placed
 }
 
 /// The background is needed everywhere, not only where the matte is open.

@@ -48,6 +48,8 @@ pub struct Inputs {
     pub light: u64,
     /// Panorama, its level and its camera.
     pub backdrop: u64,
+    /// Picture that a background's file shows.
+    pub behind: u64,
     /// Grain of the plate.
     pub grain: u64,
     /// Second picture.

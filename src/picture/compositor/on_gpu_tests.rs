@@ -8,8 +8,8 @@ use base::error::Result;
 use imaging::{Encoded, Image};
 use reflectance::{FieldBuffer, ReflectanceField};
 use scene::{
-    Background, Channel, Effects, Forced, Inspection, Output, STRENGTHS, Scene, Strength,
-    ViewTransform,
+    Background, BackgroundFile, Channel, Effects, Forced, Inspection, Output, STRENGTHS, Scene,
+    Strength, ViewTransform,
 };
 use std::sync::Arc;
 
@@ -172,12 +172,15 @@ fn a_gpu_s_picture_is_the_cpu_s() {
 fn a_background_of_ones_own_is_the_same_on_a_gpu() {
     let Some(both) = Both::new(false) else { return };
     let plate = Image::from_fn(SIZE, SIZE, |x, y| [0.01 * x as f32, 0.3, 0.02 * y as f32]);
-    for background in [Background::Plate, Background::Color([9, 200, 99]), Background::Checker] {
+    let file = Background::File(BackgroundFile { scale: 1.5, ..BackgroundFile::new("a.png") });
+    let all = [Background::Plate, Background::Color([9, 200, 99]), Background::Checker, file];
+    for background in all {
         for background_blur in [0.0, 0.03] {
             let effects = Effects { background_blur, ..Effects::default() };
-            let scene = Scene { effects, ..scene(background, Output::Linear, 0.5) };
+            let scene = Scene { effects, ..scene(background.clone(), Output::Linear, 0.5) };
             let [here, there] = both.ingredients().map(|of| {
-                let extra = Extra { filmed: Some(&plate), ..of.extra };
+                let (filmed, behind) = (Some(&plate), Some(&plate));
+                let extra = Extra { filmed, behind, ..of.extra };
                 compose(&scene, &Ingredients { extra, ..of }).unwrap()
             });
             let apart = largest_difference(here.light(), there.light());

@@ -72,6 +72,8 @@ pub struct Extra<'a> {
     /// The frame as filmed at the working size, linear, for the background [`scene::Background::Plate`] of a picture without
     /// plate.
     pub filmed: Option<&'a Image>,
+    /// Light of the picture that the background [`scene::Background::File`] shows, of any size.
+    pub behind: Option<&'a Image>,
     /// True if speed matters more than sharpness: the plate's fine light is left out.
     pub draft: bool,
     /// Data from the frame before, for the pass `smoothing`: its [`Picture::steady`].
@@ -91,6 +93,8 @@ pub struct Identity {
     pub frame: u64,
     /// Environment at yaw 0.
     pub environment: u64,
+    /// Picture that a background's file shows.
+    pub behind: u64,
     /// Second picture.
     pub second: u64,
 }

@@ -1,5 +1,6 @@
 //! Footage: exemplars and interview frames as linear pictures at the working size, and their import.
 
+mod behind;
 pub mod candidate;
 mod damaged;
 mod exemplar;
@@ -35,6 +36,7 @@ mod tracking;
 mod understood;
 mod uniform;
 
+pub use behind::{BehindReader, picture_behind};
 pub use damaged::{STAND_IN_REACH, StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader, exemplar_sources};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};

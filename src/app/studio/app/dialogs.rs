@@ -4,8 +4,8 @@ use super::StudioApp;
 use super::drops::folder_of;
 use super::looks::ENDING;
 use crate::command::{
-    Command, Dialog, ExportCommand, LooksCommand, MachineCommand, ProjectCommand, ReviewCommand,
-    ViewCommand,
+    Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
+    ReviewCommand, ViewCommand,
 };
 use crate::comparison::{CompareSettings, Reference};
 use crate::state::{PathEntry, Wanted};
@@ -13,6 +13,7 @@ use crate::wizard::Plan;
 use base::FileFormat;
 use base::files::plain;
 use rfd::FileDialog;
+use scene::{Background, BackgroundFile};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -203,6 +204,13 @@ impl StudioApp {
             }
             Dialog::ProjectFolder => folder("Choose the project's folder"),
             Dialog::ShootLocation => folder("Locate the project's shoot"),
+            Dialog::Background => {
+                let is_shown = |format: FileFormat| format.is_picture() || format.is_movie();
+                Some(Ask {
+                    filter: Some(("Stills and movies", FileFormat::extensions(is_shown))),
+                    ..Ask::new(Wanted::Files, "Choose the background")
+                })
+            }
             Dialog::Destination => {
                 let root = &self.session.project.as_ref()?.root;
                 let name = root.join(&self.state.export_options.name);
@@ -254,6 +262,14 @@ impl StudioApp {
                 Command::Project(ProjectCommand::Plan(Some(Box::new(Plan { folder, ..plan }))))
             }
             Dialog::ShootLocation => Command::Project(ProjectCommand::Locate(folder_of(first))),
+            Dialog::Background => {
+                let placed = match &self.state.look.background {
+                    Background::File(placed) => placed.clone(),
+                    _ => BackgroundFile::default(),
+                };
+                let placed = BackgroundFile { file: plain(&first).into(), ..placed };
+                Command::Look(LookCommand::Background(Background::File(placed)))
+            }
             Dialog::Destination => Command::Export(ExportCommand::Destination(first)),
             Dialog::FarmFolder(engine) => Command::Export(ExportCommand::Farm(engine, first)),
             Dialog::Truth => Command::Review(ReviewCommand::Measure(Some(first))),

@@ -124,6 +124,7 @@ impl Preview {
                 looks: request.looks.clone(),
                 solo: request.solo.clone(),
                 table: request.table.clone(),
+                frame_rate: state.frame_rate,
                 moving,
                 texture: shortcuts.texture,
             });

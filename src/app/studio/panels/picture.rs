@@ -1,17 +1,18 @@
 //! The picture: exposure, background, view transform and effects.
 
-use crate::command::{Command, LookCommand};
+use crate::command::{Command, Dialog, LookCommand};
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::panels::bar_ui;
 use crate::panels::diamond::{animated_ui, beside, beside_ui};
 use crate::panels::group::Heading;
 use crate::panels::numbers::computing;
-use crate::panels::rows::{BESIDE, Row, choice_ui, grid};
-use egui::{Role, Ui, UiBuilder, WidgetInfo};
+use crate::panels::rows::{BESIDE, FIELD, Row, choice_ui, grid};
+use base::files::shown;
+use egui::{Button, Role, Ui, UiBuilder, WidgetInfo, vec2};
 use scene::{
-    Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Setting, Strength,
-    ViewTransform,
+    Background, BackgroundFile, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Setting,
+    Strength, ViewTransform,
 };
 
 /// The panel has no state of its own.
@@ -57,22 +58,91 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         out.push(Command::Look(LookCommand::Exposure(stops)));
     }
     ui.end_row();
-    background_ui(ui, look.background, out);
+    background_ui(ui, &look.background, out);
 }
 
 /// Grey of a new colour behind the subject: middle grey.
 const GREY: [u8; 3] = [118; 3];
 
-fn background_ui(ui: &mut Ui, now: Background, out: &mut Vec<Command>) {
-    let color = if let Background::Color(color) = now { color } else { GREY };
+/// Numbers of a still or movie behind the subject.
+const PLACED: [Row<BackgroundFile>; 4] = [
+    Row {
+        name: "Offset right",
+        of: |placed| &mut placed.offset[0],
+        range: BackgroundFile::OFFSETS,
+        speed: 0.005,
+        decimals: 3,
+        suffix: "",
+        hint: "Share of the picture's width",
+    },
+    Row {
+        name: "Offset up",
+        of: |placed| &mut placed.offset[1],
+        range: BackgroundFile::OFFSETS,
+        speed: 0.005,
+        decimals: 3,
+        suffix: "",
+        hint: "Share of the picture's height",
+    },
+    Row {
+        name: "Scale",
+        of: |placed| &mut placed.scale,
+        range: BackgroundFile::SCALES,
+        speed: 0.01,
+        decimals: 2,
+        suffix: "×",
+        hint: "1 just covers the picture",
+    },
+    Row {
+        name: "Its exposure",
+        of: |placed| &mut placed.exposure_stops,
+        range: EXPOSURE_STOPS,
+        speed: 0.02,
+        decimals: 2,
+        suffix: " stops",
+        hint: "Exposure of the background alone",
+    },
+];
+
+/// File and placement of a still or movie behind the subject.
+fn placed_ui(ui: &mut Ui, placed: &BackgroundFile, out: &mut Vec<Command>) {
+    ui.label("File");
+    let name = placed.file.file_name().unwrap_or(placed.file.as_os_str()).to_string_lossy();
+    let hint =
+        format!("{}: choose another. Numbered stills: type sky.%04d.exr", shown(&placed.file));
+    let width = (ui.available_width() - BESIDE).max(FIELD);
+    let button = Button::new(&*name).truncate().min_size(vec2(width, 0.0));
+    let button = ui.scope(|ui| {
+        ui.set_max_width(width);
+        ui.add(button)
+    });
+    if button.inner.on_hover_text(hint).clicked() {
+        out.push(Command::Dialog(Dialog::Background));
+    }
+    ui.end_row();
+    for row in &PLACED {
+        row.ui(ui, placed, out, |placed| {
+            Command::Look(LookCommand::Background(Background::File(placed)))
+        });
+        ui.end_row();
+    }
+}
+
+fn background_ui(ui: &mut Ui, now: &Background, out: &mut Vec<Command>) {
+    let color = if let Background::Color(color) = now { *color } else { GREY };
+    let file = match now {
+        Background::File(placed) => placed.clone(),
+        _ => BackgroundFile::default(),
+    };
     let kinds = [
         (Background::Environment, "Environment"),
         (Background::Plate, "Plate"),
+        (Background::File(file), "Still or movie…"),
         (Background::Color(color), "Colour"),
         (Background::Checker, "Checker"),
         (Background::None, "None"),
     ];
-    let mut background = now;
+    let mut background = now.clone();
     let list = choice_ui(ui, "Background", &kinds, &mut background);
     let list = list.on_hover_text("Behind the subject");
     if let Background::Color(color) = &mut background {
@@ -83,8 +153,14 @@ fn background_ui(ui: &mut Ui, now: Background, out: &mut Vec<Command>) {
         swatch.widget_info(|| WidgetInfo::labeled(Role::ColorWell, true, name));
     }
     ui.end_row();
-    if background != now {
-        out.push(Command::Look(LookCommand::Background(background)));
+    if let Background::File(placed) = now {
+        placed_ui(ui, placed, out);
+    }
+    if background != *now {
+        out.push(match background.file() {
+            Some(_) => Command::Dialog(Dialog::Background),
+            None => Command::Look(LookCommand::Background(background)),
+        });
     }
 }
 

@@ -100,7 +100,7 @@ impl<T: Clone + Default + PartialEq> Row<T> {
 }
 
 /// A list to choose one value from.
-pub fn choice_ui<T: PartialEq + Copy>(
+pub fn choice_ui<T: PartialEq + Clone>(
     ui: &mut Ui,
     name: &str,
     all: &[(T, &str)],
@@ -117,7 +117,7 @@ pub fn choice_ui<T: PartialEq + Copy>(
         .height(400.0)
         .show_ui(ui, |ui| {
             for (one, name) in all {
-                ui.selectable_value(value, *one, *name);
+                ui.selectable_value(value, one.clone(), *name);
             }
         });
     list.response.labelled_by(label.id)

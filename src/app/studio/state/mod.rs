@@ -256,7 +256,7 @@ impl State {
             // A background covers everything: the matte is shown without it.
             background: match effects.inspection {
                 Inspection::Channel(Channel::Alpha) => Background::None,
-                _ => look.background,
+                _ => look.background.clone(),
             },
             output: Output::Display,
             viewing: self.viewing.clone().bounded(),
@@ -402,7 +402,7 @@ impl State {
             LookCommand::AddLight(copied) => look.add_light(*copied),
             LookCommand::Aim(aimed) => return self.aim(aimed),
             LookCommand::Effects(effects) => look.effects = effects.bounded(),
-            LookCommand::Background(background) => look.background = background,
+            LookCommand::Background(background) => look.background = background.bounded(),
             LookCommand::Circle(circle) => look.circle = circle,
             LookCommand::Trial(trial) => look.trial = trial,
             LookCommand::Range(range) => look.set_range(range, self.frames),

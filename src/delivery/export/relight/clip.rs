@@ -13,7 +13,7 @@ use compositor::{
     EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate,
     Series, Upstream, compose,
 };
-use footage::{Frame, PictureSize, picture_size};
+use footage::{BehindReader, Frame, PictureSize, picture_size};
 use gpu::ComputeDevice;
 use light::{Rig, conventions};
 use project::Project;
@@ -52,6 +52,7 @@ pub(super) struct Clip<'a> {
     /// Numbers of the solo lamps; empty for all lamps.
     solo: Vec<usize>,
     series: Series,
+    behind: BehindReader,
     /// Passes of the newest frame, with the time of all frames so far.
     pub passes: Vec<PassReport>,
     pub uncovered_energy: f32,
@@ -90,6 +91,7 @@ impl<'a> Clip<'a> {
             light: None,
             solo,
             series: Series::default(),
+            behind: BehindReader::default(),
             passes: Vec::new(),
             uncovered_energy: 0.0,
         };
@@ -116,7 +118,8 @@ impl<'a> Clip<'a> {
             let mut write = frame >= first;
             if let (true, true, Some(provenance)) = (write, writer.goes_on(), &provenance) {
                 progress.check("")?;
-                let text = provenance.frame(&scene, &sources(self.look.project, frame));
+                let text = provenance
+                    .frame(&scene, &sources(self.look.project, frame, &scene.background)?);
                 write = !writer.keeps_frame(frame, &text);
                 made_of = Some(text);
             }
@@ -164,12 +167,20 @@ impl<'a> Clip<'a> {
             Some(solo) => vec![("lamps".to_owned(), solo.per_lamp.clone())],
             None => light.parts(),
         });
+        let rate = self.look.project.settings.shoot.frame_rate;
+        let behind = scene.background.file().map(|file| self.behind.read(file, index, rate));
+        let (number, behind) = behind.transpose()?.unzip();
         let of = Ingredients {
             weights: solo.as_ref().unwrap_or(light.weights()),
             upstream: Upstream { predict_ms, weights_ms },
             extra: Extra {
                 plate: plate.as_ref(),
-                identity: Identity { frame: index as u64, ..Identity::default() },
+                behind: behind.as_deref(),
+                identity: Identity {
+                    frame: index as u64,
+                    behind: number.unwrap_or_default(),
+                    ..Identity::default()
+                },
                 ..Extra::default()
             },
             ..light.on(&field, &frame.mask)

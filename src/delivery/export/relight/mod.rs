@@ -94,7 +94,8 @@ fn run(
             let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
             let made_of = match (&plan.made_of, &provenance) {
                 (None, Some(provenance)) if plan.write => {
-                    Some(provenance.frame(&plan.scene, &sources(project, plan.frame)))
+                    let sources = sources(project, plan.frame, &plan.scene.background)?;
+                    Some(provenance.frame(&plan.scene, &sources))
                 }
                 (known, _) => known.clone(),
             };

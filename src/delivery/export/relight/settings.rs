@@ -72,8 +72,9 @@ pub struct RelightSettings {
         value_parser = within(EXPOSURE_STOPS)
     )]
     pub exposure_stops: f32,
-    /// Background: environment, plate (as filmed), checker, none, or a colour, #RRGGBB.
-    #[arg(long, value_name = "KIND", default_value = "environment", value_parser = Background::from_str)]
+    /// Background: environment, plate (as filmed), checker, none, a colour #RRGGBB, or a still, movie or pattern of stills
+    /// (sky.%04d.exr): FILE[,X,Y[,SCALE[,STOPS]]], offsets as shares of the picture's width and height.
+    #[arg(long, value_name = "KIND", allow_hyphen_values = true, default_value = "environment", value_parser = Background::from_str)]
     pub background: Background,
     #[command(flatten)]
     pub files: Files,
@@ -113,7 +114,7 @@ impl RelightSettings {
             effects,
             exposure_stops,
             background: match &self.solo[..] {
-                [] => self.background,
+                [] => self.background.clone(),
                 _ => Background::None,
             },
             output,

@@ -82,6 +82,7 @@ pub fn inputs(of: &Ingredients) -> Inputs {
             bits(of.view.vertical_fov_deg),
             of.matte().size(),
         )),
+        behind: key((identity.behind, of.matte().size())),
         grain: key(grain),
         second: identity.second,
     }
