@@ -2,7 +2,7 @@
 
 mod program;
 
-use afterlight::imaging::file::read_encoded;
+use afterlight::imaging::{self, file::read_encoded};
 use program::{afterlight, fail, succeed};
 use serde_json::Value;
 use std::path::Path;
@@ -161,6 +161,7 @@ fn a_small_shoot_goes_all_the_way() {
     shots_are_certified(at);
     configurations_decide_colors(at);
     exports_go_on(at);
+    stills_stand_behind(at);
     let refused =
         fail(at, &["relight", "film", "--environment", "nave", "--layers", "--to", "x.mp4"]);
     assert!(refused.contains("%04d.exr"), "{refused}");
@@ -211,6 +212,38 @@ fn layers_are_of_lights(at: &Path) {
     assert_eq!(checked["level"], "green");
     let refused = fail(at, &[&by_light[..], &["--hand-over", "nuke"]].concat());
     assert!(refused.contains("--layers-by lamp"), "{refused}");
+}
+
+/// Stills behind the subject, one for each frame; kept frames know them by their content.
+fn stills_stand_behind(at: &Path) {
+    let street = at.join("street");
+    std::fs::create_dir(&street).unwrap();
+    let still = |number: usize, code: u8| {
+        let file = street.join(format!("street.{number:02}.png"));
+        image::RgbImage::from_pixel(9, 4, image::Rgb([code; 3])).save(file).unwrap();
+    };
+    (0..4).for_each(|number| still(number, 30 + 40 * number as u8));
+    let relight = |folder: &str| {
+        let background = format!("{folder}/street.%02d.png,0.2,0,1.5,1");
+        let asked = ["relight", "film", "--environment", "nave", "--frames", "1-2", "--resume"];
+        let to = ["--background", &background, "--to", "street.%02d.png", "--json"];
+        succeed(at, &[&asked[..], &to].concat())["kept"].as_u64().unwrap()
+    };
+    assert_eq!(relight("street"), 0);
+    let srgb = imaging::color::srgb_from_linear;
+    for (frame, code) in [(1, 70.0), (2, 110.0)] {
+        let picture = read_encoded(&at.join(format!("street.{frame:02}.png"))).unwrap();
+        let [corner, ..] = picture.0.pixels[0];
+        let wanted = srgb(2.0 * imaging::color::linear_from_srgb(code / 255.0));
+        assert!((corner - wanted).abs() < 1.5 / 255.0, "{frame}: {corner}, not {wanted}");
+    }
+    std::fs::rename(at.join("street"), at.join("moved")).unwrap();
+    assert_eq!(relight("moved"), 2, "the same stills elsewhere");
+    std::fs::copy(at.join("moved/street.03.png"), at.join("moved/street.02.png")).unwrap();
+    assert_eq!(relight("moved"), 1, "another still behind frame 2");
+    let asked = "relight film --environment nave --frames 1-1 --background none.exr --to a.png";
+    let refused = fail(at, &asked.split(' ').collect::<Vec<_>>());
+    assert!(refused.contains("none.exr"), "{refused}");
 }
 
 /// Checks the two frames of a shot with their light layers, as delivered.

@@ -215,9 +215,15 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
         "lights.2.red": {"keys": [{"frame": 0, "value": 1}, {"frame": 11, "value": 0.1}]}
     }"#;
     std::fs::write(ground.at("the keys.json"), keys).unwrap();
+    std::fs::create_dir(ground.at("street")).unwrap();
+    for number in 0..3u8 {
+        let still =
+            image::RgbImage::from_fn(20, 9, |x, y| image::Rgb([x as u8, y as u8, 50 * number]));
+        still.save(ground.at(&format!("street/street.{number:02}.png"))).unwrap();
+    }
     let look = "--environment;nave;--device;cpu;--keys;the keys.json;--light;0,20,30,2;--light;60,0,20,1,1,0.5,0.5;\
                 --view;filmic;--vignette;0.3;--background-blur;0.05;--tint;12;--intensity-keys;0:-0.5,11:0.5;--linear-keys;\
-                --size;48;--bits;16";
+                --size;48;--bits;16;--background;street/street.%02d.png,0.1,0,1.2,-1";
     let look: Vec<&str> = look.split(';').collect();
     let local = ["relight", "my film", "--to", "alone %02d.png", "--json"];
     succeed(ground.path(), &[&local[..], &look].concat());
@@ -226,6 +232,7 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     succeed(ground.path(), &[&job[..], &look].concat());
     // The files behind the look may change or disappear meanwhile.
     std::fs::remove_file(ground.at("the keys.json")).unwrap();
+    std::fs::remove_dir_all(ground.at("street")).unwrap();
     for frames in ["5-9", "0-4", "10-11"] {
         ground.chunk("a job", frames);
     }

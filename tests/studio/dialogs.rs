@@ -6,6 +6,7 @@ use super::{
     until_labelled,
 };
 use afterlight::gpu::DeviceChoice;
+use afterlight::scene::Background;
 use afterlight::studio::{Phase, StudioApp};
 use afterlight::worker::Need;
 use egui::accesskit::Role;
@@ -82,6 +83,56 @@ fn a_file_is_never_replaced_by_a_drop_and_a_typed_name_asks_first() {
     until(&mut window, "written file", |_| free.is_file());
     let said = format!("Saved as {}", free.display());
     until_labelled(&mut window, &said);
+}
+
+#[test]
+fn a_still_stands_behind_the_subject() {
+    let test = "dialogs::a_still_stands_behind_the_subject";
+    if !alone(test, &super::NO_DIALOGS) {
+        return;
+    }
+    let folder = temporary();
+    let still = folder.path().join("street.png");
+    image::RgbImage::from_pixel(8, 5, image::Rgb([40, 90, 200])).save(&still).unwrap();
+    let mut window = clay_window(folder.path());
+    let corner = |window: &Window| super::picture(window)[..3].to_vec();
+    let before = corner(&window);
+    let show = |window: &mut Window, file: &Path| {
+        until_missing(window);
+        type_path(window, file);
+        window.key_press(Key::Enter);
+        window.run_steps(2);
+        super::until_shown(window);
+    };
+    super::choose(&mut window, "Background", "Still or movie…");
+    show(&mut window, &still);
+    let Background::File(placed) = window.state().state().look.background.clone() else {
+        panic!("a file stands behind");
+    };
+    assert_eq!((&placed.file, placed.scale), (&still, 1.0));
+    let near = |codes: &[u8], wanted: [u8; 3]| {
+        codes.iter().zip(wanted).all(|(code, wanted)| code.abs_diff(wanted) <= 1)
+    };
+    assert!(near(&corner(&window), [40, 90, 200]), "{:?}", corner(&window));
+    // Its own exposure changes the still alone.
+    let exposure = (Role::SpinButton, "Its exposure");
+    super::type_into(&mut window, exposure, "-10");
+    super::until_shown(&mut window);
+    assert!(corner(&window).iter().all(|code| *code <= 2), "{:?}", corner(&window));
+    // A missing still is named, and nothing stands behind the subject.
+    std::fs::remove_file(&still).unwrap();
+    super::type_into(&mut window, exposure, "0");
+    until(&mut window, "message about the missing still", |app| {
+        app.status().failure.as_ref().is_some_and(|said| said.contains("street.png"))
+    });
+    super::until_shown(&mut window);
+    assert_eq!(corner(&window), [0; 3]);
+    for _ in 0..3 {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(2);
+    }
+    super::until_shown(&mut window);
+    assert_eq!(corner(&window), before);
 }
 
 #[test]

@@ -520,7 +520,7 @@ pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
     let folder = folder.to_path_buf();
     let worker = window.state().worker().unwrap();
     let name = name.to_owned();
-    worker.export(name.clone(), move |progress| {
+    worker.export(name.clone(), "Files 0 to 7".to_owned(), move |progress| {
         let mut frames = 0;
         loop {
             progress.check(&format!("{frames} frames are kept: clay.%04d.png"))?;
@@ -537,8 +537,8 @@ pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
         }
         Ok(WrittenExport {
             sentence: format!("{frames} frames at 12 ms each: exports/{name}"),
-            name,
-            folder,
+            name: name.clone(),
+            folder: folder.clone(),
         })
     });
     tell
@@ -556,11 +556,18 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     let (folder, mut window) = crate::new_window();
     window.get_by_label("Workspace Export").click();
     let tell = told_export(&window, "clay.0000–0007.png", folder.path());
+    let last = told_export(&window, "last.mov", folder.path());
     let next = told_export(&window, "next.mov", folder.path());
     for _ in 0..2 {
         tell.send(()).unwrap();
     }
     until_share(&mut window, 0.25);
+    window.run_steps(2);
+    click_on(&mut window, "Earlier next.mov");
+    let names = |window: &Window| -> Vec<String> {
+        window.state().exports().iter().map(|export| export.name.clone()).collect()
+    };
+    assert_eq!(names(&window), ["clay.0000–0007.png", "next.mov", "last.mov"]);
     assert!(window.query_by_label("Stop").is_none(), "only one line of the job");
     click_on(&mut window, "Pause clay.0000–0007.png");
     window.get_by_label("paused");
@@ -576,7 +583,15 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     }
     until(&mut window, "the next export", |app| app.exports()[1].status == ExportStatus::Running);
     drop(next);
-    until_exported(&mut window, 2);
+    drop(last);
+    until_exported(&mut window, 3);
+    window.run_steps(2);
+    click_on(&mut window, "Retry clay.0000–0007.png");
+    until(&mut window, "another try", |app| app.exports()[2].status == ExportStatus::Running);
+    drop(tell);
+    until(&mut window, "end of the other try", |app| {
+        matches!(app.exports()[2].status, ExportStatus::Done(_))
+    });
     let log: Vec<_> = window.state().status().log.iter().map(ToString::to_string).collect();
     assert!(log.iter().any(|line| line.contains("2 frames are kept")), "{log:?}");
 }

@@ -3,7 +3,6 @@
 use base::error::Error;
 use base::progress::Progress;
 use parking_lot::Mutex;
-use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -14,7 +13,11 @@ pub struct Export {
     pub id: u64,
     /// Name of the export: the base name of its files, with a number appended once they are written.
     pub name: String,
+    /// Settings in a few lines.
+    pub settings: String,
     pub status: ExportStatus,
+    /// True if it can be written again: it failed or was stopped.
+    pub retries: bool,
 }
 
 /// State of an export.
@@ -42,14 +45,14 @@ pub struct WrittenExport {
 }
 
 /// Writes an export and returns its output.
-pub(super) type Write = Box<dyn FnOnce(&Progress) -> Result<WrittenExport, Error> + Send>;
+pub(super) type Write = Box<dyn FnMut(&Progress) -> Result<WrittenExport, Error> + Send>;
 
 #[derive(Default)]
 struct State {
-    /// In the order of the requests.
+    /// In the order of writing.
     exports: Vec<Export>,
-    /// Work of the waiting exports.
-    waiting: VecDeque<(u64, Write)>,
+    /// Work of exports that wait, or can be written again.
+    work: Vec<(u64, Write)>,
     /// Count of assigned numbers.
     given: u64,
 }
@@ -60,13 +63,38 @@ pub(super) struct ExportQueue(Arc<Mutex<State>>);
 
 impl ExportQueue {
     /// Puts an export at the end of the queue.
-    pub fn push(&self, name: String, write: Write) -> u64 {
+    pub fn push(&self, name: String, settings: String, write: Write) -> u64 {
         let mut state = self.0.lock();
         state.given += 1;
         let id = state.given;
-        state.exports.push(Export { id, name, status: ExportStatus::Waiting });
-        state.waiting.push_back((id, write));
+        let status = ExportStatus::Waiting;
+        state.exports.push(Export { id, name, settings, status, retries: false });
+        state.work.push((id, write));
         id
+    }
+
+    /// Moves a waiting export before the waiting one before it, or behind the one behind it.
+    pub fn reorder(&self, id: u64, earlier: bool) {
+        let mut state = self.0.lock();
+        let waits = |export: &(usize, &Export)| export.1.status == ExportStatus::Waiting;
+        let waiting: Vec<usize> =
+            state.exports.iter().enumerate().filter(waits).map(|(at, _)| at).collect();
+        let place = waiting.iter().position(|at| state.exports[*at].id == id);
+        let Some(place) = place else { return };
+        let other = if earlier { place.checked_sub(1) } else { Some(place + 1) };
+        if let Some(other) = other.and_then(|other| waiting.get(other)) {
+            state.exports.swap(waiting[place], *other);
+        }
+    }
+
+    /// Puts an export that failed or was stopped at the end of the queue.
+    pub fn retry(&self, id: u64) {
+        let mut state = self.0.lock();
+        let over = state.exports.iter().position(|export| export.id == id && export.retries);
+        let Some(over) = over else { return };
+        let mut export = state.exports.remove(over);
+        (export.status, export.retries) = (ExportStatus::Waiting, false);
+        state.exports.push(export);
     }
 
     pub fn exports(&self) -> Vec<Export> {
@@ -76,20 +104,31 @@ impl ExportQueue {
     /// Removes an export that waits or is over.
     pub fn remove(&self, id: u64) {
         let mut state = self.0.lock();
-        state.waiting.retain(|(waiting, _)| *waiting != id);
+        state.work.retain(|(of, _)| *of != id);
         state.exports.retain(|export| export.id != id || export.status == ExportStatus::Running);
     }
 
     pub fn waits(&self) -> bool {
-        !self.0.lock().waiting.is_empty()
+        self.0.lock().exports.iter().any(|export| export.status == ExportStatus::Waiting)
     }
 
     /// Begins the first waiting export.
     pub fn begin(&self) -> Option<(u64, Write)> {
         let mut state = self.0.lock();
-        let (id, write) = state.waiting.pop_front()?;
+        let waits = |export: &&Export| export.status == ExportStatus::Waiting;
+        let id = state.exports.iter().find(waits)?.id;
+        let work = state.work.iter().position(|(of, _)| *of == id)?;
         state.set(id, ExportStatus::Running);
-        Some((id, write))
+        Some(state.work.remove(work))
+    }
+
+    /// Keeps the work of an export that failed or was stopped, for another try.
+    pub fn keep(&self, id: u64, write: Write) {
+        let mut state = self.0.lock();
+        state.work.push((id, write));
+        if let Some(export) = state.exports.iter_mut().find(|export| export.id == id) {
+            export.retries = true;
+        }
     }
 
     /// Records the result of the running export.

@@ -6,7 +6,7 @@ use super::*;
 fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
     let (tell, told) = channel::<()>();
     let said = name.to_owned();
-    let id = worker.export(name.to_owned(), move |progress| {
+    let id = worker.export(name.to_owned(), format!("settings of {name}"), move |progress| {
         let mut frames = 0;
         loop {
             progress.check(&format!("{frames} frames are kept"))?;
@@ -134,4 +134,43 @@ fn nothing_begins_once_the_worker_is_about_to_stop() {
         "An export is about to begin while its project is closed",
         done: "nothing begins once closing has begun",
     );
+}
+
+#[test]
+fn waiting_exports_change_places_and_a_stopped_one_is_written_again() {
+    let (worker, _begun) = fading_worker(|_| false);
+    let job = told_job(&worker);
+    let told: Vec<(u64, Sender<()>)> =
+        ["a", "full", "c"].map(|name| told_export(&worker, name)).into_iter().collect();
+    let [a, full, c] = [0, 1, 2].map(|at| told[at].0);
+    let order = || worker.exports().into_iter().map(|export| export.id).collect::<Vec<_>>();
+    worker.reorder_export(c, true);
+    assert_eq!(order(), [a, c, full]);
+    worker.reorder_export(a, true);
+    worker.reorder_export(full, false);
+    assert_eq!(order(), [a, c, full], "the first and the last stay");
+    worker.reorder_export(a, false);
+    assert_eq!(order(), [c, a, full]);
+    assert_eq!(worker.exports()[0].settings, "settings of c");
+    // One that waits cannot be written again.
+    worker.retry_export(a);
+    assert_eq!(order(), [c, a, full]);
+    drop(job);
+    wait_until(&worker, c, |status| *status == ExportStatus::Running);
+    worker.reorder_export(a, true);
+    assert_eq!(order(), [c, a, full], "the running one stays first");
+    worker.cancel();
+    wait_until(&worker, c, |status| matches!(status, ExportStatus::Cancelled(_)));
+    wait_until(&worker, a, |status| *status == ExportStatus::Running);
+    worker.retry_export(c);
+    assert_eq!(order(), [a, full, c]);
+    drop(told);
+    let failed = wait_until(&worker, full, |status| matches!(status, ExportStatus::Failed(_)));
+    assert!(failed.sentence().unwrap().contains("Make room"));
+    let done = wait_until(&worker, c, |status| matches!(status, ExportStatus::Done(_)));
+    assert_eq!(done.sentence(), Some("0 frames"));
+    let retries: Vec<bool> = worker.exports().iter().map(|export| export.retries).collect();
+    assert_eq!(retries, [false, true, false]);
+    worker.retry_export(full);
+    wait_until(&worker, full, |status| matches!(status, ExportStatus::Failed(_)));
 }

@@ -195,7 +195,7 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
         let Ok(control) = self.current_job.begin(None) else {
             return Ok(Done::Nothing);
         };
-        let Some((id, write)) = self.queue.begin() else {
+        let Some((id, mut write)) = self.queue.begin() else {
             self.current_job.end();
             return Ok(Done::Nothing);
         };
@@ -205,8 +205,10 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
         let progress = Progress::new(&report, control);
         let written = write(&progress);
         footage::report_mended(&progress);
-        let written = written?;
-        Ok(Done::Export(id, written))
+        if written.is_err() {
+            self.queue.keep(id, write);
+        }
+        Ok(Done::Export(id, written?))
     }
 
     /// Pictures do not change, so the network's thread needs no message.

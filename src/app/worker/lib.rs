@@ -313,20 +313,32 @@ impl Worker {
     }
 
     /// Puts an export at the end of the queue and returns its number. It is written when those before it are over
-    /// and no job runs. `name` is shown to the user.
+    /// and no job runs. `name` and `settings` are shown to the user.
     pub fn export(
         &self,
         name: String,
-        write: impl FnOnce(&Progress) -> Result<WrittenExport, Error> + Send + 'static,
+        settings: String,
+        write: impl FnMut(&Progress) -> Result<WrittenExport, Error> + Send + 'static,
     ) -> u64 {
-        let id = self.queue.push(name, Box::new(write));
+        let id = self.queue.push(name, settings, Box::new(write));
         self.jobs.put(JobRequest::Export);
         id
     }
 
-    /// The exports that wait, run or are over, in the order of the requests.
+    /// The exports that wait, run or are over, in the order of writing.
     pub fn exports(&self) -> Vec<Export> {
         self.queue.exports()
+    }
+
+    /// Moves a waiting export one place earlier or later.
+    pub fn reorder_export(&self, id: u64, earlier: bool) {
+        self.queue.reorder(id, earlier);
+    }
+
+    /// Writes an export that failed or was stopped again, behind those that wait.
+    pub fn retry_export(&self, id: u64) {
+        self.queue.retry(id);
+        self.jobs.put(JobRequest::Export);
     }
 
     /// Removes an export that waits or is over from the queue. [`Self::cancel`] stops the running one.

@@ -65,8 +65,8 @@ fn a_panic_of_the_job_thread_is_said_and_the_next_job_runs() {
 #[test]
 fn an_export_that_panics_has_failed_and_the_next_is_written() {
     let worker = worker_over(|| Ok(source()));
-    let failed = worker.export("first".to_owned(), |_| panic!("on purpose"));
-    let written = worker.export("second".to_owned(), |_| {
+    let failed = worker.export("first".to_owned(), String::new(), |_| panic!("on purpose"));
+    let written = worker.export("second".to_owned(), String::new(), |_| {
         Ok(WrittenExport {
             name: "second".to_owned(),
             folder: PathBuf::new(),

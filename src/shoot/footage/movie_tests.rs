@@ -1,6 +1,9 @@
 //! Shoots with movies, compared with the same shoot as files.
 
-use crate::{Exemplar, Frame, ImportSettings, TrackingFrames, import, read_picture};
+use crate::{
+    BehindReader, Exemplar, Frame, ImportSettings, TrackingFrames, import, picture_behind,
+    read_picture,
+};
 use base::progress::Progress;
 use imaging::{Image, Response};
 use movies::Source;
@@ -41,6 +44,27 @@ fn film(pictures: &[PathBuf], movie: &Path) {
         .arg(movie)
         .status();
     assert!(status.unwrap().success());
+}
+
+#[test]
+fn a_movie_behind_an_interview_keeps_its_rate_and_repeats() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    stage(&at.join("shoot"));
+    let movie = at.join("street.mkv");
+    film(&interview(&at.join("shoot")), &movie);
+    let behind = |frame, rate| picture_behind(&movie, frame, rate).unwrap();
+    let shown = |frame| Picture::Movie { file: movie.clone(), frame };
+    // Its three frames at 24 a second, behind interviews of 48, 24 and 12 frames a second.
+    assert_eq!([0, 1, 2, 5, 6].map(|frame| behind(frame, 48.0)), [0, 0, 1, 2, 0].map(shown));
+    assert_eq!([0, 1, 2, 3].map(|frame| behind(frame, 24.0)), [0, 1, 2, 0].map(shown));
+    assert_eq!([0, 1, 2].map(|frame| behind(frame, 12.0)), [0, 2, 1].map(shown));
+    let (_, light) = BehindReader::default().read(&movie, 1, 24.0).unwrap();
+    let filmed = Response::Srgb.decode(&read_picture(&shown(1)).unwrap());
+    assert_eq!(*light, filmed);
 }
 
 /// A filmed pose: fully lit, half of the lamps, fully lit, the other half, fully lit.

@@ -8,9 +8,11 @@ use crate::environment_library::light_of;
 use crate::state::State;
 use base::files::shown;
 use export::relight::RelightSettings;
-use export::{Destination, numbered_from};
+use export::{Destination, LayersBy, numbered_from};
 use farm::{ChunkSettings, Engine, FarmSettings};
+use footage::PictureSize;
 use handover::relight;
+use scene::Background;
 use std::path::Path;
 use worker::{Export, ExportStatus, Job, WrittenExport};
 
@@ -97,6 +99,16 @@ impl StudioApp {
             ExportCommand::Add => self.add_export(),
             ExportCommand::Farm(engine, folder) => self.send_to_farm(engine, &folder),
             ExportCommand::Withdraw(id) => self.withdraw_export(id),
+            ExportCommand::Reorder { id, earlier } => {
+                if let Some(worker) = &self.session.worker {
+                    worker.reorder_export(id, earlier);
+                }
+            }
+            ExportCommand::Retry(id) => {
+                if let Some(worker) = &self.session.worker {
+                    worker.retry_export(id);
+                }
+            }
             ExportCommand::OpenFolder(folder) => {
                 if open::that_detached(&folder).is_err() {
                     let folder = shown(&folder);
@@ -182,7 +194,7 @@ impl StudioApp {
             true => settings.files.to.clone(),
             false => self.exports.goes_to(&settings.files.to, range),
         };
-        let id = worker.export(name(&to), move |progress| {
+        let id = worker.export(name(&to), summary(&settings, range), move |progress| {
             let report = relight(&project, &settings, progress)?;
             let (first, last) = range;
             let file = Destination::parse(&report.output)?.files(first, last).next();
@@ -196,6 +208,48 @@ impl StudioApp {
         self.exports.queue = worker.exports();
         self.exports.ahead.push(Ahead { id, to, range });
     }
+}
+
+/// Settings of an export of files with the numbers `first` to `last`, a line each.
+fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
+    let files = &settings.files;
+    let size = match (files.at, files.size) {
+        (PictureSize::Plate, None) => "plate size".to_owned(),
+        (PictureSize::Box, None) => "size of the crop".to_owned(),
+        (PictureSize::Square, None) => "working size".to_owned(),
+        (_, Some(pixels)) => format!("{pixels} px"),
+    };
+    let background = match &settings.background {
+        Background::Environment => "environment".to_owned(),
+        Background::None => "none".to_owned(),
+        Background::Plate => "plate".to_owned(),
+        Background::Color([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
+        Background::Checker => "checker".to_owned(),
+        Background::File(placed) => shown(&placed.file),
+    };
+    let mut lines = vec![
+        format!("Files {first} to {last}, {size}"),
+        format!("Environment: {}", settings.environment.display()),
+        format!("Background: {background}"),
+    ];
+    if !settings.solo.is_empty() {
+        lines.push(format!("Lamps: {}", settings.solo.join(", ")));
+    }
+    if let Some(codec) = files.codec {
+        lines.push(format!("Codec: {}", codec.name()));
+    }
+    if files.layers {
+        lines.push(match files.exr.layers_by {
+            LayersBy::Lamp => "Layers by lamp".to_owned(),
+            LayersBy::Light => "Layers by light".to_owned(),
+        });
+    }
+    if !settings.hand_over.is_empty() {
+        let programs: Vec<&str> = settings.hand_over.iter().map(|to| to.name()).collect();
+        lines.push(format!("For {}", programs.join(", ")));
+    }
+    lines.push(format!("To {}", files.to));
+    lines.join("\n")
 }
 
 /// Title of an export: its file name, or its first and last still, such as `clay.0000–0007.png`.

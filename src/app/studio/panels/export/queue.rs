@@ -36,7 +36,10 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     let mut newest = 0.0;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         // The newest is first, so that it needs no scrolling.
-        for export in context.exports.iter().rev() {
+        let waits = |export: &Export| export.status == ExportStatus::Waiting;
+        for (at, export) in context.exports.iter().enumerate().rev() {
+            let places = [&context.exports[..at], &context.exports[at + 1..]];
+            let places = places.map(|others| others.iter().any(waits));
             // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()
                 .fill(ui.visuals().faint_bg_color)
@@ -44,7 +47,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
                 .inner_margin(Margin::same(8));
             let card = card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
-                export_ui(ui, export, context.status.job.as_ref(), out);
+                export_ui(ui, (export, places), context.status.job.as_ref(), out);
             });
             if newest == 0.0 {
                 newest = card.response.rect.height();
@@ -54,7 +57,13 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     heading + newest
 }
 
-fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
+/// `places`: true if an export waits before it, and behind it.
+fn export_ui(
+    ui: &mut Ui,
+    (export, places): (&Export, [bool; 2]),
+    job: Option<&RunningJob>,
+    out: &mut Vec<Command>,
+) {
     let job = job.filter(|_| export.status == ExportStatus::Running);
     let (state, color) = match &export.status {
         ExportStatus::Waiting => ("waiting".to_owned(), theme::QUIET),
@@ -67,7 +76,7 @@ fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut V
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.label(RichText::new(state).size(13.0).color(color));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.add(Label::new(&export.name).truncate());
+                ui.add(Label::new(&export.name).truncate()).on_hover_text(&export.settings);
             });
         });
     });
@@ -91,10 +100,15 @@ fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut V
         }
         ExportStatus::Waiting | ExportStatus::Running => {}
     }
-    ui.horizontal(|ui| buttons_ui(ui, export, job, out));
+    ui.horizontal(|ui| buttons_ui(ui, (export, places), job, out));
 }
 
-fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
+fn buttons_ui(
+    ui: &mut Ui,
+    (export, [earlier, later]): (&Export, [bool; 2]),
+    job: Option<&RunningJob>,
+    out: &mut Vec<Command>,
+) {
     let mut button =
         |ui: &mut Ui, enabled, icon: &str, text: &str, hint: &str, command: Command| {
             let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
@@ -116,6 +130,12 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             button(ui, !job.stopping, icons::STOP, cancel, hint, remove);
         }
         ExportStatus::Waiting => {
+            let reorder =
+                |earlier| Command::Export(ExportCommand::Reorder { id: export.id, earlier });
+            let hint = "Writes it before the export below";
+            button(ui, earlier, icons::PREVIOUS, "Earlier", hint, reorder(true));
+            let hint = "Writes it after the export above";
+            button(ui, later, icons::NEXT, "Later", hint, reorder(false));
             let hint = "Removes it from the queue";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
@@ -127,6 +147,11 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
         ExportStatus::Failed(_) | ExportStatus::Cancelled(_) => {
+            if export.retries {
+                let hint = "Writes it again with the same settings, behind those that wait";
+                let retry = Command::Export(ExportCommand::Retry(export.id));
+                button(ui, true, icons::LOOP, "Retry", hint, retry);
+            }
             let hint = "Removes it from the list; files already written are kept";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
