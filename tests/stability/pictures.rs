@@ -123,7 +123,7 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
         for (name, mask) in mattes(size) {
             for background in [Background::Environment, Background::None] {
                 let what = format!("{size:?}, matte {name}, {background:?}");
-                let of = |output| Scene { background, ..scene(output) };
+                let of = |output| Scene { background: background.clone(), ..scene(output) };
                 let linear = set.both(&of(Output::Linear), &mask, &environment);
                 let display = set.both(&of(Output::Display), &mask, &environment);
                 let (light, code) = (apart(&linear, &what), codes_apart(&display, &what));

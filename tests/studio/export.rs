@@ -433,7 +433,7 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
             environment: environment.clone(),
             yaw_deg: look.yaw_deg,
             exposure_stops: look.exposure_stops,
-            background: look.background,
+            background: look.background.clone(),
             files: Files { ocio, ..Files::to(to.display().to_string()) },
             ..settings(String::new())
         };
@@ -569,6 +569,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     };
     assert_eq!(names(&window), ["clay.0000–0007.png", "next.mov", "last.mov"]);
     assert!(window.query_by_label("Stop").is_none(), "only one line of the job");
+    scroll_to(&mut window, "Pause clay.0000–0007.png");
     click_on(&mut window, "Pause clay.0000–0007.png");
     window.get_by_label("paused");
     click_on(&mut window, "Resume clay.0000–0007.png");
@@ -586,6 +587,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     drop(last);
     until_exported(&mut window, 3);
     window.run_steps(2);
+    scroll_to(&mut window, "Retry clay.0000–0007.png");
     click_on(&mut window, "Retry clay.0000–0007.png");
     until(&mut window, "another try", |app| app.exports()[2].status == ExportStatus::Running);
     drop(tell);
@@ -657,7 +659,7 @@ fn an_export_that_failed_looks_as_it_did() {
         std::fs::write(exports.join(name), "").unwrap();
     }
     let worker = window.state().worker().unwrap();
-    worker.export("clay.0000–0007.png".to_owned(), |_| {
+    worker.export("clay.0000–0007.png".to_owned(), "Files 0 to 7".to_owned(), |_| {
         Err(Error::io(
             "write",
             "exports/clay.0002.png",

@@ -331,7 +331,7 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
 #[test]
 fn the_matte_is_shown_whatever_the_background_is() {
     let (_folder, mut window) = crate::shown_window();
-    let background = window.state().state().look.background;
+    let background = window.state().state().look.background.clone();
     assert_eq!(background, afterlight::scene::Background::Environment);
     press(&mut window, Key::A, 1);
     let shown = picture(&window);

@@ -4,7 +4,7 @@
 //! ```text
 //! JOB/
 //!   job.json            the work, the program that wrote the job, and its files (by hash)
-//!   snapshot/           project.toml, calibration.toml, checkpoint/, mattes/, the environment and the look-up table
+//!   snapshot/           project.toml, calibration.toml, checkpoint/, mattes/, the environment, the look-up table, the background
 //!   template.json       for Open Job Description, or
 //!   submit.sh, chunk.sh, assemble.sh       for Slurm
 //!   frames/             frames of a movie, until it is joined; stills go to their destination

@@ -75,7 +75,7 @@ fn what_was_skipped_would_not_have_changed_the_picture() {
     let set = Set::new(24);
     for background in [Background::None, Background::Environment] {
         for stops in [0.0, 1.5] {
-            let scene = scene(background, Output::Display, stops);
+            let scene = scene(background.clone(), Output::Display, stops);
             let planned = compose(&scene, &set.ingredients()).unwrap();
             let facts = Facts {
                 field_cached: false,

@@ -281,16 +281,16 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
         compose(&scene, &of).unwrap()
     };
     let made = |effects, background| made_of(&set, effects, background);
-    let around = Background::Environment;
+    let around = || Background::Environment;
     let forced = |effects: Effects, pass, run| Effects {
         forced: Forced::default().with(pass, Some(run)),
         ..effects
     };
     let off = Effects::default();
-    let plain = made(off, around);
+    let plain = made(off, around());
     let strengths = STRENGTHS.iter().map(|strength| strength.pass);
     for pass in strengths.chain([Pass::Exposure]) {
-        let on = made(forced(off, pass, true), around);
+        let on = made(forced(off, pass, true), around());
         assert!(on.passes[pass as usize].ran, "{pass:?}");
         // Rounding of a background drawn before the subject is laid over it.
         let apart = largest_difference(plain.light(), on.light());
@@ -308,12 +308,12 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
         (Pass::LightWrap, Effects { light_wrap: 0.0, ..strong }),
         (Pass::Glare, Effects { glare: 0.0, ..strong }),
     ] {
-        let left_out = made_of(&lamps, forced(strong, pass, false), around);
-        assert_eq!(left_out.display, made_of(&lamps, without, around).display, "{pass:?}");
-        assert_ne!(left_out.display, made_of(&lamps, strong, around).display, "{pass:?}");
+        let left_out = made_of(&lamps, forced(strong, pass, false), around());
+        assert_eq!(left_out.display, made_of(&lamps, without, around()).display, "{pass:?}");
+        assert_ne!(left_out.display, made_of(&lamps, strong, around()).display, "{pass:?}");
     }
-    let dark = made(forced(off, Pass::Background, false), around);
+    let dark = made(forced(off, Pass::Background, false), around());
     assert_eq!(dark.light().pixels[0], [0.0; 3]);
-    let dark = made(forced(strong, Pass::Background, false), around);
+    let dark = made(forced(strong, Pass::Background, false), around());
     assert!(!dark.passes[Pass::BackgroundBlur as usize].ran);
 }

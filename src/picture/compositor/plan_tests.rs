@@ -10,7 +10,7 @@ const FACTS: Facts = Facts {
     lamps: 41,
     lit_lamps: 38,
     open_share: 0.6,
-    inputs: Inputs { frame: 1, light: 2, backdrop: 3, grain: 4, second: 5 },
+    inputs: Inputs { frame: 1, light: 2, backdrop: 3, behind: 6, grain: 4, second: 5 },
     steady_gain: None,
     spill: None,
     wrap_need: 0.0,

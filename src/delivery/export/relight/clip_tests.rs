@@ -135,7 +135,7 @@ fn layers_add_up_on_every_plate_under_every_light() {
             for plate in [SIZE, 20, 33, 6 * SIZE].map(plate) {
                 for background in [Background::None, Background::Environment] {
                     for smoothing in [0.0, 0.8] {
-                        scene.background = background;
+                        scene.background = background.clone();
                         scene.effects.smoothing = smoothing;
                         let plate = Some(&plate);
                         let extra = Extra { plate, before, ..Extra::default() };

@@ -132,10 +132,12 @@ fn buttons_ui(
         ExportStatus::Waiting => {
             let reorder =
                 |earlier| Command::Export(ExportCommand::Reorder { id: export.id, earlier });
-            let hint = "Writes it before the export below";
-            button(ui, earlier, icons::PREVIOUS, "Earlier", hint, reorder(true));
-            let hint = "Writes it after the export above";
-            button(ui, later, icons::NEXT, "Later", hint, reorder(false));
+            if earlier || later {
+                let hint = "Writes it before the export below";
+                button(ui, earlier, icons::PREVIOUS, "Earlier", hint, reorder(true));
+                let hint = "Writes it after the export above";
+                button(ui, later, icons::NEXT, "Later", hint, reorder(false));
+            }
             let hint = "Removes it from the queue";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }

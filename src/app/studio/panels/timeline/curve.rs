@@ -1,4 +1,4 @@
-//! The curve of a lane over the frames, with keys and tangents to drag.
+//! The curve of a lane over the frames, with keys and tangents to drag, in front of the other lanes' curves.
 
 use super::TimelinePanel;
 use super::drag::{KeyDrag, Side, turned};
@@ -10,8 +10,8 @@ use crate::panel_context::PanelContext;
 use crate::panels::diamond::DIAMOND;
 use crate::theme::{self, GAP};
 use egui::{
-    Align2, Color32, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui,
-    Vec2, WidgetInfo, pos2, vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Shape,
+    Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::Keyframes;
 use scene::{Setting, Unit};
@@ -23,6 +23,8 @@ const KNOB: f32 = 4.0;
 const GRID: f32 = 26.0;
 /// A vertical drag by fewer points leaves the value unchanged.
 const STILL: f32 = 4.0;
+/// Greatest distance in points from which a click chooses another lane's curve.
+const NEAR: f32 = 6.0;
 
 /// Positions of frames and values.
 #[derive(Clone, Copy)]
@@ -42,6 +44,19 @@ impl Plot {
     fn at(&self, frame: f64, value: f64) -> Pos2 {
         let up = (value - self.values[0]) * self.scale();
         pos2(self.track.x(frame), self.rect.bottom() - up as f32)
+    }
+
+    /// The same for another curve, which fills the plot by its own values.
+    fn of(&self, of: Setting, keys: &Keyframes) -> Self {
+        Self { values: span(of, keys, self.track.frames), ..*self }
+    }
+
+    /// The curve's points, from left to right.
+    fn line(&self, of: Setting, keys: &Keyframes) -> Vec<Pos2> {
+        let columns = (self.rect.width().ceil().max(1.0) as usize).min(4096);
+        let frames = (0..=columns).map(|i| self.track.between(i as f64 / columns as f64));
+        let value = |frame| of.bounded(keys.at(frame).unwrap_or_default());
+        frames.map(|frame| self.at(frame, value(frame))).collect()
     }
 
     fn value(&self, y: f32) -> f64 {
@@ -98,7 +113,10 @@ impl TimelinePanel {
             self.values = span(of, keys, context.state.frames);
         }
         let plot = Plot { track, rect: rect.shrink2(vec2(0.0, 2.0)), values: self.values };
-        plot_ui(ui, of, keys, &plot, context.state.frame);
+        let others = look.animation.lanes().filter(|(other, _)| *other != of);
+        let others: Vec<(Setting, Vec<Pos2>)> =
+            others.map(|(other, keys)| (other, plot.of(other, keys).line(other, keys))).collect();
+        plot_ui(ui, of, (keys, &others), &plot, context.state.frame);
         let area = ui.interact(rect, ui.scope_id().with("curve"), Sense::click_and_drag());
         let tangents = self.tangents_ui(ui, context, of, &plot);
         for key in keys.keys() {
@@ -107,7 +125,18 @@ impl TimelinePanel {
                 self.key_ui(ui, context, (of, key), at, out);
             }
         }
+        let pointer =
+            area.hover_pos().filter(|_| !ui.input(|input| input.pointer.is_decidedly_dragging()));
+        let own = plot.line(of, keys);
+        let under = pointer.and_then(|at| under(&others, &own, at));
+        if let Some(other) = under {
+            ui.set_cursor_icon(CursorIcon::PointingHand);
+            area.show_tooltip_text(other.title(&look.lighting));
+        }
         self.drag_curve_ui(ui, context, (of, keys), &area, (&plot, &tangents), out);
+        if let Some(other) = under.filter(|_| area.clicked() && !area.double_clicked()) {
+            self.chosen = Some(other);
+        }
         let all = keys.keys().iter();
         let all = all.map(|key| (of, key.frame, plot.at(key.frame, key.value)));
         self.select_boxed(ui, &area, all);
@@ -237,8 +266,30 @@ impl TimelinePanel {
     }
 }
 
-/// The grid and the curve.
-fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
+/// The lane whose curve in `others` is nearest to a place; None beyond [`NEAR`], and nearer to the curve `own`.
+fn under(others: &[(Setting, Vec<Pos2>)], own: &[Pos2], at: Pos2) -> Option<Setting> {
+    let distance = |line: &[Pos2]| {
+        let segments = line.windows(2).filter(|two| (two[0].x - at.x).abs() < 2.0 * NEAR);
+        let distances = segments.map(|two| {
+            let along = two[1] - two[0];
+            let share = (at - two[0]).dot(along) / along.length_sq().max(1e-6);
+            at.distance(two[0] + share.clamp(0.0, 1.0) * along)
+        });
+        distances.fold(f32::INFINITY, f32::min)
+    };
+    let others = others.iter().map(|(of, line)| (*of, distance(line)));
+    let (other, far) = others.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    (far < NEAR && far < distance(own)).then_some(other)
+}
+
+/// The grid, the curve, and the other lanes' curves behind it, each over its own values.
+fn plot_ui(
+    ui: &Ui,
+    of: Setting,
+    (keys, others): (&Keyframes, &[(Setting, Vec<Pos2>)]),
+    plot: &Plot,
+    frame: usize,
+) {
     let (rect, track) = (plot.rect, plot.track);
     let painter = ui.painter().with_clip_rect(rect.expand(1.0).intersect(ui.clip_rect()));
     painter.rect_filled(rect, 2.0, theme::WELL);
@@ -269,13 +320,11 @@ fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
         painter.text(at, Align2::LEFT_BOTTOM, text, font, theme::QUIET);
     }
     let value = |frame: f64| of.bounded(keys.at(frame).unwrap_or_default());
-    let columns = (rect.width().ceil().max(1.0) as usize).min(4096);
-    let curve = (0..=columns).map(|column| {
-        let share = column as f64 / columns as f64;
-        let frame = track.between(share);
-        plot.at(frame, value(frame))
-    });
-    painter.add(Shape::line(curve.collect(), Stroke::new(1.5, theme::KEY)));
+    let behind = Stroke::new(1.0, Color32::from_gray(96));
+    for (_, line) in others {
+        painter.add(Shape::line(line.clone(), behind));
+    }
+    painter.add(Shape::line(plot.line(of, keys), Stroke::new(1.5, theme::KEY)));
     let now = plot.at(frame as f64, value(frame as f64));
     painter.circle_filled(now, 3.0, theme::ACCENT);
 }
@@ -284,6 +333,25 @@ fn plot_ui(ui: &Ui, of: Setting, keys: &Keyframes, plot: &Plot, frame: usize) {
 mod tests {
     use super::*;
     use egui::Rangef;
+
+    #[test]
+    fn the_nearest_other_curve_is_found_and_the_own_one_goes_before() {
+        let track = Track::new(Rangef::new(0.0, 100.0), 11, None);
+        let rect = Rect::from_min_size(pos2(0.0, 20.0), vec2(100.0, 80.0));
+        let rising: Keyframes = "0:0,10:90".parse().unwrap();
+        let plot = Plot { track, rect, values: span(Setting::Yaw, &rising, 11) };
+        let own = plot.line(Setting::Yaw, &rising);
+        let falling: Keyframes = "0:2,10:-2".parse().unwrap();
+        let other = plot.of(Setting::Exposure, &falling).line(Setting::Exposure, &falling);
+        let ends = [other[0], other[other.len() - 1]];
+        assert!(ends[0].y < 40.0 && ends[1].y > 80.0, "it fills the plot: {ends:?}");
+        let others = [(Setting::Exposure, other.clone())];
+        let at = |place| under(&others, &own, place);
+        assert_eq!(at(other[10] + vec2(0.0, 3.0)), Some(Setting::Exposure));
+        assert_eq!(at(other[10] + vec2(0.0, 3.0 * NEAR)), None);
+        assert_eq!(at(own[10]), None);
+        assert_eq!(under(&[], &own, own[10]), None);
+    }
 
     #[test]
     fn lines_of_the_grid_are_round() {
