@@ -230,6 +230,9 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     let job = "farm;my film;--to;a job;--output;farmed %02d.png;--engine;slurm;--chunk;5;--json";
     let job: Vec<&str> = job.split(';').collect();
     succeed(ground.path(), &[&job[..], &look].concat());
+    // A job without a chunk's length relights the first frames.
+    let sized = ["--engine", "slurm", "--background", "street/street.%02d.png,0,0,1"];
+    ground.write_job("sized", "s%d.png", &sized);
     // The files behind the look may change or disappear meanwhile.
     std::fs::remove_file(ground.at("the keys.json")).unwrap();
     std::fs::remove_dir_all(ground.at("street")).unwrap();

@@ -10,7 +10,7 @@ use egui_kittest::kittest::Queryable;
 use tempfile::TempDir;
 
 /// Position in the window of a pixel of the fitted picture, which has 64 by 64 pixels.
-fn place(window: &Window, x: f32, y: f32) -> Pos2 {
+pub fn place(window: &Window, x: f32, y: f32) -> Pos2 {
     let pane = window.get_by_label("Relit picture").rect();
     let point = (pane.width().min(pane.height()) - 32.0) / 64.0;
     pane.center() + point * vec2(x - 32.0, y - 32.0)

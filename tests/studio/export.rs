@@ -563,7 +563,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     }
     until_share(&mut window, 0.25);
     window.run_steps(2);
-    click_on(&mut window, "Earlier next.mov");
+    click_on(&mut window, "Write next: next.mov");
     let names = |window: &Window| -> Vec<String> {
         window.state().exports().iter().map(|export| export.name.clone()).collect()
     };

@@ -1,10 +1,14 @@
-//! Five tasks done without reading the guide: with the pointer, on visible controls. Each click, drag, drop and key
-//! press counts. docs/guide.md lists the counts.
+//! A day's tasks done without reading the guide: with the pointer, on visible controls. Each click, drag, drop, typed text,
+//! key and turn of the wheel counts. docs/guide.md lists the counts.
 
-use super::{Window, clay_window, drop_onto, plain_drag, review, until, until_shown, window};
+use super::{
+    MIDDLE, Window, aiming, clay, clay_window, drop_onto, lights, picture, plain_drag, retype,
+    review, until, until_shown, window,
+};
 use afterlight::gpu::DeviceChoice;
+use afterlight::scene::Setting;
 use afterlight::studio::StudioApp;
-use egui::{Event, Modifiers, PointerButton, Pos2, Rect, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 
@@ -38,12 +42,12 @@ impl Hand {
     }
 
     fn click_at(&mut self, pos: Pos2) {
-        let press = |pressed| Event::PointerButton {
-            pos,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        };
+        self.press_at(pos, PointerButton::Primary);
+    }
+
+    fn press_at(&mut self, pos: Pos2, button: PointerButton) {
+        let press =
+            |pressed| Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
         for event in [
             Event::PointerMoved(pos),
             press(true),
@@ -58,6 +62,24 @@ impl Hand {
 
     fn drag(&mut self, from: Pos2, to: Pos2) {
         plain_drag(&mut self.window, from, to);
+        self.acts += 1;
+    }
+
+    /// Types into the field that was clicked.
+    fn type_text(&mut self, text: &str) {
+        retype(&mut self.window, text);
+        self.acts += 1;
+    }
+
+    fn key(&mut self, key: Key) {
+        self.window.key_press(key);
+        self.window.run_steps(4);
+        self.acts += 1;
+    }
+
+    /// Turns the wheel until a control is in sight.
+    fn scroll_to(&mut self, name: &str) {
+        super::scroll_to(&mut self.window, name);
         self.acts += 1;
     }
 
@@ -173,4 +195,112 @@ fn the_worst_lamp_is_found() {
     hand.click("Next worst");
     assert_eq!(hand.window.state().state().cell, Some((case, lamp)));
     hand.done("Find the worst lamp");
+}
+
+#[test]
+fn light_falls_on_the_cheek_and_one_lamp_lights_it_alone() {
+    let folder = crate::temporary();
+    let mut hand = Hand::of(clay_window(folder.path()));
+    until_shown(&mut hand.window);
+    let cheek = aiming::place(&hand.window, 12.0, 32.0);
+    hand.click("Light by the face");
+    hand.click_at(cheek);
+    until(&mut hand.window, "placed light", |app| app.state().look.lighting.placed.len() == 1);
+    let to = lights(&hand.window)[0].direction();
+    assert!(to.x < -0.4 && to.z > 0.0, "{to}");
+    hand.done("Light on a cheek");
+
+    hand.window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut hand.window);
+    hand.window.event(Event::PointerMoved(cheek));
+    super::until_said(&mut hand.window, "Right-click: solo olat_");
+    hand.press_at(cheek, PointerButton::Secondary);
+    assert_eq!(hand.window.state().state().solo.len(), 1);
+    until_shown(&mut hand.window);
+    // The button before it counts too.
+    hand.acts += 1;
+    hand.done("One lamp alone");
+}
+
+#[test]
+fn the_light_turns_through_the_clip() {
+    let folder = crate::temporary();
+    let mut hand = Hand::of(clay_window(folder.path()));
+    until_shown(&mut hand.window);
+    hand.scroll_to("Yaw key at this frame");
+    hand.click("Yaw key at this frame");
+    let bar = hand.window.get_by_label("Scrub bar").rect();
+    let last = clay::FRAMES - 1;
+    let cell = bar.width() / clay::FRAMES as f32;
+    hand.click_at(bar.right_center() - vec2(0.5 * cell, 0.0));
+    until(&mut hand.window, "last frame", |app| app.state().frame == last);
+    hand.drag(MIDDLE, MIDDLE + vec2(150.0, 0.0));
+    until_shown(&mut hand.window);
+    let keys = hand.window.state().state().look.keys(Setting::Yaw).keys().len();
+    assert_eq!(keys, 2);
+    hand.done("Light that turns through the clip");
+}
+
+#[test]
+fn a_look_is_stored_and_comes_back() {
+    let folder = crate::temporary();
+    let mut hand = Hand::of(clay_window(folder.path()));
+    until_shown(&mut hand.window);
+    hand.drag(MIDDLE, MIDDLE + vec2(60.0, 0.0));
+    until_shown(&mut hand.window);
+    let before = picture(&hand.window);
+    hand.acts = 0;
+    hand.click("Looks");
+    hand.click("Name of the look");
+    hand.type_text("Warm key");
+    hand.click("Store");
+    until(&mut hand.window, "stored look", |app| {
+        let looks = app.looks();
+        !looks.is_busy() && !looks.looks(afterlight::studio::Shelf::Project).is_empty()
+    });
+    // Other light in between.
+    plain_drag(&mut hand.window, MIDDLE, MIDDLE - vec2(90.0, 0.0));
+    until_shown(&mut hand.window);
+    assert!(picture(&hand.window) != before);
+    hand.click("Warm key");
+    until_shown(&mut hand.window);
+    assert!(picture(&hand.window) == before);
+    hand.done("Store a look and return to it");
+}
+
+#[test]
+fn a_still_is_put_behind_the_subject() {
+    if !super::alone("tasks::a_still_is_put_behind_the_subject", &super::NO_DIALOGS) {
+        return;
+    }
+    let folder = crate::temporary();
+    let still = folder.path().join("street.png");
+    image::RgbImage::from_pixel(8, 8, image::Rgb([40, 90, 200])).save(&still).unwrap();
+    let mut hand = Hand::of(clay_window(folder.path()));
+    until_shown(&mut hand.window);
+    hand.scroll_to("Background");
+    hand.click("Background");
+    hand.click("Still or movie…");
+    super::dialogs::until_missing(&mut hand.window);
+    hand.click("Path");
+    hand.type_text(&still.display().to_string());
+    hand.key(Key::Enter);
+    until_shown(&mut hand.window);
+    assert!(picture(&hand.window)[2].abs_diff(200) <= 1);
+    hand.done("Still behind the subject");
+}
+
+#[test]
+fn layers_of_lights_are_exported() {
+    let (window, root, _folder) = super::export::opened();
+    let mut hand = Hand::of(window);
+    hand.click("Workspace Export");
+    hand.click("Format EXR");
+    hand.click("Layers By light");
+    hand.click("Add to queue");
+    super::export::until_exported(&mut hand.window, 1);
+    hand.done("Export EXR layers by light");
+    let made = std::fs::read_dir(root.join("exports")).unwrap();
+    let is_exr = |path: &Path| path.extension().is_some_and(|e| e == "exr");
+    assert!(made.map(|entry| entry.unwrap().path()).any(|path| is_exr(&path)));
 }

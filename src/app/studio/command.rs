@@ -430,8 +430,8 @@ pub enum ExportCommand {
     Farm(Engine, PathBuf),
     /// Remove an export from the queue; a running one is asked to stop.
     Withdraw(u64),
-    /// Move a waiting export one place earlier, or later.
-    Reorder { id: u64, earlier: bool },
+    /// Write a waiting export before all others that wait.
+    WriteNext(u64),
     /// Write an export that failed or was stopped again.
     Retry(u64),
     /// Show a folder in the system's file manager.

@@ -17,14 +17,12 @@ type Shown = (u64, Arc<Image>);
 pub(super) struct Behind {
     /// One reader for each file of the last request.
     files: Vec<(PathBuf, BehindReader, Option<Shown>)>,
-    /// Sentences on files that cannot be read.
-    failed: Vec<(PathBuf, String)>,
     reads: u64,
 }
 
 impl Behind {
-    /// Reads what stands behind the request's pictures. Returns sentences on files that cannot be read, each once: nothing
-    /// stands behind those pictures.
+    /// Reads the pictures behind the request's. Returns sentences on files that cannot be read: nothing stands behind those
+    /// pictures.
     pub fn read(&mut self, request: &PreviewRequest) -> Vec<String> {
         let compared = [&request.first, &request.second].into_iter().flatten();
         let compared = compared.filter_map(|comparison| match comparison {
@@ -37,8 +35,7 @@ impl Behind {
             scenes.filter_map(|scene| Some(scene.background.file()?.to_path_buf())).collect();
         wanted.dedup();
         self.files.retain(|(file, ..)| wanted.contains(file));
-        self.failed.retain(|(file, _)| wanted.contains(file));
-        let mut news = Vec::new();
+        let mut missing = Vec::new();
         for file in wanted {
             let known = self.files.iter().position(|(of, ..)| *of == file);
             let at = known.unwrap_or_else(|| {
@@ -47,7 +44,6 @@ impl Behind {
             });
             let (_, reader, shown) = &mut self.files[at];
             let read: Result<Shown> = reader.read(&file, request.scene.frame, request.frame_rate);
-            self.failed.retain(|(of, _)| *of != file || read.is_err());
             match read {
                 Ok((_, picture)) => {
                     let same = |(_, last): &Shown| Arc::ptr_eq(last, &picture);
@@ -58,15 +54,11 @@ impl Behind {
                 }
                 Err(error) => {
                     *shown = None;
-                    let sentence = error.to_string();
-                    if !self.failed.contains(&(file.clone(), sentence.clone())) {
-                        self.failed.push((file, sentence.clone()));
-                        news.push(sentence);
-                    }
+                    missing.push(error.to_string());
                 }
             }
         }
-        news
+        missing
     }
 
     /// The picture behind, and its number; None if the background is no file, or cannot be read.

@@ -73,17 +73,14 @@ impl ExportQueue {
         id
     }
 
-    /// Moves a waiting export before the waiting one before it, or behind the one behind it.
-    pub fn reorder(&self, id: u64, earlier: bool) {
+    /// Moves a waiting export before all others that wait.
+    pub fn write_next(&self, id: u64) {
         let mut state = self.0.lock();
-        let waits = |export: &(usize, &Export)| export.1.status == ExportStatus::Waiting;
-        let waiting: Vec<usize> =
-            state.exports.iter().enumerate().filter(waits).map(|(at, _)| at).collect();
-        let place = waiting.iter().position(|at| state.exports[*at].id == id);
-        let Some(place) = place else { return };
-        let other = if earlier { place.checked_sub(1) } else { Some(place + 1) };
-        if let Some(other) = other.and_then(|other| waiting.get(other)) {
-            state.exports.swap(waiting[place], *other);
+        let waits = |export: &Export| export.status == ExportStatus::Waiting;
+        let first = state.exports.iter().position(waits);
+        let place = state.exports.iter().position(|export| export.id == id && waits(export));
+        if let (Some(first), Some(place)) = (first, place) {
+            state.exports[first..=place].rotate_right(1);
         }
     }
 

@@ -144,21 +144,19 @@ fn waiting_exports_change_places_and_a_stopped_one_is_written_again() {
         ["a", "full", "c"].map(|name| told_export(&worker, name)).into_iter().collect();
     let [a, full, c] = [0, 1, 2].map(|at| told[at].0);
     let order = || worker.exports().into_iter().map(|export| export.id).collect::<Vec<_>>();
-    worker.reorder_export(c, true);
-    assert_eq!(order(), [a, c, full]);
-    worker.reorder_export(a, true);
-    worker.reorder_export(full, false);
-    assert_eq!(order(), [a, c, full], "the first and the last stay");
-    worker.reorder_export(a, false);
+    worker.write_export_next(c);
     assert_eq!(order(), [c, a, full]);
+    worker.write_export_next(c);
+    assert_eq!(order(), [c, a, full], "the first stays");
     assert_eq!(worker.exports()[0].settings, "settings of c");
     // One that waits cannot be written again.
     worker.retry_export(a);
     assert_eq!(order(), [c, a, full]);
     drop(job);
     wait_until(&worker, c, |status| *status == ExportStatus::Running);
-    worker.reorder_export(a, true);
-    assert_eq!(order(), [c, a, full], "the running one stays first");
+    worker.write_export_next(full);
+    assert_eq!(order(), [c, full, a], "the running one stays first");
+    worker.write_export_next(a);
     worker.cancel();
     wait_until(&worker, c, |status| matches!(status, ExportStatus::Cancelled(_)));
     wait_until(&worker, a, |status| *status == ExportStatus::Running);

@@ -330,9 +330,9 @@ impl Worker {
         self.queue.exports()
     }
 
-    /// Moves a waiting export one place earlier or later.
-    pub fn reorder_export(&self, id: u64, earlier: bool) {
-        self.queue.reorder(id, earlier);
+    /// Moves a waiting export before all others that wait.
+    pub fn write_export_next(&self, id: u64) {
+        self.queue.write_next(id);
     }
 
     /// Writes an export that failed or was stopped again, behind those that wait.

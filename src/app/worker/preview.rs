@@ -84,6 +84,8 @@ pub struct PreviewPicture {
     pub whole: [Option<SrgbPicture>; 2],
     /// Looks side by side, of the same size.
     pub looks: [Option<LookPicture>; 4],
+    /// Sentences on backgrounds that cannot be read: nothing is behind the subject.
+    pub missing: Vec<String>,
     /// Soloed lamps.
     pub solo: Vec<usize>,
     /// Scene-linear light of each pixel, premultiplied, if it is in memory at full size.

@@ -37,8 +37,6 @@ pub(super) struct PreviewMaker {
     resolution: AdaptiveResolution,
     table: ViewTable,
     behind: Behind,
-    /// Sentences on backgrounds that cannot be read.
-    news: Vec<String>,
     /// The last picture, if it is only on the GPU.
     unread: Option<(ShownPicture, PreviewPicture)>,
 }
@@ -58,7 +56,6 @@ impl PreviewMaker {
             resolution: AdaptiveResolution::within(budget_ms),
             table: ViewTable::default(),
             behind: Behind::default(),
-            news: Vec::new(),
             unread: None,
         }
     }
@@ -75,11 +72,6 @@ impl PreviewMaker {
     /// True if the last picture is only on the GPU.
     pub fn is_unread(&self) -> bool {
         self.unread.is_some()
-    }
-
-    /// Sentences on backgrounds that the last pictures lack.
-    pub fn take_news(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.news)
     }
 
     /// The last picture with its codes in memory and the measured times of its passes. None if they were there
@@ -109,7 +101,7 @@ impl PreviewMaker {
     ) -> Result<PreviewPicture> {
         let (request, predicted) = (&inputs.request, &inputs.predicted);
         self.identify(request, predicted);
-        self.news.extend(self.behind.read(request));
+        let missing = self.behind.read(request);
         let behind = self.behind.of(&request.scene.background);
         self.identity.behind = behind.map_or(0, |(number, _)| number);
         let reference = self.reference.get_or_insert_with(|| predicted.clone());
@@ -209,6 +201,7 @@ impl PreviewMaker {
             second: request.second.clone().zip(codes(second)),
             whole: whole.map(codes),
             looks,
+            missing,
             solo: request.solo.clone(),
             linear: None,
             weights: (weights.per_lamp.iter()).map(|weight| weight.map(|w| w * subject)).collect(),

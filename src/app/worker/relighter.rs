@@ -225,12 +225,7 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
             RelighterRequest::Predicted(predicted) => self.predicted(predicted),
             RelighterRequest::Compared(side, comparison) => self.found(*side, comparison),
             RelighterRequest::Show(request) => self.request = Some((**request).clone()),
-            RelighterRequest::Relight { rested } => {
-                let picture = self.relight(*rested);
-                let news = self.maker.as_mut().map(PreviewMaker::take_news).unwrap_or_default();
-                news.into_iter().for_each(|sentence| (self.tell)(Event::Failed { sentence }));
-                return picture;
-            }
+            RelighterRequest::Relight { rested } => return self.relight(*rested),
         }
         self.changed = true;
         Ok(None)

@@ -12,10 +12,13 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 
 /// A sequence of pictures. Holds names or numbers, not pixels.
 #[derive(Debug)]
 pub struct Sequence {
+    /// The address, and its folder's time of change when the files were listed.
+    of: (PathBuf, Option<SystemTime>),
     folder: PathBuf,
     names: Names,
     size: (usize, usize),
@@ -23,7 +26,7 @@ pub struct Sequence {
     tools: Tools,
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 enum Names {
     /// Names with a number between two texts, with a minimum number of digits; all numbers, sorted.
     Numbered {
@@ -128,6 +131,7 @@ impl Sequence {
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
         let (folder, names) = list(path)?;
         let mut sequence = Self {
+            of: (path.to_path_buf(), changed(&folder)),
             folder,
             names,
             size: (0, 0),
@@ -153,6 +157,13 @@ impl Sequence {
         let pixels = sequence.frame(first)?;
         (sequence.size, sequence.has_alpha) = (pixels.size, pixels.has_alpha);
         Ok(sequence)
+    }
+
+    /// True if the same files are there as when they were listed.
+    pub(crate) fn is_current(&self) -> bool {
+        let (path, listed) = &self.of;
+        (listed.is_some() && *listed == changed(&self.folder))
+            || list(path).is_ok_and(|(_, names)| names == self.names)
     }
 
     /// Columns and rows of the first picture.
@@ -290,6 +301,11 @@ pub fn pictures(folder: &Path) -> Result<Vec<Box<str>>> {
     let names = sorted_names(folder).map_err(|e| Error::io("open", folder, e, remedy))?;
     let names = names.iter().map(|name| name.to_string_lossy());
     Ok(names.filter(|name| is_picture(name)).map(|name| (*name).into()).collect())
+}
+
+/// Time of change of a folder, if known.
+fn changed(folder: &Path) -> Option<SystemTime> {
+    folder.metadata().ok()?.modified().ok()
 }
 
 /// The folder of a sequence and its files.

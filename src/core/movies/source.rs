@@ -40,7 +40,9 @@ pub fn open(path: &Path) -> Result<Arc<Source>> {
             all.push(one);
             return Ok(source);
         }
-        return Err(super::movie::replaced(path));
+        if let Source::Movie(_) = &*one.1 {
+            return Err(super::movie::replaced(path));
+        }
     }
     drop(all);
     let source = Arc::new(Source::open(path, &Tools::default())?);
@@ -70,7 +72,7 @@ impl Source {
     fn is_current(&self) -> bool {
         match self {
             Self::Movie(movie) => movie.is_current(),
-            Self::Sequence(_) => true,
+            Self::Sequence(sequence) => sequence.is_current(),
         }
     }
 

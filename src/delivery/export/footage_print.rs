@@ -18,27 +18,27 @@ const PIECE: u64 = 64 << 10;
 /// Fingerprints of files, each read once if frames share it.
 #[derive(Debug, Default)]
 pub(super) struct FootagePrints {
-    movies: Mutex<HashMap<PathBuf, String>>,
+    files: Mutex<HashMap<PathBuf, String>>,
 }
 
 impl FootagePrints {
     /// Fingerprint of a picture: its frame and the fingerprint of its file; "missing" if the file cannot be read.
     pub fn of(&self, picture: &Picture) -> String {
         match picture {
-            Picture::File(file) => print_or_missing(file),
+            Picture::File(file) => self.of_file(file),
             Picture::Movie { file, frame } => match movies::open(file).as_deref() {
                 Ok(Source::Sequence(sequence)) => {
                     sequence.file(*frame).map_or_else(missing, |file| print_or_missing(&file))
                 }
-                Ok(Source::Movie(_)) => format!("{frame} of {}", self.of_movie(file)),
+                Ok(Source::Movie(_)) => format!("{frame} of {}", self.of_file(file)),
                 Err(_) => missing(),
             },
             Picture::Mirrored(picture, axis) => format!("{axis:?} of {}", self.of(picture)),
         }
     }
 
-    fn of_movie(&self, file: &Path) -> String {
-        let mut known = self.movies.lock().unwrap_or_else(PoisonError::into_inner);
+    fn of_file(&self, file: &Path) -> String {
+        let mut known = self.files.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(print) = known.get(file) {
             return print.clone();
         }

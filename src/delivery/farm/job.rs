@@ -152,7 +152,8 @@ impl Job {
         if work.settings.files.lut.is_some() {
             work.settings.files.lut = Some(folder.join(TABLE));
         }
-        if let Some(file) = work.settings.background.file() {
+        let background = work.settings.background.file();
+        if let Some(file) = background.filter(|_| work.settings.solo.is_empty()) {
             let file = inside(folder, file)?;
             work.settings.background = work.settings.background.with_file(file);
         }

@@ -110,7 +110,7 @@ pub(crate) fn take(
         copy_file(table, &to)?;
         *table = to;
     }
-    if let Some(file) = settings.background.file() {
+    if let Some(file) = settings.background.file().filter(|_| settings.solo.is_empty()) {
         let copied = copy_background(file, job)?;
         settings.background = std::mem::take(&mut settings.background).with_file(copied);
     }
@@ -148,8 +148,8 @@ fn copy_background(file: &Path, job: &Path) -> Result<PathBuf> {
     Ok(if file.is_dir() { inside.to_path_buf() } else { inside.join(name) })
 }
 
-/// Files of a job's snapshot with their hashes, in order. Mattes are left out: the provenance of each frame
-/// covers them.
+/// Files of a job's snapshot with their hashes, in order. Mattes and the files of a background are left out: the
+/// provenance of each frame covers them.
 ///
 /// # Errors
 /// When they cannot be read.
@@ -163,7 +163,7 @@ pub(crate) fn pin(job: &Path) -> Result<Vec<PinnedFile>> {
             let name = folder.join(entry.file_name());
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
             match is_folder {
-                true if name.ends_with("mattes") => {}
+                true if name.ends_with("mattes") || name == Path::new(BACKGROUND) => {}
                 true => folders.push(name),
                 false => drop(names.insert(name)),
             }

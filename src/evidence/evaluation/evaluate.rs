@@ -282,12 +282,12 @@ fn cost(spent: Spent, device: &str) -> String {
 
 fn row<'a>(scores: &'a Scores, trained: &'a str) -> Row<'a> {
     let (name, cost) = match scores.method {
-        Method::Nearest => ("nearest exemplar pose", "none"),
+        Method::Nearest => ("nearest pose", "none"),
         Method::Ratio => ("ratio image", "none"),
         Method::Harmonics => ("ratio image of order-2 harmonics", "none"),
         Method::Texler => ("Texler 2020, a network for these looks", trained),
-        Method::Sun => ("Sun 2019, trained on the exemplars", trained),
-        Method::Transfer => ("exemplars carried over", "none"),
+        Method::Sun => ("Sun 2019, trained on the poses", trained),
+        Method::Transfer => ("poses carried over", "none"),
         Method::Network => ("network", trained),
         Method::Prediction => ("**both: the prediction**", trained),
         Method::TruthOlats => ("true OLATs: the rig's limit", "not to be had in use"),

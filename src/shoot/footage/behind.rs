@@ -1,8 +1,10 @@
 //! Pictures behind the subject: a still, or frames of a movie.
 
 use super::framed::read_light;
+use base::FileFormat;
 use base::error::Result;
 use imaging::{Image, Response};
+use movies::Source;
 use project::Picture;
 use std::path::Path;
 use std::sync::Arc;
@@ -17,13 +19,13 @@ pub struct BehindReader {
 
 impl BehindReader {
     /// Light of the picture that `file` shows behind the interview's frame `frame`, `rate` frames a second, and a number
-    /// that changes with the picture. Codes without a curve of their own are sRGB.
+    /// that changes with the picture. A movie's codes, and a still's without a curve of their own, are sRGB; alpha is ignored.
     ///
     /// # Errors
     /// When the file cannot be read.
     pub fn read(&mut self, file: &Path, frame: usize, rate: f64) -> Result<(u64, Arc<Image>)> {
         let picture = picture_behind(file, frame, rate)?;
-        let changed = file.metadata().and_then(|about| about.modified()).ok();
+        let changed = changed(&picture);
         if let Some((last, of, light)) = &self.last
             && *last == picture
             && *of == changed
@@ -37,13 +39,27 @@ impl BehindReader {
     }
 }
 
+/// Time of change of a picture's own file, if known.
+fn changed(picture: &Picture) -> Option<SystemTime> {
+    let still = match picture {
+        Picture::Movie { file, frame } => match &*movies::open(file).ok()? {
+            Source::Sequence(stills) => stills.file(*frame),
+            Source::Movie(_) => None,
+        },
+        Picture::File(_) | Picture::Mirrored(..) => None,
+    };
+    let about = still.as_deref().unwrap_or(picture.file()).metadata().ok()?;
+    about.modified().ok()
+}
+
 /// Picture that `file` shows behind the interview's frame `frame`, `rate` frames a second: a movie starts with the interview,
-/// keeps its own rate and repeats; numbered stills change with each frame.
+/// keeps its own rate and repeats; numbered stills change with each frame, and one stands for missing ones after it.
 ///
 /// # Errors
 /// When a movie or sequence cannot be opened.
 pub fn picture_behind(file: &Path, frame: usize, rate: f64) -> Result<Picture> {
-    if file.is_file() && !movies::is_movie(file) {
+    let is_dpx = FileFormat::of(file) == Some(FileFormat::Dpx);
+    if file.is_file() && !movies::is_movie(file) && !is_dpx {
         return Ok(Picture::File(file.to_path_buf()));
     }
     let source = movies::open(file)?;
@@ -52,7 +68,12 @@ pub fn picture_behind(file: &Path, frame: usize, rate: f64) -> Result<Picture> {
         Some(own) if rate > 0.0 => (frame as f64 / rate * own + 1e-6) as u64,
         _ => frame as u64,
     };
-    let frame = source.first() + own % source.count()?.max(1);
+    let mut frame = source.first() + own % source.count()?.max(1);
+    if let Source::Sequence(stills) = &*source
+        && let Some(gap) = stills.gaps().into_iter().find(|gap| gap.contains(&frame))
+    {
+        frame = gap.start() - 1;
+    }
     Ok(Picture::Movie { file: file.to_path_buf(), frame })
 }
 
@@ -90,6 +111,15 @@ mod tests {
         let later = SystemTime::now() + std::time::Duration::from_secs(3);
         std::fs::File::options().write(true).open(&still).unwrap().set_modified(later).unwrap();
         assert_eq!(light(&still, 0), (before + 1, 60.0));
+        // A gap shows the still before it, stills rendered later join in, and a still rendered anew is read again.
+        std::fs::remove_file(folder.path().join("street.0008.png")).unwrap();
+        grey("street.0010.png", 40);
+        let codes = [0, 1, 2, 3, 4].map(|frame| light(&pattern, frame).1);
+        assert_eq!(codes, [10.0, 10.0, 30.0, 40.0, 10.0]);
+        let first = grey("street.0007.png", 70);
+        let file = std::fs::File::options().write(true).open(first).unwrap();
+        file.set_modified(later).unwrap();
+        assert_eq!(light(&pattern, 0).1, 70.0);
         let missing = folder.path().join("none.png");
         let error = reader.read(&missing, 0, 24.0).unwrap_err().to_string();
         assert!(error.contains("none.png"), "{error}");

@@ -73,7 +73,7 @@ impl FrameSettings {
             && one != other
         {
             return Err(Error::invalid(
-                "frames and exemplars have the same size, but two different squares were given",
+                "frames and poses have the same size, but two different squares were given",
                 "Give one square for both",
             ));
         }
@@ -211,7 +211,7 @@ impl FrameReport {
             )
         };
         let mut text =
-            format!("Interview: {}. Exemplars: {}", said(&self.interview), said(&self.exemplars));
+            format!("Interview: {}. Poses: {}", said(&self.interview), said(&self.exemplars));
         text += match self.damaged_frames {
             DamagedFrames::Stop => "",
             DamagedFrames::Hold => ". Damaged frames show the previous frame",

@@ -210,7 +210,7 @@ fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &P
     for fitted in fitted.into_iter().filter(|fitted| !fitted.is_central) {
         project.settings.framing.set(fitted.framing);
     }
-    for (what, (width, height)) in [("frames", sizes[0]), ("exemplars", sizes[1])] {
+    for (what, (width, height)) in [("frames", sizes[0]), ("poses", sizes[1])] {
         let framing = project.settings.framing.of((width, height));
         let square = match framing == Framing::largest((width, height)) {
             true => "The network sees the largest square in their middle".to_owned(),
@@ -309,7 +309,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     }
     if frame_size != olat_size {
         progress.advise(
-            "Frames and exemplars differ in size. Crop both so that the subject has the same size",
+            "Frames and poses differ in size. Crop both so that the subject has the same size",
             "afterlight frame PROJECT",
         );
     }

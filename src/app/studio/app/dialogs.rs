@@ -205,7 +205,9 @@ impl StudioApp {
             Dialog::ProjectFolder => folder("Choose the project's folder"),
             Dialog::ShootLocation => folder("Locate the project's shoot"),
             Dialog::Background => {
-                let is_shown = |format: FileFormat| format.is_picture() || format.is_movie();
+                let is_shown = |format: FileFormat| {
+                    format.is_picture() || format.is_sequence() || format.is_movie()
+                };
                 Some(Ask {
                     filter: Some(("Stills and movies", FileFormat::extensions(is_shown))),
                     ..Ask::new(Wanted::Files, "Choose the background")
@@ -267,7 +269,9 @@ impl StudioApp {
                     Background::File(placed) => placed.clone(),
                     _ => BackgroundFile::default(),
                 };
-                let placed = BackgroundFile { file: plain(&first).into(), ..placed };
+                let typed = PathBuf::from(plain(&first));
+                let file = std::path::absolute(&typed).unwrap_or(typed);
+                let placed = BackgroundFile { file, ..placed };
                 Command::Look(LookCommand::Background(Background::File(placed)))
             }
             Dialog::Destination => Command::Export(ExportCommand::Destination(first)),

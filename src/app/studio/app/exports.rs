@@ -8,7 +8,7 @@ use crate::environment_library::light_of;
 use crate::state::State;
 use base::files::shown;
 use export::relight::RelightSettings;
-use export::{Destination, LayersBy, numbered_from};
+use export::{Destination, Existing, LayersBy, numbered_from, untaken};
 use farm::{ChunkSettings, Engine, FarmSettings};
 use footage::PictureSize;
 use handover::relight;
@@ -99,9 +99,9 @@ impl StudioApp {
             ExportCommand::Add => self.add_export(),
             ExportCommand::Farm(engine, folder) => self.send_to_farm(engine, &folder),
             ExportCommand::Withdraw(id) => self.withdraw_export(id),
-            ExportCommand::Reorder { id, earlier } => {
+            ExportCommand::WriteNext(id) => {
                 if let Some(worker) = &self.session.worker {
-                    worker.reorder_export(id, earlier);
+                    worker.write_export_next(id);
                 }
             }
             ExportCommand::Retry(id) => {
@@ -180,23 +180,35 @@ impl StudioApp {
 
     /// Adds an export with the current settings to the queue.
     fn add_export(&mut self) {
-        let Some(settings) = self.export_settings() else {
+        let Some(mut settings) = self.export_settings() else {
             return;
         };
-        let options = &self.state.export_options;
         let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else {
             return;
         };
         let project = project.clone();
         let range = self.state.numbers();
         let name = move |to: &str| title(to, range);
-        let to = match options.replaces() {
-            true => settings.files.to.clone(),
-            false => self.exports.goes_to(&settings.files.to, range),
-        };
+        let keeps = settings.files.existing == Existing::Keep;
+        if keeps {
+            settings.files.to = self.exports.goes_to(&settings.files.to, range);
+        }
+        let to = settings.files.to.clone();
+        // True once this export itself has written some of its files.
+        let mut begun = false;
         let id = worker.export(name(&to), summary(&settings, range), move |progress| {
-            let report = relight(&project, &settings, progress)?;
             let (first, last) = range;
+            if keeps && !begun {
+                settings.files.to = untaken(&settings.files.to, first, last)?;
+            } else if keeps {
+                settings.files.existing = Existing::Replace;
+                settings.files.resume = true;
+            }
+            let report = relight(&project, &settings, progress);
+            if keeps && report.is_err() {
+                begun = Destination::parse(&settings.files.to)?.taken(first, last) > 0;
+            }
+            let report = report?;
             let file = Destination::parse(&report.output)?.files(first, last).next();
             let file = file.unwrap_or_default();
             Ok(WrittenExport {
@@ -213,13 +225,14 @@ impl StudioApp {
 /// Settings of an export of files with the numbers `first` to `last`, a line each.
 fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
     let files = &settings.files;
-    let size = match (files.at, files.size) {
-        (PictureSize::Plate, None) => "plate size".to_owned(),
-        (PictureSize::Box, None) => "size of the crop".to_owned(),
-        (PictureSize::Square, None) => "working size".to_owned(),
-        (_, Some(pixels)) => format!("{pixels} px"),
+    let at = match files.at {
+        PictureSize::Plate => "Plate",
+        PictureSize::Box => "Box",
+        PictureSize::Square => "Square",
     };
+    let size = files.size.map_or(String::new(), |pixels| format!(", {pixels} px"));
     let background = match &settings.background {
+        _ if !settings.solo.is_empty() => "none".to_owned(),
         Background::Environment => "environment".to_owned(),
         Background::None => "none".to_owned(),
         Background::Plate => "plate".to_owned(),
@@ -228,7 +241,7 @@ fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
         Background::File(placed) => shown(&placed.file),
     };
     let mut lines = vec![
-        format!("Files {first} to {last}, {size}"),
+        format!("Frames {first} to {last}, {at}{size}"),
         format!("Environment: {}", settings.environment.display()),
         format!("Background: {background}"),
     ];
@@ -248,7 +261,7 @@ fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
         let programs: Vec<&str> = settings.hand_over.iter().map(|to| to.name()).collect();
         lines.push(format!("For {}", programs.join(", ")));
     }
-    lines.push(format!("To {}", files.to));
+    lines.push(format!("To {}", files.to.replace("%%", "%")));
     lines.join("\n")
 }
 

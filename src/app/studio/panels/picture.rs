@@ -94,13 +94,13 @@ const PLACED: [Row<BackgroundFile>; 4] = [
         hint: "1 just covers the picture",
     },
     Row {
-        name: "Its exposure",
+        name: "File exposure",
         of: |placed| &mut placed.exposure_stops,
         range: EXPOSURE_STOPS,
         speed: 0.02,
         decimals: 2,
         suffix: " stops",
-        hint: "Exposure of the background alone",
+        hint: "Exposure of the still or movie alone",
     },
 ];
 

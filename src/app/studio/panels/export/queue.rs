@@ -38,8 +38,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
         // The newest is first, so that it needs no scrolling.
         let waits = |export: &Export| export.status == ExportStatus::Waiting;
         for (at, export) in context.exports.iter().enumerate().rev() {
-            let places = [&context.exports[..at], &context.exports[at + 1..]];
-            let places = places.map(|others| others.iter().any(waits));
+            let is_behind = context.exports[..at].iter().any(waits);
             // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()
                 .fill(ui.visuals().faint_bg_color)
@@ -47,7 +46,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
                 .inner_margin(Margin::same(8));
             let card = card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
-                export_ui(ui, (export, places), context.status.job.as_ref(), out);
+                export_ui(ui, (export, is_behind), context.status.job.as_ref(), out);
             });
             if newest == 0.0 {
                 newest = card.response.rect.height();
@@ -57,10 +56,10 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     heading + newest
 }
 
-/// `places`: true if an export waits before it, and behind it.
+/// `is_behind`: true if another export waits before it.
 fn export_ui(
     ui: &mut Ui,
-    (export, places): (&Export, [bool; 2]),
+    (export, is_behind): (&Export, bool),
     job: Option<&RunningJob>,
     out: &mut Vec<Command>,
 ) {
@@ -75,6 +74,17 @@ fn export_ui(
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.label(RichText::new(state).size(13.0).color(color));
+            // Here no button of a running export takes its place.
+            if is_behind && export.status == ExportStatus::Waiting {
+                let button = Button::new(RichText::new("Write next").size(13.0)).small();
+                let name = format!("Write next: {}", export.name);
+                if icons::named_ui(ui, true, button, &name)
+                    .on_hover_text("Before the others that wait")
+                    .clicked()
+                {
+                    out.push(Command::Export(ExportCommand::WriteNext(export.id)));
+                }
+            }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add(Label::new(&export.name).truncate()).on_hover_text(&export.settings);
             });
@@ -100,15 +110,10 @@ fn export_ui(
         }
         ExportStatus::Waiting | ExportStatus::Running => {}
     }
-    ui.horizontal(|ui| buttons_ui(ui, (export, places), job, out));
+    ui.horizontal(|ui| buttons_ui(ui, export, job, out));
 }
 
-fn buttons_ui(
-    ui: &mut Ui,
-    (export, [earlier, later]): (&Export, [bool; 2]),
-    job: Option<&RunningJob>,
-    out: &mut Vec<Command>,
-) {
+fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
     let mut button =
         |ui: &mut Ui, enabled, icon: &str, text: &str, hint: &str, command: Command| {
             let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
@@ -130,14 +135,6 @@ fn buttons_ui(
             button(ui, !job.stopping, icons::STOP, cancel, hint, remove);
         }
         ExportStatus::Waiting => {
-            let reorder =
-                |earlier| Command::Export(ExportCommand::Reorder { id: export.id, earlier });
-            if earlier || later {
-                let hint = "Writes it before the export below";
-                button(ui, earlier, icons::PREVIOUS, "Earlier", hint, reorder(true));
-                let hint = "Writes it after the export above";
-                button(ui, later, icons::NEXT, "Later", hint, reorder(false));
-            }
             let hint = "Removes it from the queue";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
@@ -150,7 +147,7 @@ fn buttons_ui(
         }
         ExportStatus::Failed(_) | ExportStatus::Cancelled(_) => {
             if export.retries {
-                let hint = "Writes it again with the same settings, behind those that wait";
+                let hint = "Writes what is missing with the same settings, behind those that wait";
                 let retry = Command::Export(ExportCommand::Retry(export.id));
                 button(ui, true, icons::LOOP, "Retry", hint, retry);
             }

@@ -134,8 +134,9 @@ impl TimelinePanel {
             area.show_tooltip_text(other.title(&look.lighting));
         }
         self.drag_curve_ui(ui, context, (of, keys), &area, (&plot, &tangents), out);
-        if let Some(other) = under.filter(|_| area.clicked() && !area.double_clicked()) {
-            self.chosen = Some(other);
+        let plain = ui.input(|input| input.modifiers.is_none());
+        if let Some(other) = under.filter(|_| plain && area.clicked() && !area.double_clicked()) {
+            (self.chosen, self.selection) = (Some(other), KeySelection::default());
         }
         let all = keys.keys().iter();
         let all = all.map(|key| (of, key.frame, plot.at(key.frame, key.value)));
@@ -349,7 +350,9 @@ mod tests {
         let at = |place| under(&others, &own, place);
         assert_eq!(at(other[10] + vec2(0.0, 3.0)), Some(Setting::Exposure));
         assert_eq!(at(other[10] + vec2(0.0, 3.0 * NEAR)), None);
-        assert_eq!(at(own[10]), None);
+        let crossing = own.iter().zip(&other).position(|(own, other)| own.y < other.y).unwrap();
+        assert!(own[crossing].distance(other[crossing]) < NEAR);
+        assert_eq!(at(own[crossing]), None, "the edited curve is in front");
         assert_eq!(under(&[], &own, own[10]), None);
     }
 

@@ -531,7 +531,7 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
         Some(PanoramaState::Done { .. }) if relit.scene.frame != context.state.frame => {
             Some(format!("Predicting frame {}", context.state.frame))
         }
-        Some(PanoramaState::Done { .. }) => None,
+        Some(PanoramaState::Done { .. }) => relit.missing.first().cloned(),
     }
 }
 

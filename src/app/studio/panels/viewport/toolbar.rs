@@ -299,7 +299,7 @@ fn checkpoints_ui(
         }
         if !records.kept.is_empty() {
             entry(ui, out, "No network", Reference::Transfer)
-                .on_hover_text("Exemplars carried over alone");
+                .on_hover_text("Poses carried over, without a network");
         }
     });
 }
