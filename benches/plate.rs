@@ -120,7 +120,7 @@ fn times(options: &Options) -> Result<()> {
             chunks.for_each(|(to, from)| to.copy_from_slice(from));
             black_box(&mut to);
         });
-        let whole = |background| -> Result<(f64, f64)> {
+        let whole = |background: Background| -> Result<(f64, f64)> {
             let (mut series, mut yaw_deg) = (Series::default(), 0.0);
             let mut passes = Vec::new();
             let mut failure = None;
@@ -129,8 +129,12 @@ fn times(options: &Options) -> Result<()> {
                 let lamp = |l: usize| [0.02 + 0.001 * ((l as f32 + yaw_deg).sin() + 1.0); 3];
                 let weights =
                     LightWeights { per_lamp: (0..LAMPS).map(lamp).collect(), uncovered: 0.0 };
-                let scene =
-                    Scene { yaw_deg, background, output: Output::Display, ..Scene::default() };
+                let scene = Scene {
+                    yaw_deg,
+                    background: background.clone(),
+                    output: Output::Display,
+                    ..Scene::default()
+                };
                 let of = Ingredients {
                     extra: Extra {
                         plate: Some(&plate),

@@ -340,6 +340,16 @@ fn a_menu_cuts_and_pastes_and_a_double_click_sets_a_key() {
     assert_eq!(frames(&window, Setting::Tint), [1.0, 3.0, 5.0]);
     let curve = window.state().state().look.keys(Setting::Tint).clone();
     assert_eq!(curve.at(3.0), before.at(3.0));
+    // A click on the grey curve between its top and bottom chooses the yaw.
+    let x = five.x + 0.3 * (five.x - one.x);
+    let mut places = (five.y as usize..one.y as usize).step_by(3);
+    let chosen = |window: &Window| window.query_by_label("Yaw key at frame 0").is_some();
+    let found = places.any(|y| {
+        super::click_at(&mut window, Pos2::new(x, y as f32), Modifiers::NONE);
+        chosen(&window)
+    });
+    assert!(found && window.query_by_label("Tint key at frame 1").is_none());
+    assert_eq!(frames(&window, Setting::Yaw), [0.0, 1.0, 7.0]);
 }
 
 #[test]

@@ -180,7 +180,7 @@ impl Reference {
             Self::Look(id, number) => {
                 let slot = FourSlot::Stored(id.clone(), *number);
                 match FourPicture::of(&slot, state, looks, environments) {
-                    FourPicture::View(view) => Comparison::Look(Box::new(view)),
+                    FourPicture::View(view) => Comparison::Look(view),
                     FourPicture::Missing(why) => return Err(why),
                     FourPicture::Waiting | FourPicture::Empty => {
                         return Err(format!("Reading the environment of {}", slot.name()));

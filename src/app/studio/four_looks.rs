@@ -105,7 +105,7 @@ pub enum FourPicture {
     Waiting,
     /// Reason for the absence of a picture.
     Missing(String),
-    View(LookView),
+    View(Box<LookView>),
 }
 
 impl FourPicture {
@@ -142,7 +142,9 @@ impl FourPicture {
             return Self::Missing("No environment".to_owned());
         };
         match light_of(environments, &entry.listed.origin) {
-            Some(environment) => Self::View(LookView { scene: state.scene_of(look), environment }),
+            Some(environment) => {
+                Self::View(Box::new(LookView { scene: state.scene_of(look), environment }))
+            }
             None if entry.panorama.is_failed() => {
                 Self::Missing(format!("{} cannot be read", entry.listed.name))
             }

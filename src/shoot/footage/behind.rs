@@ -111,7 +111,7 @@ mod tests {
         let later = SystemTime::now() + std::time::Duration::from_secs(3);
         std::fs::File::options().write(true).open(&still).unwrap().set_modified(later).unwrap();
         assert_eq!(light(&still, 0), (before + 1, 60.0));
-        // A gap shows the still before it, stills rendered later join in, and a still rendered anew is read again.
+        // A gap shows the still before it, stills rendered later join in, and a changed still is read again.
         std::fs::remove_file(folder.path().join("street.0008.png")).unwrap();
         grey("street.0010.png", 40);
         let codes = [0, 1, 2, 3, 4].map(|frame| light(&pattern, frame).1);

@@ -91,7 +91,7 @@ impl Preview {
             false => (state.compare).pictures(state, stored, library.entries()),
         };
         let look = |slot| match FourPicture::of(slot, state, stored, library.entries()) {
-            FourPicture::View(view) if state.four.on => Some(view),
+            FourPicture::View(view) if state.four.on => Some(*view),
             _ => None,
         };
         let request = PictureRequest {

@@ -15,6 +15,7 @@ use egui::{
 };
 use light::keyframes::Keyframes;
 use scene::{Setting, Unit};
+use std::time::Duration;
 
 /// Length of a tangent in points, and radius of the knob at its end.
 const TANGENT: f32 = 44.0;
@@ -134,13 +135,29 @@ impl TimelinePanel {
             area.show_tooltip_text(other.title(&look.lighting));
         }
         self.drag_curve_ui(ui, context, (of, keys), &area, (&plot, &tangents), out);
-        let plain = ui.input(|input| input.modifiers.is_none());
-        if let Some(other) = under.filter(|_| plain && area.clicked() && !area.double_clicked()) {
-            (self.chosen, self.selection) = (Some(other), KeySelection::default());
-        }
+        self.choose_ui(ui, &area, under);
         let all = keys.keys().iter();
         let all = all.map(|key| (of, key.frame, plot.at(key.frame, key.value)));
         self.select_boxed(ui, &area, all);
+    }
+
+    /// Chooses the lane whose curve was clicked, unless a second click follows: that sets a key of the edited lane.
+    fn choose_ui(&mut self, ui: &Ui, area: &Response, under: Option<Setting>) {
+        let (now, plain) = ui.input(|input| (input.time, input.modifiers.is_none()));
+        if area.double_clicked() {
+            self.clicked = None;
+        } else if let Some(other) = under.filter(|_| plain && area.clicked()) {
+            self.clicked = Some((other, now));
+        }
+        let Some((other, since)) = self.clicked else { return };
+        let left = ui.ctx().options(|options| options.input_options.max_double_click_delay);
+        let left = left - (now - since);
+        if left > 0.0 {
+            ui.request_repaint_after(Duration::from_secs_f64(left));
+        } else {
+            (self.clicked, self.chosen) = (None, Some(other));
+            self.selection = KeySelection::default();
+        }
     }
 
     /// The tangents of the selected keys. Returns each with its key's index and the place of its knob.

@@ -40,6 +40,8 @@ pub struct TimelinePanel {
     chosen: Option<Setting>,
     /// The chosen lane's curve is shown in place of the lanes.
     curves: bool,
+    /// The lane whose curve was clicked behind the chosen one's, and the time in seconds.
+    clicked: Option<(Setting, f64)>,
     drag: Option<KeyDrag>,
     /// Corners of the box that selects keys.
     boxed: Option<[Pos2; 2]>,
@@ -68,6 +70,8 @@ impl TimelinePanel {
         let look = &context.state.look;
         self.selection.keep(&look.animation);
         self.chosen = self.chosen.filter(|of| look.is_keyed(*of));
+        let keyed = |(of, _): &(Setting, f64)| look.is_keyed(*of);
+        self.clicked = self.clicked.filter(keyed).filter(|_| self.curves);
         self.has_focus = false;
         if ui.input(|input| input.pointer.any_pressed()) {
             (self.note, self.awaited) = (None, None);
