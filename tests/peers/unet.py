@@ -115,6 +115,34 @@ class UNet(nn.Module):
         return torch.sigmoid(self.output(x))
 
 
+def encode(light, offset=0.01):
+    """The display-like encoding of src/prediction/reflectance/kernels/pointwise.rs."""
+    return (light.clamp(min=0) + offset) ** (1 / 2.2) - offset ** (1 / 2.2)
+
+
+def feature_distance(pictures, truths, scales=3, epsilon=1e-4):
+    """The distance of src/prediction/reflectance/kernels/feature_distance.rs, without a matte."""
+    difference = pictures - truths
+    values = difference[0].numel()
+    total = 0
+    for _ in range(scales):
+        across = difference[..., 1:] - difference[..., :-1]
+        down = difference[..., 1:, :] - difference[..., :-1, :]
+        changes = across.square().sum((1, 2, 3)) + down.square().sum((1, 2, 3))
+        for squares in (difference.square().sum((1, 2, 3)), changes):
+            total = total + (squares / values + epsilon**2).sqrt()
+        difference = functional.avg_pool2d(difference, 2)
+        values /= 4
+    return total.mean() / scales
+
+
+def training_losses(output, target, plate):
+    """Both losses of src/prediction/reflectance/kernels/losses.rs, for equal lamps and light."""
+    lamps = output.unflatten(0, (-1, 3))
+    reconstruction = feature_distance(encode(lamps), target.unflatten(0, (-1, 3)))
+    return reconstruction + feature_distance(encode(lamps.mean(0, keepdim=True)), plate[None])
+
+
 class Peer:
     """A network with the inputs of a training step, and PyTorch's ways to run it."""
 
@@ -133,6 +161,7 @@ class Peer:
             self.network = self.network.to(memory_format=torch.channels_last)
             self.input = self.input.contiguous(memory_format=torch.channels_last)
             self.target = self.target.contiguous(memory_format=torch.channels_last)
+        self.squares = options.loss == "squares"
         self.bf16 = options.bf16
         self.f16 = options.f16
         self.run = torch.compile(self.network) if options.compile else self.network
@@ -166,7 +195,10 @@ class Peer:
         return {"peak_kib": status_kib("VmHWM"), "now_kib": status_kib("VmRSS")}
 
     def loss(self):
-        return functional.mse_loss(self.forward().float(), self.target)
+        output = self.forward().float()
+        if self.squares:
+            return functional.mse_loss(output, self.target)
+        return training_losses(output[0], self.target[0], self.input[0])
 
     def step(self):
         """Runs one training step; returns its seconds, in total and by part."""
@@ -335,6 +367,9 @@ def main():
     parser.add_argument("--f16", action="store_true", help="predictions under autocast to float16")
     parser.add_argument(
         "--exact", action="store_true", help="no TF32, which PyTorch takes for convolutions on CUDA"
+    )
+    parser.add_argument(
+        "--loss", choices=["training", "squares"], default="squares", help="loss of a step"
     )
     parser.add_argument("--fused", action="store_true", help="PyTorch's fused Adam")
     parser.add_argument("--compile", action="store_true", help="through torch.compile")

@@ -139,11 +139,12 @@ fn the_lamp_that_falls_under_the_pointer_is_proposed_and_shown_alone() {
     let (mut window, _folder) = aiming_window();
     let cheek = place(&window, 12.0, 32.0);
     window.hover_at(cheek);
-    until_said(&mut window, "Right-click: solo olat_");
+    until_said(&mut window, "Right-click: solo lamp ");
     let rig = window.state().relit().unwrap().rig.clone();
     let lamp = (rig.lamps.iter())
         .position(|lamp| {
-            let said = format!("solo {},", lamp.name);
+            let said =
+                format!("solo {},", lamp.name.replace("olat_0", "olat_").replace("olat_", "lamp "));
             window.query_by_label_contains(&said).is_some()
         })
         .unwrap();

@@ -179,7 +179,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     window.run_steps(2);
     until(&mut window, "lamp alone", |app| app.relit().is_some_and(|relit| relit.solo == [0]));
     assert!(picture(&window) != before);
-    window.get_by_label("Solo: olat_00 ×").click();
+    window.get_by_label("Solo: lamp 0 ×").click();
     window.run_steps(2);
     until(&mut window, "environment", |app| app.relit().is_some_and(|relit| relit.solo.is_empty()));
     assert!(picture(&window) == before);
@@ -455,7 +455,7 @@ fn a_lamp_alone_ends_by_escape_and_by_another_environment() {
         until(window, "all lamps", |app| app.relit().is_some_and(|relit| relit.solo.is_empty()));
     };
     solo(&mut window);
-    window.get_by_label_contains("Solo: olat_00 ×");
+    window.get_by_label_contains("Solo: lamp 0 ×");
     snapshot(&mut window, "studio_solo");
     window.key_press(Key::Escape);
     ended(&mut window);

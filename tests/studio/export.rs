@@ -20,7 +20,7 @@ use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, Origin, WrittenExport};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::mpsc::{Sender, channel};
@@ -166,8 +166,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     // The same export again gets a new name, unless it may replace the files.
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
     let before = bytes(first[0]);
-    until_said(&mut window, "Will be written as mouse_2");
-    window.get_by_label_contains("mouse_2.0000.png");
+    until_said(&mut window, "2 frames: mouse_2.0000.png");
     // A different light.
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(4);
@@ -178,11 +177,13 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(files(&root, "mouse").len(), 4);
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
-    until_said(&mut window, "Will be written as mouse_3");
-    scroll_to(&mut window, "Replace existing files");
-    window.get_by_label("Replace existing files").click();
+    until_said(&mut window, "2 frames: mouse_3.0000.png");
+    let button = window.get_by_label("Add to queue").rect();
+    scroll_to(&mut window, "Existing files Replace");
+    window.get_by_label("Existing files Replace").click();
     window.run_steps(2);
-    until_said(&mut window, "2 files will be replaced");
+    until_said(&mut window, "2 files replaced by 2 frames: mouse.0000.png");
+    assert_eq!(window.get_by_label("Add to queue").rect(), button, "nothing moves");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 3);
     assert_eq!(files(&root, "mouse").len(), 4);
@@ -226,13 +227,12 @@ fn plates_keep_their_numbers_unless_another_first_number_is_typed() {
     assert_eq!(window.state().exports()[0].name, "own.-001–0002.png");
     let names = ["own.-001.png", "own.0000.png", "own.0001.png", "own.0002.png"];
     assert_eq!(files(&root, "own"), names);
-    until_said(&mut window, "Will be written as own_2");
+    until_said(&mut window, "4 frames: own_2.-001.png");
     window.get_by_role_and_label(Role::RadioButton, "First number Plate's").click();
     window.run_steps(4);
     window.get_by_label_contains("4 frames: own.1001.png … own.1004.png");
-    // The rows about existing files go once their check has answered, which moves the button.
     until_drawn(&mut window, "free name", |window| {
-        window.query_by_label("Replace existing files").is_none()
+        window.get_by_label("Existing files Keep").accesskit_node().is_disabled()
     });
     window.run_steps(2);
     window.get_by_label("Add to queue").click();
@@ -668,7 +668,7 @@ fn an_export_that_failed_looks_as_it_did() {
         ))
     });
     until_exported(&mut window, 1);
-    until_said(&mut window, "Will be written as clay_2");
+    until_said(&mut window, "8 frames: clay_2.0000.png");
     snapshot(&mut window, "studio_export_error");
     click_on(&mut window, "Remove clay.0000–0007.png");
     until(&mut window, "empty line", |app| app.exports().is_empty());
@@ -747,9 +747,8 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     let shown = window.state().relit().unwrap().clone();
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
-    window.get_by_label_contains(", without background");
     type_name(&mut window, "exports/alone");
-    window.get_by_label("Add to queue").click();
+    window.get_by_label("Add solo to queue").click();
     until_exported(&mut window, 1);
     let file = image::open(root.join("exports/alone.0000.png")).unwrap();
     let file = file.into_rgba8();
@@ -830,7 +829,7 @@ fn a_measured_cell_is_shown_beside_its_truth() {
     until_labelled(&mut window, "Measure");
     window.get_by_label("Measure").click();
     until_said(&mut window, "Largest errors");
-    let poses = ["pose00, olat_", "pose01, olat_", "pose02, olat_"];
+    let poses = ["pose00, lamp ", "pose01, lamp ", "pose02, lamp "];
     let cell = (poses.into_iter())
         .find_map(|pose| window.query_all_by_label_contains(pose).next())
         .expect("the list has poses");

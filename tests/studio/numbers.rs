@@ -33,6 +33,21 @@ fn a_bar_computes_and_a_double_click_resets_it() {
 }
 
 #[test]
+fn shares_are_typed_in_percent() {
+    let (_folder, mut window) = crate::new_window();
+    let glare = |window: &Window| window.state().state().look.effects.glare;
+    for (typed, expected) in
+        [("30", 0.3), ("+10", 0.4), ("/2", 0.2), ("12.5 %", 0.125), ("500", 1.0)]
+    {
+        type_into(&mut window, field("Glare"), typed);
+        assert_eq!(glare(&window), expected, "{typed}");
+    }
+    let at = place(&mut window, "Glare");
+    double_click(&mut window, at);
+    assert_eq!(glare(&window), 0.0);
+}
+
+#[test]
 fn a_light_s_intensity_computes_and_is_reset() {
     let (_folder, mut window) = crate::new_window();
     scroll_to(&mut window, "Add light");

@@ -94,7 +94,7 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
         let found = window.get_by_role_and_label(Role::Button, name);
         found.rect().center()
     };
-    let places = ["olat_07", "olat_03"].map(|name| lamp(&window, name));
+    let places = ["lamp 7", "lamp 3"].map(|name| lamp(&window, name));
     click_at(&mut window, places[0], Modifiers::NONE);
     assert_eq!(window.state().state().solo, [7]);
     click_at(&mut window, places[1], Modifiers::COMMAND);
@@ -121,7 +121,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     click_at(&mut window, at, Modifiers::NONE);
     let state = window.state().state();
     assert_eq!((state.frame, &state.solo[..]), (5, &[10][..]));
-    window.get_by_label("frame_005, olat_10");
+    window.get_by_label("frame_005, lamp 10");
 
     window.get_by_label("Bad").click();
     window.run_steps(2);
@@ -146,7 +146,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     let worst =
         window.state().review().saved.as_ref().unwrap().as_ref().unwrap().review.clone().unwrap();
     let (case, lamp) = worst.worst(Metric::Psnr)[0];
-    let name = format!("{}, {}:", worst.cases[case].name, worst.lamps[lamp]);
+    let name = format!("{}, lamp {lamp}:", worst.cases[case].name);
     // It is below the visible part of the pane.
     window.get_by_label_contains(&name).click_accesskit();
     window.run_steps(3);
@@ -444,6 +444,8 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     let worst = frames - 1;
     let name = project.settings.shoot.lamps.last().unwrap();
     let decibels = 30.0 - 0.1 * (lamps - 1) as f64 - worst as f64;
+    assert_eq!(name, &format!("olat_{:02}", lamps - 1));
+    let name = format!("lamp {}", lamps - 1);
     window.get_by_label(&format!("Frame {worst}, {name}: {decibels:.1} dB")).click();
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, worst);
@@ -524,7 +526,7 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
     until_is(&mut window, None, "");
     window.key_press_modifiers(undo, Key::Z);
     until_is(&mut window, bad, "");
-    window.get_by_label_contains("Undone: mark of frame_005, olat_10");
+    window.get_by_label_contains("Undone: mark of frame_005, lamp 10");
     window.key_press_modifiers(redo, Key::Z);
     until_is(&mut window, None, "");
     window.key_press(Key::Num1);

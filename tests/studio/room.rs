@@ -332,8 +332,8 @@ fn the_newest_export_is_seen_whatever_is_chosen_above_it() {
     std::fs::create_dir_all(root.join("exports")).unwrap();
     std::fs::write(root.join("exports/there.0000.exr"), "").unwrap();
     type_name(&mut window, "exports/there");
-    until_said(&mut window, "Will be written as there_2");
-    window.get_by_label("Resume a stopped export");
+    until_said(&mut window, "there_2.0000.exr");
+    window.get_by_label("Existing files Resume");
     let _older = told_export(&window, "older.mov", &root);
     let tell = told_export(&window, "newest.0000–0007.png", &root);
     until(&mut window, "two exports", |app| app.exports().len() == 2);

@@ -213,7 +213,7 @@ fn light_falls_on_the_cheek_and_one_lamp_lights_it_alone() {
     hand.window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_shown(&mut hand.window);
     hand.window.event(Event::PointerMoved(cheek));
-    super::until_said(&mut hand.window, "Right-click: solo olat_");
+    super::until_said(&mut hand.window, "Right-click: solo lamp ");
     hand.press_at(cheek, PointerButton::Secondary);
     assert_eq!(hand.window.state().state().solo.len(), 1);
     until_shown(&mut hand.window);

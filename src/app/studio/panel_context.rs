@@ -9,6 +9,7 @@ use super::footage_reader::FootageReader;
 use super::layout::Pane;
 use super::matte_painting::MattePainting;
 use super::network_review::NetworkReview;
+use super::panels::lamp_title;
 use super::project_check::ProjectCheck;
 use super::recents::Recents;
 use super::state::State;
@@ -119,7 +120,7 @@ impl PanelContext<'_> {
     pub fn lamps_named(&self, first: usize) -> String {
         let lamps = self.project.map(|project| &project.settings.shoot.lamps);
         let name = lamps.and_then(|lamps| lamps.get(first));
-        let name = name.map_or_else(|| format!("lamp {first}"), Clone::clone);
+        let name = name.map_or_else(|| format!("lamp {first}"), |name| lamp_title(name));
         match self.state.solo.len() {
             0 | 1 => name,
             all => format!("{name} and {} more", all - 1),

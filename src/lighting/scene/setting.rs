@@ -47,8 +47,10 @@ pub enum Unit {
     Stops,
     Kelvin,
     Tint,
-    /// The strength of an effect.
-    Strength,
+    /// A share, in percent in the window.
+    Share,
+    /// A factor.
+    Times,
     /// A placed light's energy.
     Energy,
     /// A channel of a colour.
@@ -100,7 +102,9 @@ impl Unit {
             Self::Degrees => "°",
             Self::Stops | Self::Energy => " stops",
             Self::Kelvin => " K",
-            _ => "",
+            Self::Share => " %",
+            Self::Times => "×",
+            Self::Tint | Self::Channel => "",
         }
     }
 
@@ -112,6 +116,7 @@ impl Unit {
                 let stops = (value.max(0.0) / std::f64::consts::PI).log2();
                 stops.max(f64::from(*Lighting::STOPS.start()))
             }
+            Self::Share => 100.0 * value,
             _ => value,
         }
     }
@@ -120,6 +125,7 @@ impl Unit {
     pub fn of_shown(self, shown: f64) -> f64 {
         match self {
             Self::Energy => std::f64::consts::PI * shown.exp2(),
+            Self::Share => shown / 100.0,
             _ => shown,
         }
     }
@@ -130,14 +136,20 @@ impl Unit {
             Self::Degrees | Self::Tint => 10.0,
             Self::Stops | Self::Energy => 0.5,
             Self::Kelvin => 500.0,
-            Self::Strength | Self::Channel => 0.1,
+            Self::Share | Self::Times | Self::Channel => 0.1,
         }
+    }
+
+    /// Change of the shown value by a point of a drag.
+    pub fn speed(self) -> f64 {
+        let speed = f64::from(self.step()) / 20.0;
+        if self == Self::Share { self.shown(speed) } else { speed }
     }
 
     /// Number of decimals.
     pub fn decimals(self) -> usize {
         match self {
-            Self::Degrees => 1,
+            Self::Degrees | Self::Share => 1,
             Self::Kelvin | Self::Tint => 0,
             _ => 2,
         }
@@ -174,7 +186,8 @@ impl Setting {
             Self::Intensity | Self::Exposure | Self::Group(_) => Unit::Stops,
             Self::Temperature => Unit::Kelvin,
             Self::Tint => Unit::Tint,
-            Self::Effect(_) => Unit::Strength,
+            Self::Effect(Pass::Grain) => Unit::Times,
+            Self::Effect(_) => Unit::Share,
             Self::Light(_, setting) => match setting {
                 LightSetting::Yaw | LightSetting::Pitch | LightSetting::Radius => Unit::Degrees,
                 LightSetting::Intensity => Unit::Energy,
@@ -396,6 +409,7 @@ mod tests {
         // Keys of a file may be brighter than the window's range.
         assert!((unit.shown(unit.of_shown(11.5)) - 11.5).abs() < 1e-9);
         assert_eq!(Unit::Stops.shown(2.0), 2.0);
+        assert_eq!((Unit::Share.shown(0.25), Unit::Share.of_shown(25.0)), (25.0, 0.25));
     }
 
     #[test]

@@ -20,4 +20,4 @@ pub use field::ReflectanceField;
 pub use half_field::HalfField;
 pub use kernels::Precision;
 pub use predictor::Predictor;
-pub use unet::{Cost, Formulation, Normalization, Statistics, UNet, UNetConfig};
+pub use unet::{Convolution, Cost, Formulation, Normalization, Statistics, UNet, UNetConfig};

@@ -93,29 +93,36 @@ impl UNetConfig {
         (self.width << block).min(self.most_channels.max(self.width))
     }
 
+    /// Convolutions in the order in which a picture passes them.
+    pub fn convolutions(&self) -> Vec<Convolution> {
+        let mut inputs = 3;
+        let mut layers = Vec::new();
+        let mut layer = |inputs: usize, outputs: usize, kernel: usize, block: usize| {
+            layers.push(Convolution { inputs, outputs, kernel, size: self.size >> block });
+        };
+        for block in 0..self.blocks() {
+            let outputs = self.channels(block);
+            layer(inputs, outputs, if block == 0 { 7 } else { 3 }, block);
+            inputs = outputs;
+        }
+        for block in (0..self.blocks() - 1).rev() {
+            let outputs = self.channels(block);
+            layer(inputs, outputs, 3, block);
+            inputs = 2 * outputs;
+        }
+        layer(inputs, 3 * self.lamps, 3, 0);
+        layers
+    }
+
     /// Cost of the network, from its shape.
     pub fn cost(&self) -> Cost {
         let mut cost = Cost::default();
-        let mut channels = 3;
-        let mut layer = |from: usize, to: usize, kernel: usize, size: usize| {
-            let weights = (from * to * kernel * kernel) as u64;
-            cost.parameters += weights + to as u64;
-            cost.multiply_adds += weights * (size * size) as u64;
+        for layer in self.convolutions() {
+            cost.parameters += layer.weights() + layer.outputs as u64;
+            cost.multiply_adds += layer.multiply_adds();
             // Its input, after resampling, and its output.
-            cost.activations += 4 * ((from + to) * size * size) as u64;
-        };
-        for block in 0..self.blocks() {
-            let to = self.channels(block);
-            let kernel = if block == 0 { 7 } else { 3 };
-            layer(channels, to, kernel, self.size >> block);
-            channels = to;
+            cost.activations += 4 * ((layer.inputs + layer.outputs) * layer.size.pow(2)) as u64;
         }
-        for block in (0..self.blocks() - 1).rev() {
-            let to = self.channels(block);
-            layer(channels, to, 3, self.size >> block);
-            channels = 2 * to;
-        }
-        layer(channels, 3 * self.lamps, 3, self.size);
         for block in 0..self.blocks() {
             if self.normalized(block) != Normalization::None {
                 let to = self.channels(block);
@@ -224,6 +231,28 @@ impl UNetConfig {
         let bias = Tensor::full([3 * self.lamps], (mean / (1.0 - mean)).ln(), device);
         output.bias = Some(Param::from_tensor(bias));
         UNet { encoder, decoder, output, precision: self.precision, statistics: self.statistics }
+    }
+}
+
+/// Shape of a network's convolution for one picture of `size` × `size` pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Convolution {
+    pub inputs: usize,
+    pub outputs: usize,
+    /// Width and height of the kernel.
+    pub kernel: usize,
+    /// Width and height of input and output.
+    pub size: usize,
+}
+
+impl Convolution {
+    fn weights(&self) -> u64 {
+        (self.inputs * self.outputs * self.kernel.pow(2)) as u64
+    }
+
+    /// Multiply-adds of the result, and of each gradient.
+    pub fn multiply_adds(&self) -> u64 {
+        self.weights() * (self.size * self.size) as u64
     }
 }
 

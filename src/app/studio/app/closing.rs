@@ -37,7 +37,7 @@ impl StudioApp {
         }
         let begun = match (running, job) {
             (Some(name), _) if !is_movie(name) => Some(format!(
-                "{name} is {share:.0} % done. Finished stills stay; resume it with \u{201c}Resume a stopped export\u{201d}."
+                "{name} is {share:.0} % done. Finished stills stay; Resume in Export writes the others."
             )),
             (Some(name), _) => {
                 Some(format!("{name} is {share:.0} % done. An unfinished movie is lost."))

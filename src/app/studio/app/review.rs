@@ -3,6 +3,7 @@
 use super::StudioApp;
 use crate::command::{ReviewCommand, ViewCommand};
 use crate::layout::Pane;
+use crate::panels::lamp_title;
 use confidence::ConfidenceSettings;
 use evaluation::review::{Case, Mark, MarkedOlat, ReviewSettings};
 use std::path::PathBuf;
@@ -63,7 +64,7 @@ impl StudioApp {
             };
             self.status.mention(match self.readers.review.travel(back) {
                 // May be a different cell than the selected one.
-                Some([case, lamp]) => format!("{done}: mark of {case}, {lamp}"),
+                Some([case, lamp]) => format!("{done}: mark of {case}, {}", lamp_title(&lamp)),
                 // Undo must not touch the light, which this pane does not show.
                 None => {
                     format!("No mark left to {undo}. To {undo} light changes, go to Relight")

@@ -18,7 +18,7 @@ use egui::{Align, Grid, Layout, RichText, Ui};
 use light::conventions::Tool;
 use light::weights::Weighting;
 use light::{Lighting, white};
-use scene::Setting;
+use scene::{Setting, Unit};
 use worker::Origin;
 
 /// The panorama's picture, and the environment whose front is being picked again.
@@ -91,7 +91,7 @@ const GRADES: [Row<Lighting>; 3] = [
         speed: 0.02,
         range: Lighting::STOPS,
         decimals: 2,
-        suffix: " stops",
+        unit: Unit::Stops,
         hint: "",
     },
     Row {
@@ -100,7 +100,7 @@ const GRADES: [Row<Lighting>; 3] = [
         speed: 20.0,
         range: white::RANGE_K,
         decimals: 0,
-        suffix: " K",
+        unit: Unit::Kelvin,
         hint: "",
     },
     Row {
@@ -109,7 +109,7 @@ const GRADES: [Row<Lighting>; 3] = [
         speed: 0.5,
         range: -150.0..=150.0,
         decimals: 0,
-        suffix: "",
+        unit: Unit::Tint,
         hint: "",
     },
 ];

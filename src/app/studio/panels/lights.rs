@@ -15,7 +15,7 @@ use egui::{
     TextEdit, Ui, WidgetInfo, pos2, vec2,
 };
 use light::{LightGroup, Lighting, PlacedLight, placed, white};
-use scene::{LightSetting, Setting};
+use scene::{LightSetting, Setting, Unit};
 use std::ops::RangeInclusive;
 
 /// Space in points after a light's name: for its colour, and the duplicate and remove buttons.
@@ -39,7 +39,7 @@ const ROWS: [Row<PlacedLight>; 3] = [
         speed: 0.2,
         range: 0.0..=85.0,
         decimals: 1,
-        suffix: "°",
+        unit: Unit::Degrees,
         hint: "As seen from the subject: a larger light is softer, not brighter",
     },
 ];
@@ -327,7 +327,7 @@ fn settings_ui(
         let light = &mut edit.lighting.placed[index];
         let stops = light.gain_stops().max(*Lighting::STOPS.start());
         let reset = || with(&|light| light.set_gain_stops(0.0));
-        let (field, gain) = bar(ui, "Intensity", (stops, Lighting::STOPS), STOPS, out, reset);
+        let (field, gain) = bar(ui, "Intensity", (stops, Lighting::STOPS), Unit::Stops, out, reset);
         if let Some(gain) = gain {
             light.set_gain_stops(gain);
         }
@@ -347,7 +347,7 @@ fn settings_ui(
             })
         };
         let warmth = (kelvin, white::RANGE_K);
-        let (field, kelvin) = bar(ui, "Temperature", warmth, KELVIN, out, reset);
+        let (field, kelvin) = bar(ui, "Temperature", warmth, Unit::Kelvin, out, reset);
         if let Some(kelvin) = kelvin {
             light.set_temperature(kelvin);
         }
@@ -365,27 +365,22 @@ fn settings_ui(
     });
 }
 
-/// Change per point of a drag, decimals and unit.
-type Unit = (f32, usize, &'static str);
-const STOPS: Unit = (0.02, 2, " stops");
-const KELVIN: Unit = (20.0, 0, " K");
-
 /// A number over its bar. Returns its rectangle, and the number if it was changed.
 fn bar(
     ui: &mut Ui,
     name: &str,
     (value, range): (f32, RangeInclusive<f32>),
-    (speed, decimals, suffix): Unit,
+    unit: Unit,
     out: &mut Vec<Command>,
     reset: impl FnOnce() -> Command,
 ) -> (Rect, Option<f32>) {
     let mut changed = value;
     let field = computing(&mut changed)
-        .speed(speed)
+        .speed(unit.speed())
         .range(range.clone())
         .clamp_existing_to_range(false)
-        .fixed_decimals(decimals)
-        .suffix(suffix);
+        .fixed_decimals(unit.decimals())
+        .suffix(unit.suffix());
     let response = bar_ui(ui, name, (field, value, &range), BESIDE, out, reset);
     (response.rect, (changed != value).then_some(changed))
 }
@@ -468,7 +463,7 @@ fn group_ui(
         };
         grid("group").show(ui, |ui| {
             let (name, now) = (format!("Intensity of {title}"), group.gain_stops);
-            let (field, gain) = bar(ui, &name, (now, Lighting::STOPS), STOPS, out, reset);
+            let (field, gain) = bar(ui, &name, (now, Lighting::STOPS), Unit::Stops, out, reset);
             if let Some(gain) = gain {
                 group.gain_stops = gain;
             }

@@ -8,6 +8,7 @@ use super::rows::segments_ui;
 use crate::command::{Command, LookCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::theme;
 use egui::epaint::RectShape;
 use egui::{
@@ -198,7 +199,7 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
         let rig = context.relit.map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
-            format!(", nearest lamp {} ({off_deg:.0}° away)", rig.lamps[lamp].name)
+            format!(", nearest {} ({off_deg:.0}° away)", lamp_title(&rig.lamps[lamp].name))
         });
         let hint = format!(
             "Brightest area {} of {}: {:.0} % of the light, {:.1}° across{on}",

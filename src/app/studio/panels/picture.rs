@@ -12,7 +12,7 @@ use base::files::shown;
 use egui::{Button, Role, Ui, UiBuilder, WidgetInfo, vec2};
 use scene::{
     Background, BackgroundFile, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Setting,
-    Strength, ViewTransform,
+    Strength, Unit, ViewTransform,
 };
 
 /// The panel has no state of its own.
@@ -71,18 +71,18 @@ const PLACED: [Row<BackgroundFile>; 4] = [
         of: |placed| &mut placed.offset[0],
         range: BackgroundFile::OFFSETS,
         speed: 0.005,
-        decimals: 3,
-        suffix: "",
-        hint: "Share of the picture's width",
+        decimals: 1,
+        unit: Unit::Share,
+        hint: "Of the picture's width",
     },
     Row {
         name: "Offset up",
         of: |placed| &mut placed.offset[1],
         range: BackgroundFile::OFFSETS,
         speed: 0.005,
-        decimals: 3,
-        suffix: "",
-        hint: "Share of the picture's height",
+        decimals: 1,
+        unit: Unit::Share,
+        hint: "Of the picture's height",
     },
     Row {
         name: "Scale",
@@ -90,7 +90,7 @@ const PLACED: [Row<BackgroundFile>; 4] = [
         range: BackgroundFile::SCALES,
         speed: 0.01,
         decimals: 2,
-        suffix: "×",
+        unit: Unit::Times,
         hint: "1 just covers the picture",
     },
     Row {
@@ -99,7 +99,7 @@ const PLACED: [Row<BackgroundFile>; 4] = [
         range: EXPOSURE_STOPS,
         speed: 0.02,
         decimals: 2,
-        suffix: " stops",
+        unit: Unit::Stops,
         hint: "Exposure of the still or movie alone",
     },
 ];
@@ -166,13 +166,18 @@ fn background_ui(ui: &mut Ui, now: &Background, out: &mut Vec<Command>) {
 
 /// The row of an effect's strength; a drag of 200 points covers its range.
 fn row(strength: &Strength) -> Row<Effects> {
+    let unit = Setting::Effect(strength.pass).unit();
     Row {
         name: strength.label,
         of: strength.of,
         range: 0.0..=strength.most,
         speed: strength.most / 200.0,
-        decimals: if strength.most < 0.5 { 3 } else { 2 },
-        suffix: "",
+        decimals: match unit {
+            Unit::Share if strength.most > 0.5 => 0,
+            Unit::Share => 1,
+            _ => 2,
+        },
+        unit,
         hint: strength.hint,
     }
 }

@@ -6,6 +6,7 @@ use crate::command::Command;
 use crate::look::within_a_turn;
 use crate::theme::{self, GAP};
 use egui::{Frame, Grid, Response, Ui};
+use scene::Unit;
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
@@ -42,8 +43,9 @@ pub struct Row<T> {
     pub range: RangeInclusive<f32>,
     /// Change per point of a drag.
     pub speed: f32,
+    /// Decimals of the number in `unit`.
     pub decimals: usize,
-    pub suffix: &'static str,
+    pub unit: Unit,
     /// Tooltip; empty if the name is enough.
     pub hint: &'static str,
 }
@@ -56,7 +58,7 @@ impl<T> Row<T> {
         range: RangeInclusive<f32>,
         hint: &'static str,
     ) -> Self {
-        Self { name, of, range, speed: 0.5, decimals: 1, suffix: "°", hint }
+        Self { name, of, range, speed: 0.5, decimals: 1, unit: Unit::Degrees, hint }
     }
 }
 
@@ -74,16 +76,18 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         let value = *(self.of)(&mut changed);
         // A full circle has no ends: keys may turn the angle several times, and the bar shows it within a turn.
         let turns = self.range == (-180.0..=180.0);
-        let (field, value) = match turns {
-            true => (turning((self.of)(&mut changed)), within_a_turn(value)),
-            false => {
-                let field = computing((self.of)(&mut changed))
-                    .range(self.range.clone())
-                    .clamp_existing_to_range(false)
-                    .fixed_decimals(self.decimals)
-                    .suffix(self.suffix);
-                (field.speed(self.speed), value)
-            }
+        let in_unit = |value: f32| self.unit.shown(f64::from(value)) as f32;
+        let before = in_unit(value);
+        let mut shown = before;
+        let (field, value) = if turns {
+            (turning(&mut shown), within_a_turn(value))
+        } else {
+            let field = computing(&mut shown)
+                .range(in_unit(*self.range.start())..=in_unit(*self.range.end()))
+                .clamp_existing_to_range(false)
+                .fixed_decimals(self.decimals)
+                .suffix(self.unit.suffix());
+            (field.speed(in_unit(self.speed)), value)
         };
         let reset = || {
             let mut restored = settings.clone();
@@ -92,7 +96,8 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         };
         let field = (field, value, &self.range);
         let response = bar_ui(ui, self.name, field, BESIDE, out, reset);
-        if changed != *settings {
+        if shown != before {
+            *(self.of)(&mut changed) = self.unit.of_shown(f64::from(shown)) as f32;
             out.push(command(changed));
         }
         if self.hint.is_empty() { response } else { response.on_hover_text(self.hint) }

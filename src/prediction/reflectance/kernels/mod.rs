@@ -9,15 +9,16 @@ mod adam;
 mod band;
 mod bf16;
 pub mod chunks;
-mod convolution;
+pub mod convolution;
 mod correlation;
 mod feature_distance;
 mod losses;
 mod normalize;
 mod operations;
+pub mod peak;
 mod pointwise;
 mod resample;
-mod shape;
+pub mod shape;
 mod sums;
 #[cfg(test)]
 mod tests;

@@ -30,8 +30,11 @@ use std::path::Path;
 /// Width of a number's field in points.
 const FIELD: f32 = 56.0;
 
-/// Least height in points of the options, and of the queue.
+/// Least height in points of the options.
 const LEAST: f32 = 96.0;
+
+/// Height in points kept for the queue: a running and a waiting export, so that neither moves the buttons above.
+const QUEUE: f32 = 172.0;
 
 /// Holds a pending focus request, and heights in points from the last draw.
 #[derive(Default)]
@@ -56,7 +59,7 @@ impl ExportPanel {
         let mut options = context.state.export_options.clone();
         ui.add_space(GAP);
         // The buttons and the newest export stay visible without scrolling.
-        let below = self.add + self.newest.min(ui.available_height() / 2.0).max(LEAST);
+        let below = self.add + self.newest.max(QUEUE).min(ui.available_height() / 2.0);
         let room = ui.available_height() - below - 3.0 * GAP;
         let scrolled = ScrollArea::vertical()
             .id_salt("options")
@@ -83,7 +86,8 @@ impl ExportPanel {
         (project, options): (&Project, &mut ExportOptions),
         out: &mut Vec<Command>,
     ) {
-        let rows = Grid::new("order").num_columns(2).spacing([GAP, 8.0]);
+        let existing = existing(context, options, &project.root);
+        let rows = Grid::new("order").num_columns(2).spacing([GAP, 6.0]);
         rows.show(ui, |ui| {
             let first = frames_ui(ui, context.state, out);
             if std::mem::take(&mut self.focus) {
@@ -101,9 +105,10 @@ impl ExportPanel {
             if !options.format.is_movie() {
                 first_number_ui(ui, options, context.state.first_number);
             }
+            existing_ui(ui, options, existing);
         });
         colors::sentence_ui(ui, context, options);
-        files_ui(ui, context, options, &project.root);
+        files_ui(ui, context, options, &project.root, existing);
         cost_ui(ui, context, project, options);
     }
 }
@@ -362,58 +367,74 @@ fn first_number_ui(ui: &mut Ui, options: &mut ExportOptions, own: i64) {
     ui.end_row();
 }
 
-/// The files that will be written, and whether existing ones are replaced.
-fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, root: &Path) {
-    let (first, last) = context.state.numbers();
+/// Number of existing files under the chosen name.
+fn existing(context: &PanelContext, options: &ExportOptions, root: &Path) -> usize {
     let to = options.to(root);
-    let taken = context.existing_files.filter(|taken| taken.query.to == to);
-    let taken = taken.filter(|taken| taken.files > 0);
-    let written = match options.replaces() {
-        true => to.as_str(),
-        false => context.export_to,
-    };
-    let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
-    let quiet =
-        |text: String| Label::new(RichText::new(text).size(13.0).color(theme::QUIET)).truncate();
-    if let Ok(destination) = Destination::parse(written) {
-        let files: Vec<_> =
-            [first, last].map(|f| destination.files(f, f).next()).into_iter().flatten().collect();
-        let frames = match last - first {
-            0 => "1 frame".to_owned(),
-            more => format!("{} frames", more + 1),
-        };
-        let text = match &files[..] {
-            [one, other] if one != other => format!("{frames}: {} … {}", name(one), name(other)),
-            [one, ..] => format!("{frames}: {}", name(one)),
-            [] => String::new(),
-        };
-        ui.add(quiet(text)).on_hover_text(written);
-    }
-    let Some(taken) = taken else {
-        (options.replace, options.resume) = (false, false);
-        return;
-    };
-    let (there, color) = if options.resume {
-        ("Goes on in the existing files".to_owned(), theme::QUIET)
-    } else if options.replace {
-        (counted(taken.files, "file") + " will be replaced", theme::WARNING)
-    } else {
-        (format!("Will be written as {}", stem(&name(Path::new(written)))), theme::QUIET)
-    };
-    ui.label(RichText::new(there).size(13.0).color(color));
-    ui.checkbox(&mut options.replace, "Replace existing files")
-        .on_hover_text("Off: the new files get a number");
-    if !options.format.is_movie() {
-        ui.checkbox(&mut options.resume, "Resume a stopped export").on_hover_text(
-            "Writes only the frames that are missing or were made with other settings",
-        );
-    }
+    let known = context.existing_files.filter(|known| known.query.to == to);
+    known.map_or(0, |known| known.files)
 }
 
-/// A file's name without frame number and extension.
-fn stem(name: &str) -> &str {
-    let numbered = name.find('%').map(|at| name[..at].trim_end_matches('.'));
-    numbered.or_else(|| Some(name.rsplit_once('.')?.0)).unwrap_or(name)
+fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
+    ui.label("Existing files");
+    if existing == 0 {
+        (options.replace, options.resume) = (false, false);
+    }
+    let ways = [
+        ("Keep", "The new files get a number", [false, false]),
+        ("Replace", "The new files take their place", [true, false]),
+        (
+            "Resume",
+            "Writes only the frames that are missing or were made with other settings",
+            [false, true],
+        ),
+    ];
+    ui.add_enabled_ui(existing > 0, |ui| {
+        segments_ui(ui, |ui| {
+            for (name, hint, way) in ways {
+                if name == "Resume" && options.format.is_movie() {
+                    continue;
+                }
+                let hint = if existing > 0 { hint } else { "No file has this name yet" };
+                let chosen = [options.replace, options.resume] == way;
+                if choice_ui(ui, "Existing files", name, hint, chosen && existing > 0) {
+                    [options.replace, options.resume] = way;
+                }
+            }
+        });
+    });
+    ui.end_row();
+}
+
+/// Files that will be written.
+fn files_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    options: &ExportOptions,
+    root: &Path,
+    existing: usize,
+) {
+    let (first, last) = context.state.numbers();
+    let to = options.to(root);
+    let written = if options.replaces() { &to } else { context.export_to };
+    let Ok(destination) = Destination::parse(written) else {
+        return;
+    };
+    let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
+    let files: Vec<_> =
+        [first, last].map(|f| destination.files(f, f).next()).into_iter().flatten().collect();
+    let frames = counted((last - first + 1) as usize, "frame");
+    let files = match &files[..] {
+        [one, other] if one != other => format!("{} … {}", name(one), name(other)),
+        [one, ..] => name(one),
+        [] => String::new(),
+    };
+    let (text, color) = if existing > 0 && options.replace {
+        (format!("{} replaced by {frames}: {files}", counted(existing, "file")), theme::WARNING)
+    } else {
+        (format!("{frames}: {files}"), theme::QUIET)
+    };
+    ui.add(Label::new(RichText::new(text).size(13.0).color(color)).truncate())
+        .on_hover_text(written);
 }
 
 /// Height of the export buttons, and width of the farm's button with its gap, in points.
@@ -427,18 +448,15 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         environment,
         &context.state.look,
     );
-    if let Some(&lamp) = context.state.solo.first() {
-        let text = format!("Solo: {}, without background", context.lamps_named(lamp));
-        ui.label(RichText::new(text).size(13.0).color(theme::ACCENT))
-            .on_hover_text("Exports what the picture shows. Esc ends solo.");
-    } else if let Some(names) = solo_names(&context.state.look.lighting) {
-        let text = format!("Solo: {names}");
-        ui.label(RichText::new(text).size(13.0).color(theme::ACCENT))
-            .on_hover_text("Exports what the picture shows. Esc ends solo.");
-    }
+    // In the button, so that it stays in its place.
+    let solo = match context.state.solo.first() {
+        Some(&lamp) => Some(format!("{}, without background", context.lamps_named(lamp))),
+        None => solo_names(&context.state.look.lighting),
+    };
     ui.add_space(2.0);
     let enabled = obstacle.is_none();
-    let add = theme::main_button(enabled, format!("{} Add to queue", icons::QUEUE));
+    let text = if solo.is_some() { "Add solo to queue" } else { "Add to queue" };
+    let add = theme::main_button(enabled, format!("{} {text}", icons::QUEUE));
     let row = ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.y = ADD;
         let size = vec2(ui.available_width() - SEND, ADD);
@@ -447,9 +465,12 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         response
     });
     let response = row.inner;
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
-    let response =
-        response.on_hover_text("Exports the picture with its current settings. Key: Ctrl+Enter");
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, text));
+    let hint = match solo {
+        Some(names) => format!("Exports {names}, as shown. Esc ends solo. Key: Ctrl+Enter"),
+        None => "Exports the picture with its current settings. Key: Ctrl+Enter".to_owned(),
+    };
+    let response = response.on_hover_text(hint);
     if response.clicked() {
         out.push(Command::Export(ExportCommand::Add));
     }
@@ -472,21 +493,4 @@ fn farm_ui(ui: &mut Ui, out: &mut Vec<Command>) {
         }
     });
     menu.response.on_hover_text(hint);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::stem;
-
-    #[test]
-    fn a_stem_has_neither_frame_number_nor_extension() {
-        for (name, wanted) in [
-            ("stage_2.%04d.png", "stage_2"),
-            ("day.1_2.%06d.exr", "day.1_2"),
-            ("stage_2.mov", "stage_2"),
-            ("stage", "stage"),
-        ] {
-            assert_eq!(stem(name), wanted);
-        }
-    }
 }

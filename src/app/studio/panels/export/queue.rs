@@ -35,9 +35,13 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     let heading = ui.cursor().top() - top;
     let mut newest = 0.0;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        // The newest is first, so that it needs no scrolling.
+        // The running export and the newest are first, so that they need no scrolling.
         let waits = |export: &Export| export.status == ExportStatus::Waiting;
-        for (at, export) in context.exports.iter().enumerate().rev() {
+        let mut shown: Vec<_> = context.exports.iter().enumerate().rev().collect();
+        shown.sort_by_key(|(_, export)| export.status != ExportStatus::Running);
+        let last = context.exports.len() - 1;
+        let top = ui.cursor().top();
+        for (at, export) in shown {
             let is_behind = context.exports[..at].iter().any(waits);
             // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()
@@ -48,8 +52,8 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
                 ui.set_width(ui.available_width());
                 export_ui(ui, (export, is_behind), context.status.job.as_ref(), out);
             });
-            if newest == 0.0 {
-                newest = card.response.rect.height();
+            if at == last {
+                newest = card.response.rect.bottom() - top;
             }
         }
     });
@@ -73,6 +77,17 @@ fn export_ui(
     };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            // Within the line, so that waiting exports need little room.
+            if export.status == ExportStatus::Waiting {
+                let button = Button::new(RichText::new(icons::REMOVE).size(13.0)).small();
+                let name = format!("Remove {}", export.name);
+                if icons::named_ui(ui, true, button, &name)
+                    .on_hover_text("Removes it from the queue")
+                    .clicked()
+                {
+                    out.push(Command::Export(ExportCommand::Withdraw(export.id)));
+                }
+            }
             ui.label(RichText::new(state).size(13.0).color(color));
             // Here no button of a running export takes its place.
             if is_behind && export.status == ExportStatus::Waiting {
@@ -110,7 +125,9 @@ fn export_ui(
         }
         ExportStatus::Waiting | ExportStatus::Running => {}
     }
-    ui.horizontal(|ui| buttons_ui(ui, export, job, out));
+    if export.status != ExportStatus::Waiting {
+        ui.horizontal(|ui| buttons_ui(ui, export, job, out));
+    }
 }
 
 fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
@@ -134,10 +151,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             let hint = "Stops after the current frame. Finished stills are kept; a movie is not.";
             button(ui, !job.stopping, icons::STOP, cancel, hint, remove);
         }
-        ExportStatus::Waiting => {
-            let hint = "Removes it from the queue";
-            button(ui, true, icons::REMOVE, "Remove", hint, remove);
-        }
+        ExportStatus::Waiting => {}
         ExportStatus::Done(WrittenExport { folder, .. }) => {
             let hint = base::files::shown(folder);
             let open = Command::Export(ExportCommand::OpenFolder(folder.clone()));

@@ -2,6 +2,7 @@
 
 use super::verdict;
 use crate::command::{Command, ReviewCommand};
+use crate::panels::lamp_title;
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
 use evaluation::review::{MarkedOlat, Marks, Metric, Review};
@@ -22,7 +23,7 @@ impl ChosenUi<'_> {
         let marked = self.marks.of(&case.name, lamp_name);
         let mark = marked.and_then(|m| m.mark);
         let note = marked.map_or("", |m| m.note.as_str());
-        ui.strong(format!("{}, {lamp_name}", case.name));
+        ui.strong(format!("{}, {}", case.name, lamp_title(lamp_name)));
         let figures = Metric::ALL.map(|m| {
             let text = format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp])));
             let strong = m == self.metric;

@@ -1,6 +1,7 @@
 //! The error map: one column per lamp, one row per frame or pose, and each lamp's mean as a bar above.
 
 use super::verdict;
+use crate::panels::lamp_title;
 use crate::theme;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2,
@@ -66,7 +67,8 @@ impl MapUi<'_> {
         let figures =
             Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp]))));
         let seen = if case.seen { "seen in training" } else { "not seen in training" };
-        let mut text = format!("{}, {name}, {seen}\n{}", case.name, figures.join("  "));
+        let lamp = lamp_title(name);
+        let mut text = format!("{}, {lamp}, {seen}\n{}", case.name, figures.join("  "));
         if let Some(marked) = self.marks.of(&case.name, name) {
             let mark = marked.mark.map_or("", |m| m.name());
             text += &format!("\n{mark} {}", marked.note);

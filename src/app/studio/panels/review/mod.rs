@@ -11,6 +11,7 @@ pub use sheet::LampSheetPanel;
 
 use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::panels::missing;
 use crate::panels::rows::segments_ui;
 use crate::status::Phase;
@@ -227,7 +228,7 @@ fn worst_ui(
     for cell in review.worst(metric).into_iter().take(WORST) {
         let (case, lamp) = (&review.cases[cell.0], &review.lamps[cell.1]);
         let figure = metric.text(metric.of(&case.cells[cell.1]));
-        let text = format!("{}, {lamp}: {figure}", case.name);
+        let text = format!("{}, {}: {figure}", case.name, lamp_title(lamp));
         if ui.selectable_label(chosen == Some(cell), text).clicked() {
             pressed = Some(cell);
         }

@@ -3,6 +3,7 @@
 use super::verdict;
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::panels::missing::no_picture_ui;
 use crate::panels::viewport::cell::CellUi;
 use crate::theme::{self, GAP};
@@ -115,7 +116,10 @@ fn title_ui(
     ui.horizontal(|ui| {
         ui.label(match solo {
             [] => format!("Frame {frame} under every lamp"),
-            [lamp] => format!("Frame {frame}: {}", lamps[(*lamp).min(lamps.len() - 1)].name),
+            [lamp] => {
+                let lamp = &lamps[(*lamp).min(lamps.len() - 1)];
+                format!("Frame {frame}: {}", lamp_title(&lamp.name))
+            }
             more => format!("Frame {frame}: {} lamps", more.len()),
         });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -141,7 +145,12 @@ impl LampPicture<'_> {
         let id = ui.scope_id().with(("lamp", self.number));
         let response = ui.interact(self.rect, id, Sense::click());
         response.widget_info(|| {
-            egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, &self.lamp.name)
+            egui::WidgetInfo::selected(
+                egui::Role::Button,
+                true,
+                self.chosen,
+                lamp_title(&self.lamp.name),
+            )
         });
         self.paint(ui.painter(), atlas, response.hovered() || response.has_focus());
         response.on_hover_ui(|ui| {
@@ -181,7 +190,7 @@ impl LampPicture<'_> {
         let (azimuth, elevation) = (d.x.atan2(-d.z), d.y.clamp(-1.0, 1.0).asin());
         format!(
             "{}: azimuth {:.0}°, elevation {:.0}°. Click to solo it, Ctrl+click to add or remove it.",
-            self.lamp.name,
+            lamp_title(&self.lamp.name),
             azimuth.to_degrees(),
             elevation.to_degrees()
         )

@@ -4,6 +4,7 @@ use crate::command::{Command, ProjectCommand, ReviewCommand};
 use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::theme;
 use egui::text::LayoutJob;
 use egui::{
@@ -51,7 +52,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
                 chosen: context.state.chosen.is_some_and(|(case, _)| case == index),
             };
             let worst = lamp.and_then(|lamp| review.lamps.get(lamp));
-            if item.ui(ui, context, worst.map_or("", |name| name))
+            if item.ui(ui, context, &worst.map_or(String::new(), |name| lamp_title(name)))
                 && let Some(lamp) = lamp
             {
                 out.push(Command::Review(ReviewCommand::Choose((index, lamp))));

@@ -2,6 +2,7 @@
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::panels::viewport::readout::{Reading, readings};
 use crate::region::Region;
 use crate::theme::{self, GAP};
@@ -96,7 +97,7 @@ fn lamps_ui(
     let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
     response.on_hover_text(format!(
         "{}: {:.1} % of this pixel's light. Click to solo it.",
-        name.map_or("lamp", |name| name),
+        name.map_or("lamp".to_owned(), |name| lamp_title(name)),
         100.0 * share
     ));
 }

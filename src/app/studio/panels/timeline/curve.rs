@@ -316,7 +316,9 @@ fn plot_ui(
         painter.vline(track.x(frame as f64), rect.y_range(), line);
     }
     let step = grid(f64::from(GRID) / plot.scale());
-    let decimals = (-step.log10().floor()).clamp(0.0, 4.0) as usize;
+    let unit = of.unit();
+    let shown = if unit == Unit::Share { unit.shown(step) } else { step };
+    let decimals = (-shown.log10().floor()).clamp(0.0, 4.0) as usize;
     let first = (plot.values[0] / step).ceil();
     for i in 0..64 {
         let value = (first + f64::from(i)) * step;
@@ -325,7 +327,6 @@ fn plot_ui(
             break;
         }
         painter.hline(rect.x_range(), y, line);
-        let unit = of.unit();
         let text = if unit == Unit::Energy && value <= 0.0 {
             // Zero energy is −∞ stops. Energy cannot be negative.
             if value < 0.0 { "" } else { "off" }.to_owned()

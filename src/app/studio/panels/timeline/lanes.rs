@@ -132,7 +132,7 @@ impl TimelinePanel {
         let mut value = shown(look.value(of).unwrap_or_default());
         let range = of.range();
         let field = computing(&mut value)
-            .speed(unit.step() / 20.0)
+            .speed(unit.speed())
             .range(shown(*range.start())..=shown(*range.end()))
             .fixed_decimals(unit.decimals())
             .suffix(unit.suffix());

@@ -2,6 +2,7 @@
 
 use crate::panel_context::PanelContext;
 use crate::panels::job;
+use crate::panels::lamp_title;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
@@ -106,13 +107,13 @@ fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
     let mut warnings = Vec::new();
     if !point.dead_lamps.is_empty() {
         let lamps = &project.settings.shoot.lamps;
-        let names: Vec<&str> = (point.dead_lamps.iter())
-            .filter_map(|&lamp| lamps.get(lamp).map(String::as_str))
+        let names: Vec<String> = (point.dead_lamps.iter())
+            .filter_map(|&lamp| lamps.get(lamp).map(|name| lamp_title(name)))
             .collect();
         let are = if names.len() == 1 { "is" } else { "are" };
         warnings.push(format!(
             "{} {are} stuck at black or white. Stop and start over.",
-            names.join(", ")
+            job::capitalized(&names.join(", "))
         ));
     }
     if point.skipped_steps > 0 {

@@ -2,6 +2,7 @@
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::theme::{self, GAP};
 use base::progress::TrainingPictures;
 use egui::{
@@ -91,7 +92,7 @@ impl Pictures {
 pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lamps = context.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
     let shown = context.state.trained_lamp.min(lamps.len().saturating_sub(1));
-    let name = |lamp: usize| lamps.get(lamp).map_or("", String::as_str);
+    let name = |lamp: usize| lamps.get(lamp).map_or(String::new(), |name| lamp_title(name));
     let label = ui.label(RichText::new("Lamp").size(13.0));
     let list = egui::ComboBox::from_id_salt("trained lamp")
         .selected_text(name(shown))

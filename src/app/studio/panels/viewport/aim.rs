@@ -3,6 +3,7 @@
 use crate::command::{AimCommand, Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::handle::{Seen, handle_ui};
+use crate::panels::lamp_title;
 use crate::theme::{self, GAP};
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke,
@@ -62,7 +63,7 @@ pub fn aim_ui(
         (Some(none), ..) if !over || lamp.is_none() => none.to_string(),
         (_, Some(light), _) => format!("{light} falls here. Drag to move it."),
         (_, _, Some(lamp)) if let Some(lamp) = relit.rig.lamps.get(lamp) => {
-            let lamp = &lamp.name;
+            let lamp = lamp_title(&lamp.name);
             format!("Click to light from here. Right-click: solo {lamp}, which falls here.")
         }
         _ => "Click where a light should fall; drag to move it. Esc ends this.".to_owned(),

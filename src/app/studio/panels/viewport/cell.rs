@@ -5,6 +5,7 @@ use super::{label, paint, placed, texture, toolbar, zoom};
 use crate::command::{Command, ViewCommand};
 use crate::comparison::CellPicture;
 use crate::panel_context::PanelContext;
+use crate::panels::lamp_title;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Align2, Button, Layout, Margin, PointerButton, Rect, RichText, Sense, TextureId, Ui,
@@ -160,8 +161,8 @@ fn bar_ui(
             let saved = context.review.saved.as_ref().and_then(|saved| saved.as_ref().ok());
             let review = saved.and_then(|saved| saved.review.as_ref());
             if let Some((review, case)) = review.and_then(|r| Some((r, r.cases.get(case)?))) {
-                let lamp_name = review.lamps.get(lamp).map_or("", |name| name);
-                ui.strong(format!("{}, {lamp_name}", case.name));
+                let title = review.lamps.get(lamp).map_or(String::new(), |name| lamp_title(name));
+                ui.strong(format!("{}, {title}", case.name));
                 if let Some(cell) = case.cells.get(lamp) {
                     for metric in Metric::ALL {
                         let figure = metric.text(metric.of(cell));

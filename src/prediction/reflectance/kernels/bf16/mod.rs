@@ -15,7 +15,7 @@ mod weights;
 
 pub use correlation::correlate;
 pub use product::convolve;
-pub use sum::available;
+pub use sum::{available, multiply_add};
 
 /// Inputs and outputs from which blocks of sums are full enough: below, f32 is faster.
 pub const MIN_CHANNELS: usize = 16;

@@ -35,10 +35,35 @@ pub fn sum(blocking: Blocking, left: &Factor, right: &Factor, steps: &Steps, int
     }
 }
 
+/// Multiply-adds on registers alone: `ROUNDS` of each of `SUMS` vectors. Nothing without such products.
+pub fn multiply_add() {
+    #[cfg(target_arch = "x86_64")]
+    if available() {
+        // SAFETY: the processor has the instructions.
+        unsafe { registers::multiply_add() };
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 mod registers {
     use super::*;
+    use crate::kernels::peak::{ROUNDS, SUMS};
     use std::arch::x86_64::*;
+    use std::hint::black_box;
+
+    #[expect(clippy::needless_range_loop, reason = "iterators keep checks, as in `rows`")]
+    #[target_feature(enable = "avx512f,avx512bf16")]
+    pub fn multiply_add() {
+        // SAFETY: 64 bytes are 32 bf16, each 1.
+        let ones: __m512bh = unsafe { std::mem::transmute(black_box([0x3F80_u16; 32])) };
+        let mut sums = [_mm512_setzero_ps(); SUMS];
+        for _ in 0..ROUNDS {
+            for i in 0..SUMS {
+                sums[i] = _mm512_dpbf16_ps(sums[i], ones, ones);
+            }
+        }
+        black_box(sums);
+    }
 
     /// # Safety
     /// The processor has the instructions, and every tile that the steps name lies within its factor.

@@ -4,11 +4,14 @@
 //! The driver starts one process per peer and case, so that the number of threads is set before any starts and peak
 //! memory belongs to one case. Both peers answer the same commands: `step N`, `predict N`, `memory`, `quit`.
 
+mod layers;
+
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::reflectance::kernels::chunks::keep_to_avx2;
+use afterlight::reflectance::kernels::{LossInputs, LossSettings, losses};
 use afterlight::reflectance::predictor::predicts_in_half;
 use afterlight::reflectance::{
-    Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
+    Device, Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
 };
 use afterlight::training::Adam;
 use burn::module::Module;
@@ -62,12 +65,26 @@ struct Options {
     /// Train with gradient checkpointing: cheap operations are recomputed in the backward pass.
     #[arg(long)]
     recompute: bool,
+    /// Loss of a step, for both peers.
+    #[arg(long, value_enum, default_value = "training")]
+    loss: Loss,
+    /// Share of the processor's peak of each convolution, instead of the race.
+    #[arg(long)]
+    layers: bool,
     /// Answer commands as a peer; used by the driver.
     #[arg(long, hide = true)]
     serve: bool,
     /// Flag that cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Loss {
+    /// The losses of training.
+    Training,
+    /// Mean squared error, by burn's operations. The only one on a GPU.
+    Squares,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -112,7 +129,14 @@ fn main() -> Result<()> {
             keep_to_avx2();
         }
         let config = options.shape[0].config(options.size[0], options.precision);
-        return serve(&config, &compute(options.device), options.recompute);
+        return serve(&config, &compute(options.device), &options);
+    }
+    if options.layers {
+        afterlight::memory::keep_freed();
+        return layers::measure(&options);
+    }
+    if options.device == DeviceChoice::Gpu {
+        options.loss = Loss::Squares;
     }
     race(&options)
 }
@@ -130,6 +154,7 @@ struct Learner {
     optimizer: ModuleOptimizer,
     input: Tensor<4>,
     target: Tensor<4>,
+    loss: Loss,
 }
 
 /// Seconds of the parts of a step, and its loss.
@@ -141,12 +166,40 @@ struct Step {
 }
 
 impl Learner {
-    fn new(network: UNet, input: Tensor<4>, target: Tensor<4>) -> Self {
-        Self { network, optimizer: ModuleOptimizer::from(Adam::default()), input, target }
+    /// A fresh network, and noise to learn.
+    fn random(config: &UNetConfig, device: &Device, loss: Loss) -> Self {
+        device.seed(0);
+        let noise = |channels| {
+            let shape = [1, channels, config.size, config.size];
+            Tensor::random(shape, Distribution::Uniform(0.0, 1.0), device)
+        };
+        let network = config.init(0.5, device).materialize();
+        let optimizer = ModuleOptimizer::from(Adam::default());
+        Self { network, optimizer, input: noise(3), target: noise(3 * config.lamps), loss }
     }
 
     fn loss(&self) -> Tensor<1> {
-        (self.network.forward(self.input.clone()) - self.target.clone()).square().mean()
+        let output = self.network.forward(self.input.clone());
+        if self.loss == Loss::Squares {
+            return (output - self.target.clone()).square().mean();
+        }
+        let [_, channels, h, w] = output.dims();
+        let lamps = channels / 3;
+        let device = output.device().without_autodiff();
+        let inputs = LossInputs {
+            light: Tensor::ones([1, 3, h, w], &device),
+            mask: &Tensor::ones([1, 1, h, w], &device),
+            olats: Some(&self.target.clone().inner().reshape([lamps, 3, h, w])),
+            plate: &self.input.clone().inner(),
+            weights: &Tensor::full([lamps, 3, 1, 1], 1.0 / lamps as f32, &device),
+            settings: LossSettings {
+                gain: 1.0,
+                shift: [0; 2],
+                reconstruction: 1.0,
+                rendering: 1.0,
+            },
+        };
+        losses(output, &inputs).0
     }
 
     fn step(&mut self) -> Step {
@@ -167,19 +220,13 @@ impl Learner {
 }
 
 /// Answers commands on standard input with the network of this crate.
-fn serve(config: &UNetConfig, compute: &ComputeDevice, recompute: bool) -> Result<()> {
+fn serve(config: &UNetConfig, compute: &ComputeDevice, options: &Options) -> Result<()> {
     let plain = &compute.device;
     let mut device = plain.clone().autodiff();
-    if recompute {
+    if options.recompute {
         device = device.gradient_checkpointing();
     }
-    device.seed(0);
-    let noise = |channels| {
-        let shape = [1, channels, config.size, config.size];
-        Tensor::random(shape, Distribution::Uniform(0.0, 1.0), &device)
-    };
-    let network = config.init(0.5, &device).materialize();
-    let mut learner = Learner::new(network, noise(3), noise(3 * config.lamps));
+    let mut learner = Learner::random(config, &device, options.loss);
     for line in std::io::stdin().lines() {
         let line = line?;
         let (what, count) = line.split_once(' ').unwrap_or((&line, "0"));
@@ -266,6 +313,7 @@ impl Peer {
                 .args(["--serve", "--shape", &name(shape)])
                 .args(["--precision", &name(options.precision)])
                 .args(["--device", &name(options.device)])
+                .args(["--loss", &name(options.loss)])
                 .args(["--size", &size.to_string()])
                 .env("RAYON_NUM_THREADS", threads.to_string()),
         )
@@ -306,6 +354,7 @@ impl Peer {
                 .args(["--most-channels", &config.most_channels.to_string()])
                 .args(["--threads", &threads.to_string()])
                 .args(["--device", device])
+                .args(["--loss", &name(options.loss)])
                 .args(options.peer.split_whitespace())
                 .env("OMP_NUM_THREADS", threads.to_string()),
         )
