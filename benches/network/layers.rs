@@ -3,17 +3,11 @@
 use crate::{Learner, Options, Result, Shape, compute, name};
 use afterlight::reflectance::kernels::Activation;
 use afterlight::reflectance::kernels::convolution::{backward, forward};
-use afterlight::reflectance::kernels::peak::peak;
+use afterlight::reflectance::kernels::peak::Peak;
 use afterlight::reflectance::kernels::shape::Shape as ConvolutionShape;
 use afterlight::reflectance::{Convolution, Precision, UNetConfig};
 use std::hint::black_box;
 use std::time::Instant;
-
-/// Peak rates of one core in FLOP/s.
-struct Peak {
-    f32: f64,
-    bf16: Option<f64>,
-}
 
 /// Seconds of a convolution and of its gradients by input and by weights; those at the peak rate.
 struct Times {
@@ -24,29 +18,22 @@ struct Times {
 
 /// Prints the share of the peak that each convolution reaches, and all of a step.
 pub fn measure(options: &Options) -> Result<()> {
-    let (f32, bf16) = peak();
-    let peak = Peak { f32, bf16 };
+    let peak = Peak::measure(1000);
     print!("Peak of a core: f32 {:.0} GFLOP/s", peak.f32 / 1e9);
-    println!("{}.", bf16.map_or(String::new(), |bf16| format!(", bf16 {:.0}", bf16 / 1e9)));
+    println!("{}.", peak.bf16.map_or(String::new(), |bf16| format!(", bf16 {:.0}", bf16 / 1e9)));
     println!("Percent of the peak of all threads: median of the runs.\n");
     for &shape in &options.shape {
         for &size in &options.size {
             for &threads in &options.threads {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-                pool.install(|| network(shape, size, threads, options, &peak))?;
+                pool.install(|| network(shape, size, threads, options, &peak));
             }
         }
     }
     Ok(())
 }
 
-fn network(
-    shape: Shape,
-    size: usize,
-    threads: usize,
-    options: &Options,
-    peak: &Peak,
-) -> Result<()> {
+fn network(shape: Shape, size: usize, threads: usize, options: &Options, peak: &Peak) {
     let config = shape.config(size, options.precision);
     println!("`{}`, {size} × {size}, threads: {threads}.\n", name(shape));
     println!(
@@ -88,7 +75,6 @@ fn network(
         100.0 * sums[0] / step,
         1e3 * step,
     );
-    Ok(())
 }
 
 fn time(layer: &Convolution, precision: Precision, threads: usize, peak: &Peak) -> Times {

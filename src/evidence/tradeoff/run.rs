@@ -437,8 +437,10 @@ impl<'a> Climb<'a> {
 fn precisions(compute: &ComputeDevice) -> Vec<Precision> {
     if reflectance::predictor::predicts_in_half(&compute.device) {
         vec![Precision::Mixed]
-    } else if reflectance::kernels::has_bf16() {
+    } else if reflectance::kernels::peak::bf16_pays() {
         vec![Precision::Full]
+    } else if reflectance::kernels::has_bf16() {
+        vec![Precision::Mixed]
     } else {
         Vec::new()
     }

@@ -4,6 +4,7 @@ use super::Precision;
 use super::band::{self, Weights};
 use super::bf16;
 use super::correlation::correlate;
+use super::peak::bf16_pays;
 use super::pointwise::Activation;
 use super::shape::{Shape, Sources};
 use super::tile::MAX_POSITIONS;
@@ -28,7 +29,12 @@ impl Shape {
     /// enough channels.
     pub fn with_precision(self, precision: Precision) -> Self {
         let fills = self.inputs.min(self.outputs) >= bf16::MIN_CHANNELS && self.plane() > SMALL;
-        Self { bf16: precision != Precision::Full && fills && bf16::available(), ..self }
+        let rounds = match precision {
+            Precision::Full => false,
+            Precision::Mixed => bf16::available(),
+            Precision::Auto => bf16_pays(),
+        };
+        Self { bf16: fills && rounds, ..self }
     }
 
     /// True if pictures are unfolded, given the number of pixels up to which that is faster.

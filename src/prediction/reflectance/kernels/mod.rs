@@ -52,7 +52,7 @@ pub enum Precision {
     #[serde(alias = "split", alias = "half")]
     #[value(aliases = ["split", "half"])]
     Mixed,
-    /// `mixed` on a CPU, `full` on a GPU.
+    /// `mixed` on a CPU that multiplies bf16 faster than f32 (AMD since Zen 4), else `full`.
     #[default]
     Auto,
 }

@@ -56,7 +56,7 @@ mod registers {
     pub fn multiply_add() {
         // SAFETY: 64 bytes are 32 bf16, each 1.
         let ones: __m512bh = unsafe { std::mem::transmute(black_box([0x3F80_u16; 32])) };
-        let mut sums = [_mm512_setzero_ps(); SUMS];
+        let mut sums = black_box([_mm512_setzero_ps(); SUMS]);
         for _ in 0..ROUNDS {
             for i in 0..SUMS {
                 sums[i] = _mm512_dpbf16_ps(sums[i], ones, ones);
