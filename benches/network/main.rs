@@ -59,7 +59,7 @@ struct Options {
     /// Further arguments for the PyTorch script, such as "--fused --channels-last".
     #[arg(long, default_value = "", allow_hyphen_values = true)]
     peer: String,
-    /// Limit both peers to AVX2, as on processors without AVX-512. Needs `--precision full`.
+    /// Limit both peers to AVX2, as on processors without AVX-512. Needs `--precision full` or `auto`.
     #[arg(long)]
     avx2: bool,
     /// Train with gradient checkpointing: cheap operations are recomputed in the backward pass.
@@ -123,20 +123,22 @@ fn main() -> Result<()> {
             None => DeviceChoice::Cpu,
         };
     }
+    if options.device == DeviceChoice::Gpu {
+        options.loss = Loss::Squares;
+    }
+    afterlight::memory::keep_freed();
+    if options.avx2 && options.precision == Precision::Mixed {
+        return Err("--avx2 needs --precision full or auto: bf16 needs AVX-512".into());
+    }
+    if options.avx2 {
+        keep_to_avx2();
+    }
     if options.serve {
-        afterlight::memory::keep_freed();
-        if options.avx2 {
-            keep_to_avx2();
-        }
         let config = options.shape[0].config(options.size[0], options.precision);
         return serve(&config, &compute(options.device), &options);
     }
     if options.layers {
-        afterlight::memory::keep_freed();
         return layers::measure(&options);
-    }
-    if options.device == DeviceChoice::Gpu {
-        options.loss = Loss::Squares;
     }
     race(&options)
 }

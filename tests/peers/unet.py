@@ -125,14 +125,15 @@ def feature_distance(pictures, truths, scales=3, epsilon=1e-4):
     difference = pictures - truths
     values = difference[0].numel()
     total = 0
-    for _ in range(scales):
+    for scale in range(scales):
+        if scale > 0:
+            difference = functional.avg_pool2d(difference, 2)
+            values /= 4
         across = difference[..., 1:] - difference[..., :-1]
         down = difference[..., 1:, :] - difference[..., :-1, :]
         changes = across.square().sum((1, 2, 3)) + down.square().sum((1, 2, 3))
         for squares in (difference.square().sum((1, 2, 3)), changes):
             total = total + (squares / values + epsilon**2).sqrt()
-        difference = functional.avg_pool2d(difference, 2)
-        values /= 4
     return total.mean() / scales
 
 
@@ -301,6 +302,7 @@ def burn_statistics(network, size):
 
 def reference(options):
     peer = Peer(options)
+    options.loss = "squares"
     out = Path(options.out)
     out.mkdir(parents=True, exist_ok=True)
     network = peer.network

@@ -152,6 +152,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     window.run_steps(2);
     assert_eq!(window.state().state().look.range, Some((0, 1)));
     window.get_by_label_contains("2 frames: mouse.0000.png … mouse.0001.png");
+    let button = window.get_by_label("Add to queue").rect();
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
     let ExportStatus::Done(WrittenExport { folder, .. }) = &window.state().exports()[0].status
@@ -178,16 +179,18 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
     until_said(&mut window, "2 frames: mouse_3.0000.png");
-    let button = window.get_by_label("Add to queue").rect();
+
     scroll_to(&mut window, "Existing files Replace");
     window.get_by_label("Existing files Replace").click();
     window.run_steps(2);
-    until_said(&mut window, "2 files replaced by 2 frames: mouse.0000.png");
+    until_said(&mut window, "Replaces 2 files: mouse.0000.png");
     assert_eq!(window.get_by_label("Add to queue").rect(), button, "nothing moves");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 3);
     assert_eq!(files(&root, "mouse").len(), 4);
     assert_eq!(bytes(first[0]), bytes("mouse_2.0000.png"));
+    // Consent to replace ends with the export.
+    until_said(&mut window, "2 frames: mouse_3.0000.png");
     window.get_by_label("Clear finished").click();
     window.run_steps(4);
     assert!(window.state().exports().is_empty());

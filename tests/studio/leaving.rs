@@ -37,7 +37,7 @@ fn a_close_during_an_export_of_stills_says_that_they_stay() {
     let (mut window, _tell) = exporting("clay.0000–0007.png", folder.path());
     assert!(close(&mut window));
     window.get_by_label(
-        "clay.0000–0007.png is 25 % done. Finished stills stay; Resume in Export writes the others.",
+        "clay.0000–0007.png is 25 % done. Finished stills stay. “Existing files: Resume” writes the others.",
     );
     assert!(window.query_by_label_contains("in the queue").is_none());
     window.get_by_label("Keep working").click();

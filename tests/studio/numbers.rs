@@ -36,9 +36,16 @@ fn a_bar_computes_and_a_double_click_resets_it() {
 fn shares_are_typed_in_percent() {
     let (_folder, mut window) = crate::new_window();
     let glare = |window: &Window| window.state().state().look.effects.glare;
-    for (typed, expected) in
-        [("30", 0.3), ("+10", 0.4), ("/2", 0.2), ("12.5 %", 0.125), ("500", 1.0)]
-    {
+    for (typed, expected) in [
+        ("30", 0.3),
+        ("+10", 0.4),
+        ("/2", 0.2),
+        ("12.5 %", 0.125),
+        ("43", 0.43),
+        ("+10", 0.53),
+        ("+10", 0.63),
+        ("500", 1.0),
+    ] {
         type_into(&mut window, field("Glare"), typed);
         assert_eq!(glare(&window), expected, "{typed}");
     }

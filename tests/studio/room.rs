@@ -333,7 +333,7 @@ fn the_newest_export_is_seen_whatever_is_chosen_above_it() {
     std::fs::write(root.join("exports/there.0000.exr"), "").unwrap();
     type_name(&mut window, "exports/there");
     until_said(&mut window, "there_2.0000.exr");
-    window.get_by_label("Existing files Resume");
+    assert!(!window.get_by_label("Existing files Resume").accesskit_node().is_disabled());
     let _older = told_export(&window, "older.mov", &root);
     let tell = told_export(&window, "newest.0000–0007.png", &root);
     until(&mut window, "two exports", |app| app.exports().len() == 2);

@@ -279,7 +279,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
         let last = training.history.points().last();
         training.pictures.is_some() && last.is_some_and(|point| point.step == 1239)
     });
-    window.get_by_label_contains("Lamp 3, lamp 17 are stuck at black or white");
+    window.get_by_label_contains("Stuck at black or white: lamp 3, lamp 17.");
     window.get_by_label_contains("2 steps skipped: NaN or infinite values");
     window.key_press(Key::PageDown);
     window.run_steps(2);

@@ -136,6 +136,11 @@ impl ExportOptions {
         }
     }
 
+    /// Neither replaces nor resumes existing files.
+    pub fn keep_existing(&mut self) {
+        (self.replace, self.resume) = (false, false);
+    }
+
     /// True if files keep their names, even if some exist.
     pub fn replaces(&self) -> bool {
         self.replace || (self.resume && !self.format.is_movie())

@@ -116,7 +116,8 @@ impl Unit {
                 let stops = (value.max(0.0) / std::f64::consts::PI).log2();
                 stops.max(f64::from(*Lighting::STOPS.start()))
             }
-            Self::Share => 100.0 * value,
+            // 0.3 in f32 is 30 %, not 30.000001.
+            Self::Share => (1e6 * value).round() / 1e4,
             _ => value,
         }
     }
@@ -136,7 +137,8 @@ impl Unit {
             Self::Degrees | Self::Tint => 10.0,
             Self::Stops | Self::Energy => 0.5,
             Self::Kelvin => 500.0,
-            Self::Share | Self::Times | Self::Channel => 0.1,
+            Self::Share | Self::Channel => 0.1,
+            Self::Times => 0.2,
         }
     }
 
@@ -410,6 +412,7 @@ mod tests {
         assert!((unit.shown(unit.of_shown(11.5)) - 11.5).abs() < 1e-9);
         assert_eq!(Unit::Stops.shown(2.0), 2.0);
         assert_eq!((Unit::Share.shown(0.25), Unit::Share.of_shown(25.0)), (25.0, 0.25));
+        assert_eq!(Unit::Share.shown(f64::from(0.3f32)), 30.0);
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl StudioApp {
         }
         let begun = match (running, job) {
             (Some(name), _) if !is_movie(name) => Some(format!(
-                "{name} is {share:.0} % done. Finished stills stay; Resume in Export writes the others."
+                "{name} is {share:.0} % done. Finished stills stay. “Existing files: Resume” writes the others."
             )),
             (Some(name), _) => {
                 Some(format!("{name} is {share:.0} % done. An unfinished movie is lost."))

@@ -5,6 +5,8 @@ use super::closing::is_movie;
 use crate::command::{ExportCommand, JobCommand};
 use crate::destination_check::{DestinationCheck, DestinationQuery};
 use crate::environment_library::light_of;
+use crate::export_options::ExportOptions;
+use crate::panels::lamp_title;
 use crate::state::State;
 use base::files::shown;
 use export::relight::RelightSettings;
@@ -90,10 +92,16 @@ impl Exports {
 impl StudioApp {
     pub(super) fn apply_to_exports(&mut self, command: ExportCommand) {
         match command {
-            ExportCommand::Options(options) => self.state.export_options = *options,
+            ExportCommand::Options(options) => {
+                let before = self.state.export_options.clone();
+                self.state.export_options = *options;
+                self.ask_about_other_files(&before);
+            }
             ExportCommand::Destination(file) => {
                 if let Some(project) = &self.session.project {
+                    let before = self.state.export_options.clone();
                     self.state.export_options.choose(&file, &project.root);
+                    self.ask_about_other_files(&before);
                 }
             }
             ExportCommand::Add => self.add_export(),
@@ -219,6 +227,15 @@ impl StudioApp {
         });
         self.exports.queue = worker.exports();
         self.exports.ahead.push(Ahead { id, to, range });
+        self.state.export_options.keep_existing();
+    }
+
+    /// Consent to replace or resume files holds for their name alone.
+    fn ask_about_other_files(&mut self, before: &ExportOptions) {
+        let options = &mut self.state.export_options;
+        if (&options.name, options.format) != (&before.name, before.format) {
+            options.keep_existing();
+        }
     }
 }
 
@@ -246,7 +263,8 @@ fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
         format!("Background: {background}"),
     ];
     if !settings.solo.is_empty() {
-        lines.push(format!("Lamps: {}", settings.solo.join(", ")));
+        let lamps: Vec<_> = settings.solo.iter().map(|name| lamp_title(name)).collect();
+        lines.push(format!("Solo: {}", lamps.join(", ")));
     }
     if let Some(codec) = files.codec {
         lines.push(format!("Codec: {}", codec.name()));

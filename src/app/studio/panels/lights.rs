@@ -36,9 +36,7 @@ const ROWS: [Row<PlacedLight>; 3] = [
     Row {
         name: "Radius",
         of: |light| &mut light.radius_deg,
-        speed: 0.2,
         range: 0.0..=85.0,
-        decimals: 1,
         unit: Unit::Degrees,
         hint: "As seen from the subject: a larger light is softer, not brighter",
     },

@@ -199,7 +199,7 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
         let rig = context.relit.map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
-            format!(", nearest {} ({off_deg:.0}° away)", lamp_title(&rig.lamps[lamp].name))
+            format!(", nearest lamp: {} ({off_deg:.0}° away)", lamp_title(&rig.lamps[lamp].name))
         });
         let hint = format!(
             "Brightest area {} of {}: {:.0} % of the light, {:.1}° across{on}",

@@ -70,26 +70,20 @@ const PLACED: [Row<BackgroundFile>; 4] = [
         name: "Offset right",
         of: |placed| &mut placed.offset[0],
         range: BackgroundFile::OFFSETS,
-        speed: 0.005,
-        decimals: 1,
         unit: Unit::Share,
-        hint: "Of the picture's width",
+        hint: "Percent of the picture's width",
     },
     Row {
         name: "Offset up",
         of: |placed| &mut placed.offset[1],
         range: BackgroundFile::OFFSETS,
-        speed: 0.005,
-        decimals: 1,
         unit: Unit::Share,
-        hint: "Of the picture's height",
+        hint: "Percent of the picture's height",
     },
     Row {
         name: "Scale",
         of: |placed| &mut placed.scale,
         range: BackgroundFile::SCALES,
-        speed: 0.01,
-        decimals: 2,
         unit: Unit::Times,
         hint: "1 just covers the picture",
     },
@@ -97,8 +91,6 @@ const PLACED: [Row<BackgroundFile>; 4] = [
         name: "File exposure",
         of: |placed| &mut placed.exposure_stops,
         range: EXPOSURE_STOPS,
-        speed: 0.02,
-        decimals: 2,
         unit: Unit::Stops,
         hint: "Exposure of the still or movie alone",
     },
@@ -164,20 +156,13 @@ fn background_ui(ui: &mut Ui, now: &Background, out: &mut Vec<Command>) {
     }
 }
 
-/// The row of an effect's strength; a drag of 200 points covers its range.
+/// The row of an effect's strength.
 fn row(strength: &Strength) -> Row<Effects> {
-    let unit = Setting::Effect(strength.pass).unit();
     Row {
         name: strength.label,
         of: strength.of,
         range: 0.0..=strength.most,
-        speed: strength.most / 200.0,
-        decimals: match unit {
-            Unit::Share if strength.most > 0.5 => 0,
-            Unit::Share => 1,
-            _ => 2,
-        },
-        unit,
+        unit: Setting::Effect(strength.pass).unit(),
         hint: strength.hint,
     }
 }

@@ -41,10 +41,6 @@ pub struct Row<T> {
     pub of: fn(&mut T) -> &mut f32,
     /// Range of the number and of its bar.
     pub range: RangeInclusive<f32>,
-    /// Change per point of a drag.
-    pub speed: f32,
-    /// Decimals of the number in `unit`.
-    pub decimals: usize,
     pub unit: Unit,
     /// Tooltip; empty if the name is enough.
     pub hint: &'static str,
@@ -58,7 +54,7 @@ impl<T> Row<T> {
         range: RangeInclusive<f32>,
         hint: &'static str,
     ) -> Self {
-        Self { name, of, range, speed: 0.5, decimals: 1, unit: Unit::Degrees, hint }
+        Self { name, of, range, unit: Unit::Degrees, hint }
     }
 }
 
@@ -82,12 +78,15 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         let (field, value) = if turns {
             (turning(&mut shown), within_a_turn(value))
         } else {
+            let [least, most] = [self.range.start(), self.range.end()].map(|end| in_unit(*end));
+            // A drag of 200 points covers a short range.
+            let speed = self.unit.speed().min(f64::from(most - least) / 200.0);
             let field = computing(&mut shown)
-                .range(in_unit(*self.range.start())..=in_unit(*self.range.end()))
+                .range(least..=most)
                 .clamp_existing_to_range(false)
-                .fixed_decimals(self.decimals)
+                .fixed_decimals(self.unit.decimals())
                 .suffix(self.unit.suffix());
-            (field.speed(in_unit(self.speed)), value)
+            (field.speed(speed), value)
         };
         let reset = || {
             let mut restored = settings.clone();

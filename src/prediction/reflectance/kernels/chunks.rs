@@ -16,10 +16,15 @@ pub fn keep_to_avx2() {
     AVX2_ALONE.store(true, Ordering::Relaxed);
 }
 
+/// True after [`keep_to_avx2`].
+pub(super) fn only_avx2() -> bool {
+    AVX2_ALONE.load(Ordering::Relaxed)
+}
+
 /// The processor's widest vectors.
 pub(super) fn arch() -> Arch {
     #[cfg(target_arch = "x86_64")]
-    if AVX2_ALONE.load(Ordering::Relaxed)
+    if only_avx2()
         && let Some(avx2) = pulp::x86::V3::try_new()
     {
         return Arch::V3(avx2);

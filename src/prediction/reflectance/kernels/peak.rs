@@ -1,7 +1,7 @@
 //! Peak rates of one core.
 
 use super::bf16;
-use super::chunks::arch;
+use super::chunks::{arch, only_avx2};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
 use std::sync::OnceLock;
@@ -21,41 +21,42 @@ pub struct Peak {
 }
 
 impl Peak {
-    /// Best of `times` short measurements.
+    /// Best of `times` short measurements of each, in turn: a busy or slow core slows both.
     pub fn measure(times: usize) -> Self {
-        let best = |work: &dyn Fn() -> usize| {
-            let rate = |_| {
-                let start = Instant::now();
-                let sums = work();
-                (2 * sums * SUMS * ROUNDS) as f64 / start.elapsed().as_secs_f64()
-            };
-            (0..times).map(rate).fold(0.0, f64::max)
+        let rate = |work: &dyn Fn() -> usize| {
+            let start = Instant::now();
+            let sums = work();
+            (2 * sums * SUMS * ROUNDS) as f64 / start.elapsed().as_secs_f64()
         };
-        Self {
-            f32: best(&|| arch().dispatch(MultiplyAdd)),
+        let f32 = || arch().dispatch(MultiplyAdd);
+        let bf16 = || {
+            bf16::multiply_add();
             // Two products for each of 16 sums.
-            bf16: bf16::available().then(|| {
-                best(&|| {
-                    bf16::multiply_add();
-                    32
-                })
-            }),
+            32
+        };
+        let mut best = [0.0f64; 2];
+        for _ in 0..times {
+            best[0] = best[0].max(rate(&f32));
+            if bf16::available() {
+                best[1] = best[1].max(rate(&bf16));
+            }
         }
+        Self { f32: best[0], bf16: bf16::available().then_some(best[1]) }
+    }
+
+    /// True if products of bf16 are much faster than those of f32: 2 times on AMD since Zen 4, 0.5 times on Intel's
+    /// Sapphire Rapids.
+    fn bf16_pays(&self) -> bool {
+        /// Between both kinds of processors; below, rounding factors costs as much as it saves.
+        const LEAST: f64 = 1.3;
+        self.bf16.is_some_and(|bf16| bf16 > LEAST * self.f32)
     }
 }
 
-/// True if products of bf16 are much faster than those of f32: 2 times on AMD since Zen 4, 0.5 times on Intel's Sapphire
-/// Rapids. Measured once in a process, in some milliseconds.
+/// True if this processor multiplies bf16 much faster than f32. Measured once in a process, in some milliseconds.
 pub fn bf16_pays() -> bool {
-    /// Between both kinds of processors; below, rounding factors costs as much as it saves.
-    const LEAST: f64 = 1.3;
     static PAYS: OnceLock<bool> = OnceLock::new();
-    *PAYS.get_or_init(|| {
-        bf16::available() && {
-            let peak = Peak::measure(100);
-            peak.bf16.is_some_and(|bf16| bf16 > LEAST * peak.f32)
-        }
-    })
+    *PAYS.get_or_init(|| bf16::available() && !only_avx2() && Peak::measure(200).bf16_pays())
 }
 
 /// Multiply-adds on registers. Gives the number of sums in a vector.
@@ -98,7 +99,16 @@ mod tests {
         assert!(!bf16(Precision::Full));
         assert_eq!(bf16(Precision::Mixed), has_bf16());
         assert_eq!(bf16(Precision::Auto), bf16_pays());
-        let peak = Peak::measure(3);
-        assert!(peak.f32 > 0.0 && peak.bf16.is_some() == has_bf16());
+        for (ratio, pays) in
+            [(Some(0.5), false), (Some(1.2), false), (Some(1.9), true), (None, false)]
+        {
+            let peak = Peak { f32: 2e11, bf16: ratio.map(|ratio| ratio * 2e11) };
+            assert_eq!(peak.bf16_pays(), pays, "{ratio:?}");
+        }
+        // The same answer each time, also while other threads compute.
+        let peaks = || (0..4).map(|_| Peak::measure(200).bf16_pays()).collect::<Vec<_>>();
+        let busy = std::thread::spawn(peaks);
+        assert_eq!(peaks(), [bf16_pays(); 4]);
+        assert_eq!(busy.join().unwrap(), [bf16_pays(); 4]);
     }
 }

@@ -57,6 +57,7 @@ impl ExportPanel {
             return;
         };
         let mut options = context.state.export_options.clone();
+        let existing = existing(context, &options, &project.root);
         ui.add_space(GAP);
         // The buttons and the newest export stay visible without scrolling.
         let below = self.add + self.newest.max(QUEUE).min(ui.available_height() / 2.0);
@@ -66,9 +67,10 @@ impl ExportPanel {
             .max_height(room.max(LEAST))
             .auto_shrink([false, true]);
         scrolled.show(ui, |ui| {
-            self.options_ui(ui, context, (project, &mut options), out);
+            self.options_ui(ui, context, (project, &mut options, existing), out);
         });
         let top = ui.cursor().top();
+        files_ui(ui, context, &options, (&project.root, existing));
         steady(ui, "add", |ui| add_ui(ui, context, out));
         self.add = ui.cursor().top() - top;
         if options != context.state.export_options {
@@ -83,10 +85,9 @@ impl ExportPanel {
         &mut self,
         ui: &mut Ui,
         context: &PanelContext,
-        (project, options): (&Project, &mut ExportOptions),
+        (project, options, existing): (&Project, &mut ExportOptions, usize),
         out: &mut Vec<Command>,
     ) {
-        let existing = existing(context, options, &project.root);
         let rows = Grid::new("order").num_columns(2).spacing([GAP, 6.0]);
         rows.show(ui, |ui| {
             let first = frames_ui(ui, context.state, out);
@@ -108,7 +109,6 @@ impl ExportPanel {
             existing_ui(ui, options, existing);
         });
         colors::sentence_ui(ui, context, options);
-        files_ui(ui, context, options, &project.root, existing);
         cost_ui(ui, context, project, options);
     }
 }
@@ -376,12 +376,9 @@ fn existing(context: &PanelContext, options: &ExportOptions, root: &Path) -> usi
 
 fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
     ui.label("Existing files");
-    if existing == 0 {
-        (options.replace, options.resume) = (false, false);
-    }
     let ways = [
         ("Keep", "The new files get a number", [false, false]),
-        ("Replace", "The new files take their place", [true, false]),
+        ("Replace", "Overwrites them", [true, false]),
         (
             "Resume",
             "Writes only the frames that are missing or were made with other settings",
@@ -394,9 +391,9 @@ fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
                 if name == "Resume" && options.format.is_movie() {
                     continue;
                 }
-                let hint = if existing > 0 { hint } else { "No file has this name yet" };
+                let hint = if existing > 0 { hint } else { "None of these files exists yet" };
                 let chosen = [options.replace, options.resume] == way;
-                if choice_ui(ui, "Existing files", name, hint, chosen && existing > 0) {
+                if choice_ui(ui, "Existing files", name, hint, chosen) {
                     [options.replace, options.resume] = way;
                 }
             }
@@ -410,8 +407,7 @@ fn files_ui(
     ui: &mut Ui,
     context: &PanelContext,
     options: &ExportOptions,
-    root: &Path,
-    existing: usize,
+    (root, existing): (&Path, usize),
 ) {
     let (first, last) = context.state.numbers();
     let to = options.to(root);
@@ -429,7 +425,12 @@ fn files_ui(
         [] => String::new(),
     };
     let (text, color) = if existing > 0 && options.replace {
-        (format!("{} replaced by {frames}: {files}", counted(existing, "file")), theme::WARNING)
+        (format!("Replaces {}: {files}", counted(existing, "file")), theme::WARNING)
+    } else if existing > 0 && options.replaces() {
+        (
+            format!("Replaces outdated ones of {}: {files}", counted(existing, "file")),
+            theme::WARNING,
+        )
     } else {
         (format!("{frames}: {files}"), theme::QUIET)
     };
@@ -461,16 +462,16 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.spacing_mut().interact_size.y = ADD;
         let size = vec2(ui.available_width() - SEND, ADD);
         let response = ui.add_enabled_ui(enabled, |ui| ui.add_sized(size, add)).inner;
-        ui.add_enabled_ui(enabled, |ui| farm_ui(ui, out));
+        ui.add_enabled_ui(enabled, |ui| farm_ui(ui, solo.is_some(), out));
         response
     });
     let response = row.inner;
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, text));
-    let hint = match solo {
+    let hint = match &solo {
         Some(names) => format!("Exports {names}, as shown. Esc ends solo. Key: Ctrl+Enter"),
         None => "Exports the picture with its current settings. Key: Ctrl+Enter".to_owned(),
     };
-    let response = response.on_hover_text(hint);
+    let response = response.on_hover_text(&hint).on_disabled_hover_text(hint);
     if response.clicked() {
         out.push(Command::Export(ExportCommand::Add));
     }
@@ -483,9 +484,10 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 }
 
 /// Menu of the farms for which this export can be written as a job.
-fn farm_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+fn farm_ui(ui: &mut Ui, solo: bool, out: &mut Vec<Command>) {
     let hint = "Writes this export as a job for many machines, with a copy of network and look. You submit it.";
-    let menu = ui.menu_button("Send to farm…", |ui| {
+    let text = if solo { "Solo to farm…" } else { "Send to farm…" };
+    let menu = ui.menu_button(text, |ui| {
         for engine in Engine::ALL {
             if ui.button(format!("{}…", engine.name())).clicked() {
                 out.push(Command::Dialog(Dialog::FarmFolder(engine)));

@@ -50,7 +50,10 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
                 .inner_margin(Margin::same(8));
             let card = card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
-                export_ui(ui, (export, is_behind), context.status.job.as_ref(), out);
+                // A press that began on one export never ends on another.
+                ui.push_id(export.id, |ui| {
+                    export_ui(ui, (export, is_behind), context.status.job.as_ref(), out);
+                });
             });
             if at == last {
                 newest = card.response.rect.bottom() - top;

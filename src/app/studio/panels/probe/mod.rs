@@ -7,6 +7,7 @@ use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand, Wind
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::checks::color;
+use crate::panels::lamp_title;
 use crate::panels::number_ui;
 use crate::panels::numbers::computing;
 use crate::theme::{self, GAP};
@@ -206,7 +207,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
-            lamp.map_or("Interview", |seen| seen.lamp.name.as_str())
+            lamp.map_or("Interview".to_owned(), |seen| lamp_title(&seen.lamp.name))
         };
         let label = ui.label("Photograph");
         let shown = context.state.photograph;
@@ -312,7 +313,7 @@ fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usi
                 let lamp = &seen.lamp;
                 let direction = lamp.direction;
                 let cells = [
-                    lamp.name.clone(),
+                    lamp_title(&lamp.name),
                     format!("{:.1}°", direction.x.atan2(-direction.z).to_degrees()),
                     format!("{:.1}°", direction.y.clamp(-1.0, 1.0).asin().to_degrees()),
                     format!("{:.1} %", 100.0 * luminance(seen) / brightest),

@@ -110,11 +110,8 @@ fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
         let names: Vec<String> = (point.dead_lamps.iter())
             .filter_map(|&lamp| lamps.get(lamp).map(|name| lamp_title(name)))
             .collect();
-        let are = if names.len() == 1 { "is" } else { "are" };
-        warnings.push(format!(
-            "{} {are} stuck at black or white. Stop and start over.",
-            job::capitalized(&names.join(", "))
-        ));
+        warnings
+            .push(format!("Stuck at black or white: {}. Stop and start over.", names.join(", ")));
     }
     if point.skipped_steps > 0 {
         let steps = counted(point.skipped_steps as usize, "step");
