@@ -13,28 +13,33 @@ use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
     Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, Ui, UiBuilder,
-    WidgetInfo,
+    WidgetInfo, vec2,
 };
 
 /// Keys that compare two pictures by hand.
 const HINT: &str = "W wipes, Q switches between the two, holding Shift shows the other";
-/// Height of a row in points, and most letters of a compared picture's name.
+/// Height of a row in points.
 const HEIGHT: f32 = 32.0;
+/// Space above and below a row in points.
+const MARGIN: f32 = 3.0;
+/// Most letters of a compared picture's name.
 const LETTERS: usize = 22;
 
-/// Id of the last width of one side of the bar.
+/// Id of a side's width in the last draw, or of the rows of the left side.
 fn side_id(side: &str) -> egui::Id {
     egui::Id::unique(("viewer bar", side))
 }
 
-/// Height of the bar in points: two rows if it is too narrow for one.
+fn rows_on_the_left(ui: &Ui) -> f32 {
+    ui.data(|data| data.get_temp(side_id("rows"))).unwrap_or(1.0)
+}
+
+/// Height of the bar in points: further rows if it is too narrow for one.
 pub fn height(ui: &Ui, width: f32) -> f32 {
     let took = |side| ui.data(|data| data.get_temp::<f32>(side_id(side)));
     let sides = ["left", "right"].map(|side| took(side).unwrap_or_default());
-    match sides[0] + sides[1] + 4.0 * GAP > width {
-        true => 2.0 * HEIGHT,
-        false => HEIGHT,
-    }
+    let is_one = sides[0] + sides[1] + 4.0 * GAP <= width;
+    if is_one { HEIGHT } else { (rows_on_the_left(ui) + 1.0) * HEIGHT }
 }
 
 /// The name of a compared picture.
@@ -66,12 +71,14 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
 pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     let lighting = &context.state.look.lighting;
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
-    let row = |rect: Rect| UiBuilder::new().max_rect(rect - Margin::symmetric(8, 3));
-    let first = rect.with_max_y(rect.top() + HEIGHT);
+    let row = |rect: Rect| UiBuilder::new().max_rect(rect - Margin::symmetric(8, MARGIN as i8));
+    let first = rect.with_max_y(rect.top() + rows_on_the_left(ui) * HEIGHT);
     let last = rect.with_min_y(rect.bottom() - HEIGHT);
     ui.scope_builder(row(first), |ui| {
-        let left = ui.horizontal_centered(|ui| {
-            ui.spacing_mut().item_spacing.x = GAP;
+        let wrapped = Layout::left_to_right(Align::Center).with_main_wrap(true);
+        let left = ui.with_layout(wrapped, |ui| {
+            ui.spacing_mut().item_spacing = vec2(GAP, 2.0 * MARGIN);
+            ui.set_row_height(HEIGHT - 2.0 * MARGIN);
             compare_ui(ui, context, out);
             if let Some(&lamp) = context.state.solo.first() {
                 let hint = "Back to the environment. Key: Esc. Page Up and Page Down go through the lamps.";
@@ -97,9 +104,12 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
                     out.push(Command::View(ViewCommand::ToggleDoubts));
                 }
             }
-            ui.min_rect().width()
+            ui.min_rect().size()
         });
-        ui.data_mut(|data| data.insert_temp(side_id("left"), left.inner));
+        ui.data_mut(|data| {
+            data.insert_temp(side_id("left"), left.inner.x);
+            data.insert_temp(side_id("rows"), (left.inner.y / HEIGHT).round().max(1.0));
+        });
     });
     ui.scope_builder(row(last), |ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
