@@ -26,6 +26,14 @@ impl Hand {
         Self { window, acts: 0 }
     }
 
+    /// Over the clay subject, once its picture is shown.
+    fn over_clay() -> (tempfile::TempDir, Self) {
+        let folder = crate::temporary();
+        let mut hand = Self::of(clay_window(folder.path()));
+        until_shown(&mut hand.window);
+        (folder, hand)
+    }
+
     /// Clicks the control with this name, which must be visible. Of several, takes the leftmost outside the environment
     /// list on the left, which has the same names as the menus.
     fn click(&mut self, name: &str) {
@@ -152,9 +160,7 @@ fn a_clip_is_exported_as_prores() {
 
 #[test]
 fn a_key_light_from_the_left_is_two_acts_away() {
-    let folder = crate::temporary();
-    let mut hand = Hand::of(clay_window(folder.path()));
-    until_shown(&mut hand.window);
+    let (_folder, mut hand) = Hand::over_clay();
     hand.click("Add light");
     let light = hand.window.get_by_label("Light 1 on the panorama").rect();
     let panorama = hand.window.get_by_label("Environment map").rect();
@@ -169,9 +175,7 @@ fn a_key_light_from_the_left_is_two_acts_away() {
 
 #[test]
 fn two_panoramas_are_compared() {
-    let folder = crate::temporary();
-    let mut hand = Hand::of(clay_window(folder.path()));
-    until_shown(&mut hand.window);
+    let (_folder, mut hand) = Hand::over_clay();
     hand.click("Compare");
     hand.click("Environment");
     hand.click("sky");
@@ -199,9 +203,7 @@ fn the_worst_lamp_is_found() {
 
 #[test]
 fn light_falls_on_the_cheek_and_one_lamp_lights_it_alone() {
-    let folder = crate::temporary();
-    let mut hand = Hand::of(clay_window(folder.path()));
-    until_shown(&mut hand.window);
+    let (_folder, mut hand) = Hand::over_clay();
     let cheek = aiming::place(&hand.window, 12.0, 32.0);
     hand.click("Light by the face");
     hand.click_at(cheek);
@@ -224,9 +226,7 @@ fn light_falls_on_the_cheek_and_one_lamp_lights_it_alone() {
 
 #[test]
 fn the_light_turns_through_the_clip() {
-    let folder = crate::temporary();
-    let mut hand = Hand::of(clay_window(folder.path()));
-    until_shown(&mut hand.window);
+    let (_folder, mut hand) = Hand::over_clay();
     hand.scroll_to("Yaw key at this frame");
     hand.click("Yaw key at this frame");
     let bar = hand.window.get_by_label("Scrub bar").rect();
@@ -243,9 +243,7 @@ fn the_light_turns_through_the_clip() {
 
 #[test]
 fn a_look_is_stored_and_comes_back() {
-    let folder = crate::temporary();
-    let mut hand = Hand::of(clay_window(folder.path()));
-    until_shown(&mut hand.window);
+    let (_folder, mut hand) = Hand::over_clay();
     hand.drag(MIDDLE, MIDDLE + vec2(60.0, 0.0));
     until_shown(&mut hand.window);
     let before = picture(&hand.window);
@@ -273,11 +271,9 @@ fn a_still_is_put_behind_the_subject() {
     if !super::alone("tasks::a_still_is_put_behind_the_subject", &super::NO_DIALOGS) {
         return;
     }
-    let folder = crate::temporary();
+    let (folder, mut hand) = Hand::over_clay();
     let still = folder.path().join("street.png");
     image::RgbImage::from_pixel(8, 8, image::Rgb([40, 90, 200])).save(&still).unwrap();
-    let mut hand = Hand::of(clay_window(folder.path()));
-    until_shown(&mut hand.window);
     hand.scroll_to("Background");
     hand.click("Background");
     hand.click("Still or movie…");

@@ -53,10 +53,19 @@ pub struct ExportOptions {
     pub name: String,
     /// Number of the interview's first frame in the names of stills; None for the plate's own.
     pub first_number: Option<i64>,
-    /// Replace existing files. If off, they are kept and a number is appended to the name.
-    pub replace: bool,
-    /// True to keep finished stills of a stopped export with the same settings, and replace the others.
-    pub resume: bool,
+    /// Consent for the present name.
+    pub overwrite: Overwrite,
+}
+
+/// Existing files that an export may overwrite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overwrite {
+    /// None: a number is appended to the new name.
+    #[default]
+    Never,
+    All,
+    /// Stills made with other settings: the others of a stopped export are kept.
+    Outdated,
 }
 
 impl ExportOptions {
@@ -136,14 +145,14 @@ impl ExportOptions {
         }
     }
 
-    /// Neither replaces nor resumes existing files.
-    pub fn keep_existing(&mut self) {
-        (self.replace, self.resume) = (false, false);
-    }
-
     /// True if files keep their names, even if some exist.
     pub fn replaces(&self) -> bool {
-        self.replace || (self.resume && !self.format.is_movie())
+        self.overwrite == Overwrite::All || self.resumes()
+    }
+
+    /// True if finished stills are kept.
+    pub fn resumes(&self) -> bool {
+        self.overwrite == Overwrite::Outdated && !self.format.is_movie()
     }
 
     /// The name without the extension of a format.
@@ -244,7 +253,7 @@ impl ExportOptions {
                 lut: self.table(&project.root),
                 ocio: self.ocio.clone(),
                 no_sound: !self.sound,
-                resume: self.resume && !self.format.is_movie(),
+                resume: self.resumes(),
                 exr: self.exr,
             },
             hand_over: (HandOver::ALL.into_iter())
@@ -276,8 +285,7 @@ impl Default for ExportOptions {
             hand_over: Vec::new(),
             name: "exports/relit".to_owned(),
             first_number: None,
-            replace: false,
-            resume: false,
+            overwrite: Overwrite::Never,
         }
     }
 }

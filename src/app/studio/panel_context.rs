@@ -116,11 +116,16 @@ impl PanelContext<'_> {
         self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
     }
 
+    /// Name of a lamp for people.
+    pub fn lamp_title(&self, lamp: usize) -> String {
+        let lamps = self.project.map(|project| &project.settings.shoot.lamps);
+        let name = lamps.and_then(|lamps| lamps.get(lamp));
+        name.map_or_else(|| format!("lamp {lamp}"), |name| lamp_title(name))
+    }
+
     /// Label of the solo lamps: `first`, and the number of the others.
     pub fn lamps_named(&self, first: usize) -> String {
-        let lamps = self.project.map(|project| &project.settings.shoot.lamps);
-        let name = lamps.and_then(|lamps| lamps.get(first));
-        let name = name.map_or_else(|| format!("lamp {first}"), |name| lamp_title(name));
+        let name = self.lamp_title(first);
         match self.state.solo.len() {
             0 | 1 => name,
             all => format!("{name} and {} more", all - 1),

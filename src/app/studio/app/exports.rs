@@ -5,7 +5,7 @@ use super::closing::is_movie;
 use crate::command::{ExportCommand, JobCommand};
 use crate::destination_check::{DestinationCheck, DestinationQuery};
 use crate::environment_library::light_of;
-use crate::export_options::ExportOptions;
+use crate::export_options::{ExportOptions, Overwrite};
 use crate::panels::lamp_title;
 use crate::state::State;
 use base::files::shown;
@@ -227,14 +227,14 @@ impl StudioApp {
         });
         self.exports.queue = worker.exports();
         self.exports.ahead.push(Ahead { id, to, range });
-        self.state.export_options.keep_existing();
+        self.state.export_options.overwrite = Overwrite::Never;
     }
 
     /// Consent to replace or resume files holds for their name alone.
     fn ask_about_other_files(&mut self, before: &ExportOptions) {
         let options = &mut self.state.export_options;
         if (&options.name, options.format) != (&before.name, before.format) {
-            options.keep_existing();
+            options.overwrite = Overwrite::Never;
         }
     }
 }

@@ -5,7 +5,7 @@ mod format;
 mod queue;
 
 use crate::command::{Command, Dialog, ExportCommand, LookCommand};
-use crate::export_options::ExportOptions;
+use crate::export_options::{ExportOptions, Overwrite};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::accuracy::words;
@@ -377,24 +377,23 @@ fn existing(context: &PanelContext, options: &ExportOptions, root: &Path) -> usi
 fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
     ui.label("Existing files");
     let ways = [
-        ("Keep", "The new files get a number", [false, false]),
-        ("Replace", "Overwrites them", [true, false]),
+        (Overwrite::Never, "Keep", "The new files get a number"),
+        (Overwrite::All, "Replace", "Overwrites them"),
         (
+            Overwrite::Outdated,
             "Resume",
             "Writes only the frames that are missing or were made with other settings",
-            [false, true],
         ),
     ];
     ui.add_enabled_ui(existing > 0, |ui| {
         segments_ui(ui, |ui| {
-            for (name, hint, way) in ways {
-                if name == "Resume" && options.format.is_movie() {
+            for (way, name, hint) in ways {
+                if way == Overwrite::Outdated && options.format.is_movie() {
                     continue;
                 }
                 let hint = if existing > 0 { hint } else { "None of these files exists yet" };
-                let chosen = [options.replace, options.resume] == way;
-                if choice_ui(ui, "Existing files", name, hint, chosen) {
-                    [options.replace, options.resume] = way;
+                if choice_ui(ui, "Existing files", name, hint, options.overwrite == way) {
+                    options.overwrite = way;
                 }
             }
         });
@@ -424,13 +423,10 @@ fn files_ui(
         [one, ..] => name(one),
         [] => String::new(),
     };
-    let (text, color) = if existing > 0 && options.replace {
-        (format!("Replaces {}: {files}", counted(existing, "file")), theme::WARNING)
-    } else if existing > 0 && options.replaces() {
-        (
-            format!("Replaces outdated ones of {}: {files}", counted(existing, "file")),
-            theme::WARNING,
-        )
+    let (text, color) = if existing > 0 && options.replaces() {
+        let outdated = if options.resumes() { "outdated ones of " } else { "" };
+        let existing = counted(existing, "file");
+        (format!("Replaces {outdated}{existing}: {files}"), theme::WARNING)
     } else {
         (format!("{frames}: {files}"), theme::QUIET)
     };

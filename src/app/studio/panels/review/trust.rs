@@ -2,7 +2,6 @@
 
 use crate::command::{Command, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
-use crate::panels::lamp_title;
 use crate::theme;
 use confidence::{ConfidenceReport, FrameConfidence};
 use egui::{Button, RichText, Ui};
@@ -85,10 +84,8 @@ fn report_ui(
     if !worst.is_empty() {
         ui.label("Largest expected errors, with the worst lamp:");
     }
-    let lamps = context.project.map(|project| &project.settings.shoot.lamps);
     for (frame, lamp, decibels) in worst.into_iter().take(WORST) {
-        let name = lamps.and_then(|lamps| lamps.get(lamp));
-        let name = name.map_or_else(|| format!("lamp {lamp}"), |name| lamp_title(name));
+        let name = context.lamp_title(lamp);
         let shown = context.state.frame == frame.frame && context.state.solo == [lamp];
         let text = format!("Frame {}, {name}: {decibels:.1} dB", frame.frame);
         if ui.selectable_label(shown, text).clicked() {

@@ -2,7 +2,6 @@
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
-use crate::panels::lamp_title;
 use crate::panels::viewport::readout::{Reading, readings};
 use crate::region::Region;
 use crate::theme::{self, GAP};
@@ -92,12 +91,10 @@ fn lamps_ui(
     if response.clicked() {
         out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }
-    let names = context.project.map(|project| &project.settings.shoot.lamps);
-    let name = names.and_then(|names| names.get(lamp));
     let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
     response.on_hover_text(format!(
         "{}: {:.1} % of this pixel's light. Click to solo it.",
-        name.map_or("lamp".to_owned(), |name| lamp_title(name)),
+        context.lamp_title(lamp),
         100.0 * share
     ));
 }

@@ -2,7 +2,6 @@
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
-use crate::panels::lamp_title;
 use crate::theme::{self, GAP};
 use base::progress::TrainingPictures;
 use egui::{
@@ -90,16 +89,15 @@ impl Pictures {
 
 /// The list of lamps, and the pose.
 pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let lamps = context.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
-    let shown = context.state.trained_lamp.min(lamps.len().saturating_sub(1));
-    let name = |lamp: usize| lamps.get(lamp).map_or(String::new(), |name| lamp_title(name));
+    let lamps = context.project.map_or(0, |project| project.settings.shoot.lamps.len());
+    let shown = context.state.trained_lamp.min(lamps.saturating_sub(1));
     let label = ui.label(RichText::new("Lamp").size(13.0));
     let list = egui::ComboBox::from_id_salt("trained lamp")
-        .selected_text(name(shown))
+        .selected_text(context.lamp_title(shown))
         .width(96.0)
         .show_ui(ui, |ui| {
-            for lamp in 0..lamps.len() {
-                if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
+            for lamp in 0..lamps {
+                if ui.selectable_label(lamp == shown, context.lamp_title(lamp)).clicked() {
                     out.push(Command::View(ViewCommand::TrainedLamp(lamp)));
                 }
             }
