@@ -73,8 +73,8 @@ pub struct RelightSettings {
     )]
     pub exposure_stops: f32,
     /// Background: environment, plate (as filmed), checker, none, a colour #RRGGBB, or a still, movie or pattern of stills
-    /// (sky.%04d.exr): FILE[,X,Y[,SCALE[,STOPS]]], offsets as shares of the picture's width and height.
-    #[arg(long, value_name = "KIND", allow_hyphen_values = true, default_value = "environment", value_parser = Background::from_str)]
+    /// (sky.%04d.exr), X and Y as shares of the picture's width and height.
+    #[arg(long, value_name = "KIND|FILE[,X,Y[,SCALE[,STOPS]]]", allow_hyphen_values = true, default_value = "environment", value_parser = Background::from_str)]
     pub background: Background,
     #[command(flatten)]
     pub files: Files,

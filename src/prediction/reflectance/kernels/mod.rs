@@ -87,7 +87,7 @@ pub fn convolution(
     convolve(x, skip, layer.weight.val(), bias, activation, precision)
 }
 
-/// Only some outputs of a [`convolution`], in the given order; the others are not
+/// Only some outputs of a [`convolution()`], in the given order; the others are not
 /// computed.
 pub fn some_outputs(
     x: Tensor<4>,
