@@ -249,7 +249,7 @@ fn a_file_that_cannot_be_read_is_said_and_not_added() {
 }
 
 #[test]
-fn all_panoramas_of_a_folder_are_added() {
+fn all_panoramas_of_a_folder_are_listed() {
     let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     std::fs::copy(&yard, yard.with_file_name("park.exr")).unwrap();
@@ -473,4 +473,70 @@ fn what_is_folded_stays_folded_in_the_next_window() {
     assert_eq!(is_folded(&window), [false; 2]);
     drop(window);
     assert_eq!(is_folded(&open_as(&settings, &home)), [false; 2]);
+}
+
+#[test]
+fn a_watched_folder_is_listed_in_every_project_and_used_files_are_the_project_s() {
+    let folder = crate::temporary();
+    let settings = folder.path().join("settings/window.json");
+    let (home, yard) = project_and_yard(folder.path());
+    let hdris = yard.parent().unwrap().to_owned();
+    std::fs::create_dir(hdris.join("night")).unwrap();
+    for i in 0..40 {
+        std::fs::copy(&yard, hdris.join(format!("night/street_{i:02}.exr"))).unwrap();
+    }
+    std::fs::write(hdris.join("preview.jpg"), "not listed").unwrap();
+    std::fs::write(hdris.join("broken.hdr"), "#?RADIANCE\n").unwrap();
+    let count = |app: &StudioApp| app.environments().len();
+    let saved = |file: &Path| Project::open(&home).unwrap().environment(file).is_some();
+
+    let mut window = open_as(&settings, &home);
+    let own = count(window.state());
+    drop_onto(&mut window, &hdris);
+    until(&mut window, "watched files", |app| count(app) > 40);
+    // The first in order of paths is tried as light, and cannot be read.
+    until(&mut window, "reason", |app| app.status().refusal.is_some());
+    window.run_steps(2);
+    assert_eq!(count(window.state()), own + 42);
+    super::scroll_to(&mut window, "yard");
+    window.run_steps(3);
+    until(&mut window, "the rows in sight", |app| {
+        app.environments().iter().all(|one| !one.panorama.is_waiting())
+    });
+    let read = |app: &StudioApp| app.environments().iter().filter(|e| e.panorama.is_done()).count();
+    assert!(read(window.state()) < own + 42, "files out of sight are not read");
+
+    // Use adds the file to the project, and its row stays where it is.
+    let before = window.get_by_label("yard").rect();
+    click_on(&mut window, "yard");
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "yard");
+    assert_eq!(window.get_by_label("yard").rect(), before);
+    assert_eq!(count(window.state()), own + 42);
+    // New files are listed when the window comes to the front, and those that went are not.
+    std::fs::rename(hdris.join("broken.hdr"), folder.path().join("broken.hdr")).unwrap();
+    std::fs::copy(&yard, hdris.join("park.exr")).unwrap();
+    window.event(egui::Event::WindowFocused(true));
+    until(&mut window, "the new file", |app| {
+        let mut names = app.environments().iter().map(|one| one.listed.name.as_str());
+        names.clone().any(|name| name == "park") && !names.any(|name| name == "broken")
+    });
+    drop(window);
+    assert!(saved(&yard) && !saved(&hdris.join("park.exr")) && !saved(&hdris.join("broken.hdr")));
+
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    clay::project(&other, clay::environments(&other)).save().unwrap();
+    let mut window = open_as(&settings, &other);
+    until(&mut window, "watched files", |app| count(app) > 40);
+    super::scroll_to(&mut window, "yard");
+    click_on(&mut window, "yard");
+    until_shown(&mut window);
+    let stop = format!("Stop watching {}", hdris.display());
+    super::scroll_to(&mut window, &stop);
+    click_on(&mut window, &stop);
+    until(&mut window, "files that are not watched to go", |app| count(app) < 40);
+    assert_eq!(count(window.state()), own + 1, "the used file stays");
+    assert_eq!(window.state().relit().unwrap().environment, "yard");
+    assert!(hdris.join("park.exr").exists());
 }

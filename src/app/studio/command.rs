@@ -314,12 +314,14 @@ pub enum TimelineCommand {
 pub enum EnvironmentsCommand {
     /// Light the subject with the entry this many places further in the visible list, which wraps around.
     Step(isize),
-    /// Read this entry's panorama again after a failure.
-    ReadAgain(usize),
+    /// Read this entry's panorama: its row is seen, or reading failed before.
+    Read(usize),
     /// Add an entry to the favourites or remove it; None for the current environment.
     ToggleFavourite(Option<usize>),
     /// List only entries that contain each of these words.
     Search(String),
+    /// Stop watching the folder that holds this one.
+    Unwatch(PathBuf),
 }
 
 /// Adds, copies and removes lights placed by hand. Each command is one undo step. The selected light is
@@ -485,6 +487,8 @@ pub enum JobCommand {
 pub enum Dialog {
     /// Panoramas to add.
     Environments,
+    /// A folder of panoramas to watch.
+    EnvironmentFolder,
     /// True OLATs for a comparison with the picture.
     ComparisonTruth,
     /// A project to open.

@@ -1,8 +1,9 @@
-//! Order of the environment list: favourites, shoot, built-in, then added files by folder. Only entries that match the
-//! search are listed.
+//! Order of the environment list: favourites, shoot, built-in, then added and watched files by folder, by name. Only
+//! entries that match the search are listed.
 
 use super::environment_library::EnvironmentEntry;
 use super::environment_list::{ListedEnvironment, Owner};
+use base::files::natural_order;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,9 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EnvironmentGroup {
     pub title: String,
-    /// Indices in the list, in its order.
+    /// Folder of added and watched files.
+    pub folder: Option<PathBuf>,
+    /// Indices in the list.
     pub entries: Vec<usize>,
 }
 
@@ -40,7 +43,7 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
         let own = match listed.owner {
             Owner::Shoot => (1, "Shoot".to_owned()),
             Owner::Program => (2, "Built in".to_owned()),
-            Owner::Person => (3, title.cloned().unwrap_or_default()),
+            Owner::Person | Owner::Folder => (3, title.cloned().unwrap_or_default()),
         };
         let is_own = is_found(&listed.name, &own.1, search);
         let key = match favourite {
@@ -51,7 +54,14 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
             groups.entry(key).or_default().push(place);
         }
     }
-    let group = |((_, title), entries)| EnvironmentGroup { title, entries };
+    let group = |((rank, title), mut entries): ((usize, String), Vec<usize>)| {
+        // Use of a watched file moves it in the list, and leaves it where it is in the window.
+        if [0, 3].contains(&rank) {
+            entries.sort_by(|&a, &b| natural_order(&list[a].0.name, &list[b].0.name));
+        }
+        let first = (rank == 3).then(|| list[entries[0]].0.file()?.parent());
+        EnvironmentGroup { title, folder: first.flatten().map(Path::to_path_buf), entries }
+    };
     groups.into_iter().map(group).collect()
 }
 
@@ -62,12 +72,12 @@ fn is_found(name: &str, heading: &str, search: &str) -> bool {
     search.split_whitespace().all(|word| text.contains(word))
 }
 
-/// Titles of the folders of added files. A title is the folder's name, extended by its parents until it is unique.
+/// Titles of the folders of added and watched files. A title is the folder's name, extended by its parents until it is unique.
 fn folder_titles<'a>(
     list: impl Iterator<Item = &'a ListedEnvironment>,
 ) -> BTreeMap<&'a Path, String> {
-    let added = list.filter(|listed| listed.owner == Owner::Person);
-    let folders = added.filter_map(|listed| listed.file()?.parent());
+    let files = list.filter(|listed| matches!(listed.owner, Owner::Person | Owner::Folder));
+    let folders = files.filter_map(|listed| listed.file()?.parent());
     let folders: BTreeSet<&Path> = folders.collect();
     let ending = |folder: &Path, parts: usize| {
         let all: Vec<_> = folder.components().collect();
@@ -115,7 +125,7 @@ mod tests {
             file("/hdri/night/alley.exr", Owner::Person),
             file("/hdri/day/beach.exr", Owner::Person),
             file("/hdri/night/bar.exr", Owner::Person),
-            file("/old/day/field.exr", Owner::Person),
+            file("/old/day/field.exr", Owner::Folder),
         ]
     }
 
@@ -133,7 +143,7 @@ mod tests {
         assert_eq!(
             titled(&[4, 0], ""),
             [
-                group("Favourites", &[0, 4]),
+                group("Favourites", &[4, 0]),
                 group("Built in", &[1]),
                 group("hdri/day", &[3]),
                 group("night", &[2]),
@@ -151,6 +161,7 @@ mod tests {
     fn a_step_follows_what_is_shown_around_its_end() {
         let group = |entries: &[usize]| EnvironmentGroup {
             title: String::new(),
+            folder: None,
             entries: entries.to_vec(),
         };
         let groups = [group(&[4, 1]), group(&[0])];

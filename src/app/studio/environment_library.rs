@@ -1,12 +1,15 @@
-//! Panoramas of the listed environments: loads them as the list grows, and saves the list in the project.
+//! Panoramas of the listed environments and of watched folders: loads the listed ones as the list grows and those of
+//! folders once their row is seen, and saves the list in the project.
 
-use super::environment_list::{self, ListedEnvironment};
+use super::command::{Command, LookCommand};
+use super::environment_list::{self, ListedEnvironment, Owner};
 use super::favourites::Favourites;
 use egui::Context;
 use light::Environment;
 use light::brightest::Area;
 use project::Project;
-use std::path::PathBuf;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
@@ -15,7 +18,7 @@ use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader, SrgbPictur
 /// Memory for panoramas that are not in use: enough for ten with 4096 columns.
 const LIGHT_BUDGET_BYTES: usize = 1 << 30;
 
-/// An environment in the list.
+/// An environment in the list or in a watched folder.
 pub struct EnvironmentEntry {
     pub listed: ListedEnvironment,
     pub panorama: PanoramaState,
@@ -23,8 +26,20 @@ pub struct EnvironmentEntry {
     pub favourite: bool,
 }
 
+impl EnvironmentEntry {
+    /// Lights the subject with this entry at `place`.
+    pub fn choose(&self, place: usize) -> Command {
+        Command::Look(match (self.listed.owner, self.listed.file()) {
+            (Owner::Folder, Some(file)) => LookCommand::AddEnvironments(vec![file.to_path_buf()]),
+            _ => LookCommand::Environment(place),
+        })
+    }
+}
+
 /// Loading state of a panorama.
 pub enum PanoramaState {
+    /// In a watched folder, not seen yet.
+    Unread,
     Waiting,
     Done {
         panorama: ReadPanorama,
@@ -64,7 +79,7 @@ pub fn light_of(entries: &[EnvironmentEntry], origin: &Origin) -> Option<Arc<Env
     let mut entries = entries.iter();
     match &entries.find(|e| e.listed.origin == *origin)?.panorama {
         PanoramaState::Done { panorama, .. } => panorama.environment.clone(),
-        PanoramaState::Waiting | PanoramaState::Failed(_) => None,
+        PanoramaState::Unread | PanoramaState::Waiting | PanoramaState::Failed(_) => None,
     }
 }
 
@@ -90,7 +105,7 @@ impl PanoramaState {
     }
 }
 
-/// Panoramas in the order of the list.
+/// Panoramas in the order of the list, then those of watched folders that are not in it.
 pub struct EnvironmentLibrary {
     ctx: Context,
     loader: PanoramaLoader,
@@ -104,6 +119,8 @@ pub struct EnvironmentLibrary {
     /// Panoramas that could be read at least once.
     read: Vec<Origin>,
     list: Arc<Vec<ListedEnvironment>>,
+    /// Panoramas in the watched folders.
+    watched: Vec<PathBuf>,
     /// Folder of the open project, and the thread that writes there.
     root: Option<PathBuf>,
     writer: Option<EnvironmentListWriter>,
@@ -134,6 +151,7 @@ impl EnvironmentLibrary {
             budget: LIGHT_BUDGET_BYTES,
             read: Vec::new(),
             list: Arc::default(),
+            watched: Vec::new(),
             root: None,
             writer: None,
             retired: Vec::new(),
@@ -173,7 +191,7 @@ impl EnvironmentLibrary {
         (list, known.iter().filter_map(|e| e.complaint()).collect())
     }
 
-    /// The entries, in the order of the list.
+    /// The entries: those of the list in its order, then those of watched folders.
     pub fn entries(&self) -> &[EnvironmentEntry] {
         &self.entries
     }
@@ -243,35 +261,72 @@ impl EnvironmentLibrary {
 
     /// Loads and saves changes of the list.
     pub fn follow(&mut self, list: &Arc<Vec<ListedEnvironment>>) {
-        if self.list == *list && self.entries.len() == list.len() {
+        if self.list == *list && self.entries.len() >= list.len() {
             return;
         }
-        let mut old = std::mem::take(&mut self.entries);
-        for listed in list.iter() {
-            let known = old.iter().position(|e| e.listed.origin == listed.origin);
-            let panorama = match known {
-                Some(known) => old.swap_remove(known).panorama,
-                None => {
-                    self.loader.load(listed.origin.clone());
-                    PanoramaState::Waiting
-                }
-            };
-            self.entries.push(EnvironmentEntry {
-                listed: listed.clone(),
-                panorama,
-                favourite: false,
-            });
-        }
+        self.arrange(list);
         if let Some(writer) = &self.writer {
             writer.keep(environment_list::saved(list));
         }
         self.list = list.clone();
     }
 
-    /// Reads a listed panorama again after a failure.
-    pub fn read_again(&mut self, place: usize) {
+    /// Takes in the panoramas that were found in the watched folders.
+    pub fn watch(&mut self, found: Vec<PathBuf>) {
+        if self.watched != found {
+            self.watched = found;
+            self.arrange(&self.list.clone());
+        }
+    }
+
+    /// The panoramas in the watched folders.
+    pub fn watched(&self) -> &[PathBuf] {
+        &self.watched
+    }
+
+    /// Makes the entries of a list and of the watched folders; those known keep their panoramas.
+    fn arrange(&mut self, list: &[ListedEnvironment]) {
+        let listed: HashSet<&Path> = list.iter().filter_map(ListedEnvironment::file).collect();
+        let more = self.watched.iter().filter(|file| !listed.contains(file.as_path()));
+        let more = more.map(|file| ListedEnvironment {
+            name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            origin: Origin::File(file.clone()),
+            front: None,
+            owner: Owner::Folder,
+        });
+        let mut old: HashMap<String, EnvironmentEntry> = std::mem::take(&mut self.entries)
+            .into_iter()
+            .map(|entry| (entry.listed.origin.to_string(), entry))
+            .collect();
+        for listed in list.iter().cloned().chain(more) {
+            let known = old.remove(&listed.origin.to_string());
+            let was_listed = known.as_ref().is_some_and(|one| one.listed.owner != Owner::Folder);
+            let panorama = match (listed.owner, known.map(|one| one.panorama)) {
+                (Owner::Folder, None) => PanoramaState::Unread,
+                (_, Some(state))
+                    if listed.owner == Owner::Folder
+                        || was_listed
+                        || state.is_done()
+                        || state.is_waiting() =>
+                {
+                    state
+                }
+                _ => {
+                    self.loader.load(listed.origin.clone());
+                    PanoramaState::Waiting
+                }
+            };
+            self.entries.push(EnvironmentEntry { listed, panorama, favourite: false });
+        }
+    }
+
+    /// Reads a panorama of a watched folder whose row is seen, or one after a failure.
+    pub fn read(&mut self, place: usize) {
         let entry = self.entries.get_mut(place);
-        if let Some(entry) = entry.filter(|entry| entry.panorama.is_failed()) {
+        let unread = |entry: &&mut EnvironmentEntry| {
+            matches!(entry.panorama, PanoramaState::Unread | PanoramaState::Failed(_))
+        };
+        if let Some(entry) = entry.filter(unread) {
             entry.panorama = PanoramaState::Waiting;
             self.loader.load(entry.listed.origin.clone());
         }
@@ -385,7 +440,7 @@ mod tests {
             library.entries()[0].panorama.is_failed().then_some(())
         });
         std::fs::rename(folder.path().join("away"), &file).unwrap();
-        library.read_again(0);
+        library.read(0);
         until(&mut library, &files[..1], PanoramaState::is_done);
         // A file that could never be read is reported once.
         let gone = Origin::File(folder.path().join("gone.exr"));

@@ -23,6 +23,8 @@ pub enum Owner {
     Program,
     /// Added by hand and saved in the project.
     Person,
+    /// Found in a watched folder; in the list only once it is used.
+    Folder,
 }
 
 impl Owner {
@@ -32,6 +34,7 @@ impl Owner {
             Self::Shoot => "from the shoot",
             Self::Program => "built in",
             Self::Person => "added",
+            Self::Folder => "in a watched folder",
         }
     }
 }

@@ -12,8 +12,9 @@ use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands without a shortcut.
-const OTHERS: [(&str, Command); 16] = [
+const OTHERS: [(&str, Command); 17] = [
     ("Add environments…", Command::Dialog(Dialog::Environments)),
+    ("Watch a folder of HDRIs…", Command::Dialog(Dialog::EnvironmentFolder)),
     ("Load look…", Command::Dialog(Dialog::LoadLook)),
     ("Add light", Command::Lights(LightsCommand::Add)),
     ("Remove light", Command::Lights(LightsCommand::Remove)),
@@ -123,10 +124,8 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
         entry(format!("Panel: {}", pane.name()), show)
     });
     let environments = context.environments.iter().enumerate();
-    let environments = environments.map(|(i, e)| {
-        let light = Command::Look(LookCommand::Environment(i));
-        entry(format!("Environment: {}", e.listed.name), light)
-    });
+    let environments =
+        environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.name), e.choose(i)));
     let looks = context.looks.ids().map(|id| {
         let label = match id.shelf {
             Shelf::Project => format!("Look: {}", id.name),

@@ -34,6 +34,8 @@ pub struct PanelContext<'a> {
     pub state: &'a State,
     /// The folded headings.
     pub folded: &'a BTreeSet<String>,
+    /// Folders whose panoramas are listed in every project.
+    pub watched: &'a BTreeSet<PathBuf>,
     pub status: &'a Status,
     pub environments: &'a [EnvironmentEntry],
     /// The visible panes.

@@ -22,6 +22,8 @@ struct PreferencesFile {
     /// Last opening of each, in seconds since 1970.
     opened: BTreeMap<PathBuf, u64>,
     favourites: Favourites,
+    /// Folders whose panoramas are listed in every project.
+    watched: BTreeSet<PathBuf>,
     /// Folded headings.
     folded: BTreeSet<String>,
     layout: Layout,
@@ -75,6 +77,25 @@ impl Preferences {
 
     pub fn favourites_mut(&mut self) -> &mut Favourites {
         &mut self.saved.favourites
+    }
+
+    /// Folders whose panoramas are listed in every project.
+    pub fn watched(&self) -> &BTreeSet<PathBuf> {
+        &self.saved.watched
+    }
+
+    /// Watches a folder, named in UTF-8, in place of those below it.
+    pub fn watch(&mut self, folder: &Path) {
+        let watched = &mut self.saved.watched;
+        if !watched.iter().any(|known| folder.starts_with(known)) {
+            watched.retain(|known| !known.starts_with(folder));
+            watched.insert(folder.to_path_buf());
+        }
+    }
+
+    /// Stops watching the folder that holds `folder`.
+    pub fn unwatch(&mut self, folder: &Path) {
+        self.saved.watched.retain(|known| !folder.starts_with(known));
     }
 
     /// The folded headings.

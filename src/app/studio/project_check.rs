@@ -89,7 +89,7 @@ impl ProjectCheck {
     ) {
         let entry = environments.get(state.look.environment);
         let environment = match entry.map(|entry| (&entry.panorama, &entry.listed.name)) {
-            Some((PanoramaState::Waiting, _)) => return,
+            Some((PanoramaState::Unread | PanoramaState::Waiting, _)) => return,
             Some((PanoramaState::Done { panorama, .. }, name)) => {
                 let Some(light) = &panorama.environment else {
                     return;

@@ -103,10 +103,16 @@ impl Autosave {
         self.preferences.favourites()
     }
 
-    /// Changes the favourites.
-    pub fn edit_favourites(&mut self, edit: impl FnOnce(&mut Favourites)) {
-        edit(self.preferences.favourites_mut());
+    /// Folders whose panoramas are listed in every project.
+    pub fn watched(&self) -> &BTreeSet<PathBuf> {
+        self.preferences.watched()
+    }
+
+    /// Changes the preferences.
+    pub fn edit_preferences<T>(&mut self, edit: impl FnOnce(&mut Preferences) -> T) -> T {
+        let edited = edit(&mut self.preferences);
         self.save_preferences();
+        edited
     }
 
     /// Restores a project's saved look and undo steps in a window that was just opened and already has the project's

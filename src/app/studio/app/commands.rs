@@ -57,7 +57,7 @@ impl StudioApp {
             Command::Lights(command) => self.apply_to_lights(command),
             Command::Dialog(dialog) => self.open_dialog(dialog),
             Command::NewFile(dialog, path) => self.take_new_file(dialog, path),
-            Command::Chosen(Dialog::Environments, paths) => {
+            Command::Chosen(Dialog::Environments | Dialog::EnvironmentFolder, paths) => {
                 self.state.path = None;
                 self.add_environments(paths);
             }

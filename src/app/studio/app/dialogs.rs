@@ -196,6 +196,7 @@ impl StudioApp {
                 filter: Some(("Panoramas", FileFormat::extensions(FileFormat::is_picture))),
                 ..Ask::new(Wanted::Files, "Add environments")
             }),
+            Dialog::EnvironmentFolder => folder("Watch a folder of HDRIs"),
             Dialog::ComparisonTruth => folder("Compare with truth"),
             Dialog::Project => folder("Open a project"),
             Dialog::Shoot => folder("Choose the shoot's folder"),
@@ -249,7 +250,7 @@ impl StudioApp {
     pub(super) fn command_for(&self, dialog: Dialog, paths: Vec<PathBuf>) -> Option<Command> {
         let first = paths.first().cloned()?;
         Some(match dialog {
-            Dialog::Environments => return None,
+            Dialog::Environments | Dialog::EnvironmentFolder => return None,
             Dialog::ComparisonTruth => Command::View(ViewCommand::Compare(CompareSettings {
                 on: true,
                 reference: Reference::Truth(first),

@@ -6,44 +6,82 @@ use crate::environment_groups;
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{shown, sorted_names};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+
+/// Levels of folders below a watched one that are scanned.
+const DEEPEST: usize = 8;
+/// Most panoramas of all watched folders.
+const MOST_WATCHED: usize = 10_000;
 
 impl StudioApp {
     pub(super) fn apply_to_environments(&mut self, command: EnvironmentsCommand) {
         match command {
             EnvironmentsCommand::Step(step) => self.step_environment(step),
-            EnvironmentsCommand::ReadAgain(entry) => self.library.read_again(entry),
+            EnvironmentsCommand::Read(entry) => self.library.read(entry),
             EnvironmentsCommand::ToggleFavourite(entry) => {
                 let entry = entry.unwrap_or(self.state.look.environment);
                 if let Some(entry) = self.library.entries().get(entry) {
                     let origin = &entry.listed.origin;
-                    self.autosave.edit_favourites(|all| all.toggle(origin));
+                    self.autosave.edit_preferences(|all| all.favourites_mut().toggle(origin));
                 }
             }
             EnvironmentsCommand::Search(words) => self.state.search = words,
+            EnvironmentsCommand::Unwatch(folder) => {
+                self.autosave.edit_preferences(|all| all.unwatch(&folder));
+                self.scan_folders();
+            }
         }
     }
 
-    /// Adds panoramas, and all panoramas in folders.
-    pub(super) fn add_environments(&mut self, paths: Vec<PathBuf>) {
-        let add = |paths| Command::Look(LookCommand::AddEnvironments(paths));
-        if !paths.iter().any(|path| path.is_dir()) {
-            return self.apply(add(paths));
+    /// Lists the panoramas of the watched folders as they are now.
+    pub(super) fn scan_folders(&mut self) {
+        let folders = self.autosave.watched().clone();
+        if folders.is_empty() && self.library.watched().is_empty() {
+            return;
         }
-        self.errand_here(
-            move || panoramas(paths),
-            move |app, found| match found {
-                Ok(paths) => app.apply(add(paths)),
-                Err(e) => app.status.refuse(e.to_string()),
+        let scanned = folders.clone();
+        self.errand(
+            move || Ok(watched_files(&scanned)),
+            move |app, found| {
+                // A later change of the folders has its own scan.
+                if let Ok(found) = found
+                    && *app.autosave.watched() == folders
+                {
+                    app.library.watch(found);
+                }
             },
         );
+    }
+
+    /// Adds panoramas, and watches folders. Lights the subject with the first.
+    pub(super) fn add_environments(&mut self, paths: Vec<PathBuf>) {
+        let add = |paths| Command::Look(LookCommand::AddEnvironments(paths));
+        let (folders, mut files): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| p.is_dir());
+        if folders.is_empty() {
+            return self.apply(add(files));
+        }
+        let folders = folders.into_iter().map(|one| std::path::absolute(&one).unwrap_or(one));
+        let folders: Vec<PathBuf> = folders.collect();
+        let scanned = folders.clone();
+        let firsts = move || scanned.iter().map(first_in).collect::<Result<Vec<PathBuf>>>();
+        self.errand_here(firsts, move |app, found| match found {
+            Ok(firsts) => {
+                files.extend(firsts);
+                app.autosave.edit_preferences(|all| folders.iter().for_each(|one| all.watch(one)));
+                app.scan_folders();
+                app.apply(add(files));
+            }
+            Err(e) => app.status.refuse(e.to_string()),
+        });
     }
 
     /// Lights the subject with the entry `step` places further in the visible list.
     fn step_environment(&mut self, step: isize) {
         let groups = environment_groups::shown(self.library.entries(), &self.state.search);
-        if let Some(next) = environment_groups::step(&groups, self.state.look.environment, step) {
-            self.apply(Command::Look(LookCommand::Environment(next)));
+        let next = environment_groups::step(&groups, self.state.look.environment, step);
+        if let Some((place, entry)) = next.and_then(|i| Some((i, self.library.entries().get(i)?))) {
+            self.apply(entry.choose(place));
         }
     }
 
@@ -67,25 +105,44 @@ pub(super) fn is_panorama(path: &Path) -> bool {
     FileFormat::of(path).is_some_and(FileFormat::is_picture)
 }
 
-/// The files, and the panoramas in the folders, in order of their names.
-fn panoramas(paths: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    for path in paths {
-        if !path.is_dir() {
-            found.push(path);
-            continue;
+/// The panoramas in watched folders and below, in order of their paths: EXR and HDR, which leaves out previews; other
+/// pictures only in a watched folder without such files. Folders that cannot be read have none.
+fn watched_files<'a>(folders: impl IntoIterator<Item = &'a PathBuf>) -> Vec<PathBuf> {
+    let is_hdr = |path: &PathBuf| {
+        matches!(FileFormat::of(path), Some(FileFormat::OpenExr | FileFormat::Radiance))
+    };
+    let mut found = BTreeSet::new();
+    let mut open: Vec<(PathBuf, usize)> = folders.into_iter().map(|one| (one.clone(), 0)).collect();
+    while let Some((folder, depth)) = open.pop() {
+        let names = sorted_names(&folder).unwrap_or_default();
+        let paths = names.into_iter().map(|name| folder.join(name));
+        let (below, mut files): (Vec<_>, Vec<_>) = paths.partition(|path| path.is_dir());
+        if depth > 0 || files.iter().any(is_hdr) {
+            files.retain(is_hdr);
         }
-        let fail = |e| Error::io("open", &path, e, "Check that it is there");
-        let names = sorted_names(&path).map_err(fail)?;
-        let files = names.iter().map(|name| path.join(name));
-        let before = found.len();
-        found.extend(files.filter(|file| is_panorama(file) && file.is_file()));
-        if found.len() == before {
-            return Err(Error::missing(
-                format!("{}: no panorama (.exr, .hdr, .png, .jpg, .tif)", shown(&path)),
-                "Choose a folder of panoramas, a project or a shoot",
-            ));
+        found.extend(files.into_iter().filter(|path| is_panorama(path)));
+        if depth < DEEPEST && found.len() < MOST_WATCHED {
+            // A link to a folder above would lead round for ever.
+            let below = below.into_iter().filter(|path| !path.is_symlink());
+            open.extend(below.map(|path| (path, depth + 1)));
         }
     }
-    Ok(found)
+    found.into_iter().take(MOST_WATCHED).collect()
+}
+
+/// The first panorama of a folder to watch.
+fn first_in(folder: &PathBuf) -> Result<PathBuf> {
+    // Without it, a path that is not UTF-8 would make the whole file of preferences invalid.
+    if folder.to_str().is_none() {
+        return Err(Error::invalid(
+            format!("{}: its name is not UTF-8 and cannot be saved", shown(folder)),
+            "Rename the folder, or add its files one by one",
+        ));
+    }
+    watched_files([folder]).into_iter().next().ok_or_else(|| {
+        Error::missing(
+            format!("{}: no panorama (.exr, .hdr, .png, .jpg, .tif)", shown(folder)),
+            "Choose a folder of panoramas, a project or a shoot",
+        )
+    })
 }

@@ -169,7 +169,7 @@ impl StudioApp {
             let ctx = ctx.clone();
             move || ctx.request_repaint()
         };
-        Self {
+        let mut app = Self {
             ctx: ctx.clone(),
             device,
             state: State::new(0, 24.0),
@@ -189,7 +189,9 @@ impl StudioApp {
             view: WindowView::default(),
             shown: Vec::new(),
             handover: None,
-        }
+        };
+        app.scan_folders();
+        app
     }
 
     /// The current state.
@@ -348,6 +350,7 @@ impl StudioApp {
             ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
         }
         let folded = self.autosave.folded().clone();
+        let watched = self.autosave.watched().clone();
         let root = self.session.project.as_ref().map(|project| &project.root);
         let export_to = root.map(|root| {
             let to = self.state.export_options.to(root);
@@ -356,6 +359,7 @@ impl StudioApp {
         let export_to = export_to.unwrap_or_default();
         let context = PanelContext {
             folded: &folded,
+            watched: &watched,
             project: self.session.project.as_ref(),
             state: &self.state,
             status: &self.status,
@@ -459,6 +463,10 @@ impl eframe::App for StudioApp {
         }
         if self.ctx.input(is_pressed) {
             self.status.pressed();
+        }
+        let to_front = |event: &egui::Event| matches!(event, egui::Event::WindowFocused(true));
+        if self.ctx.input(|input| input.raw.events.iter().any(to_front)) {
+            self.scan_folders();
         }
         self.receive();
         self.follow_color_config();

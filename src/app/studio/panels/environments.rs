@@ -1,4 +1,4 @@
-//! The list of environments: favourites, the shoot's own, the built-in ones, and added ones by folder.
+//! The list of environments: favourites, the shoot's own, the built-in ones, added and watched ones by folder.
 
 use crate::command::{Command, Dialog, EnvironmentsCommand, LookCommand, WindowCommand};
 use crate::environment_groups::{self, EnvironmentGroup};
@@ -7,10 +7,12 @@ use crate::environment_list::Owner;
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
+use base::files;
 use egui::{
     Button, Color32, Event, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui,
     Vec2, pos2, vec2,
 };
+use std::path::{Path, PathBuf};
 
 /// Side of the button that removes an entry, and of a star, in points.
 const REMOVE: f32 = 20.0;
@@ -37,7 +39,10 @@ impl EnvironmentsPanel {
             ui.strong("Environments");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if icons::worded_ui(ui, icons::ADD, "Add…")
-                    .on_hover_text("Add panoramas: EXR, HDR, or 8- or 16-bit pictures. They can also be dropped anywhere.")
+                    .on_hover_text(
+                        "Add panoramas: EXR, HDR, or 8- or 16-bit pictures. They can also be dropped anywhere. A \
+                         dropped folder is watched: its HDRIs are listed in every project.",
+                    )
                     .clicked()
                 {
                     out.push(Command::Dialog(Dialog::Environments));
@@ -63,6 +68,7 @@ impl EnvironmentsPanel {
             ui.spacing_mut().item_spacing.y = 2.0;
             // Keeps the buttons clear of the scroll bar.
             ui.set_max_width(ui.available_width() - GAP);
+            let mut roots: Vec<&PathBuf> = context.watched.iter().collect();
             for group in &groups {
                 // A folded group opens for search results, and for an entry chosen with a key.
                 let searched = !context.state.search.trim().is_empty();
@@ -70,7 +76,13 @@ impl EnvironmentsPanel {
                 let folded = context.folded.contains(&heading);
                 let unfolds = folded && is_new && group.entries.contains(&shown);
                 let hides = folded && !unfolds && !searched;
-                if heading_ui(ui, group, hides) || unfolds {
+                let heading_row = heading_ui(ui, group, hides);
+                // The first group of a watched folder stands for all.
+                let holds = |root: &&PathBuf| group.folder.iter().any(|one| one.starts_with(root));
+                if let Some(at) = roots.iter().position(holds) {
+                    unwatch_ui(ui, roots.remove(at), heading_row.rect, out);
+                }
+                if heading_row.clicked() || unfolds {
                     out.push(Command::Window(WindowCommand::Fold(heading, !hides && !unfolds)));
                 }
                 if hides {
@@ -81,6 +93,18 @@ impl EnvironmentsPanel {
                         self.entry_ui(ui, i, entry, (i == shown, is_new), context, out);
                     }
                 }
+            }
+            // Those that a search hides have entries.
+            let lists = |root: &&PathBuf| {
+                let mut files = context.environments.iter().filter_map(|one| one.listed.file());
+                files.any(|file| file.starts_with(root))
+            };
+            for folder in roots.into_iter().filter(|root| !lists(root)) {
+                let line = ui.label(
+                    RichText::new(format!("{}: no panorama found", files::shown(folder)))
+                        .color(theme::QUIET),
+                );
+                unwatch_ui(ui, folder, line.rect, out);
             }
         });
     }
@@ -102,6 +126,9 @@ impl EnvironmentsPanel {
         if !ui.is_rect_visible(row.rect) {
             return;
         }
+        if let PanoramaState::Unread = entry.panorama {
+            out.push(Command::Environments(EnvironmentsCommand::Read(i)));
+        }
         if (entry.favourite || chosen || is_over) && star_ui(ui, i, entry, row.rect) {
             let toggle = EnvironmentsCommand::ToggleFavourite(Some(i));
             out.push(Command::Environments(toggle));
@@ -109,11 +136,11 @@ impl EnvironmentsPanel {
             out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
         } else if row.clicked() {
             if entry.panorama.is_failed() {
-                out.push(Command::Environments(EnvironmentsCommand::ReadAgain(i)));
+                out.push(Command::Environments(EnvironmentsCommand::Read(i)));
             }
             let is_solo = context.state.look.lighting.is_solo() || !context.state.solo.is_empty();
             if is_solo || !chosen {
-                out.push(Command::Look(LookCommand::Environment(i)));
+                out.push(entry.choose(i));
             }
         }
     }
@@ -155,8 +182,9 @@ impl EnvironmentsPanel {
             let found = groups.iter().flat_map(|group| &group.entries);
             if let (Some(&first), false) =
                 (found.clone().next(), found.clone().any(|&i| i == shown))
+                && let Some(entry) = context.environments.get(first)
             {
-                out.push(Command::Look(LookCommand::Environment(first)));
+                out.push(entry.choose(first));
             }
         } else if response.has_focus() {
             for (key, step) in [(Key::ArrowDown, 1), (Key::ArrowUp, -1)] {
@@ -168,8 +196,8 @@ impl EnvironmentsPanel {
     }
 }
 
-/// The heading of a group; returns whether it was clicked.
-fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> bool {
+/// The heading of a group.
+fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> Response {
     let arrow = if folded { icons::NEXT } else { icons::DOWN };
     let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
     let words = format!("{} ({})", group.title, group.entries.len());
@@ -182,7 +210,17 @@ fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> bool {
         let name = format!("Environments: {}", group.title);
         egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, !folded, name)
     });
-    response.clicked()
+    response
+}
+
+/// The button at the right end of a line that stops watching a folder.
+fn unwatch_ui(ui: &Ui, folder: &Path, line: Rect, out: &mut Vec<Command>) {
+    let right = pos2(ui.max_rect().right(), line.center().y);
+    let place = Rect::from_center_size(right - vec2(0.5 * REMOVE, 0.0), Vec2::splat(REMOVE));
+    let name = format!("Stop watching {}", files::shown(folder));
+    if cross_ui(ui, &name, place).on_hover_text(format!("{name}; the files are kept")).clicked() {
+        out.push(Command::Environments(EnvironmentsCommand::Unwatch(folder.to_path_buf())));
+    }
 }
 
 /// One environment of the list.
@@ -218,7 +256,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         rect.max - vec2(if removable { REMOVE } else { GAP }, 0.0),
     );
     let state = match &entry.panorama {
-        PanoramaState::Waiting => Some(["", "Reading"]),
+        PanoramaState::Unread | PanoramaState::Waiting => Some(["", "Reading"]),
         PanoramaState::Failed(_) => Some([icons::WARNING, "Unreadable"]),
         PanoramaState::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "Front?"]),
         PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
@@ -256,7 +294,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
             }
             response.on_hover_text(hint)
         }
-        PanoramaState::Waiting => response,
+        PanoramaState::Unread | PanoramaState::Waiting => response,
     }
 }
 
@@ -264,13 +302,20 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
 fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = format!("Remove {}", entry.listed.name);
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
-    let response = ui.interact(place, ui.scope_id().with(&name), Sense::click());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
+    cross_ui(ui, &name, place)
+        .on_hover_text(format!("{name} from the list; the file is kept"))
+        .clicked()
+}
+
+/// A cross to click.
+fn cross_ui(ui: &Ui, name: &str, place: Rect) -> Response {
+    let response = ui.interact(place, ui.scope_id().with(name), Sense::click());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
     let color =
         if response.hovered() || response.has_focus() { theme::ACCENT } else { theme::QUIET };
     let font = egui::FontId::proportional(14.0);
     ui.painter().text(place.center(), egui::Align2::CENTER_CENTER, icons::REMOVE, font, color);
-    response.on_hover_text(format!("{name} from the list; the file is kept")).clicked()
+    response
 }
 
 /// The star over a row's picture; returns whether it was clicked.

@@ -522,7 +522,9 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     }
     match context.environment().map(|e| &e.panorama) {
         None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
-        Some(PanoramaState::Waiting) => Some("Reading the environment".to_owned()),
+        Some(PanoramaState::Unread | PanoramaState::Waiting) => {
+            Some("Reading the environment".to_owned())
+        }
         Some(PanoramaState::Failed(sentence)) => Some(sentence.clone()),
         Some(PanoramaState::Done { panorama, .. }) if panorama.environment.is_none() => {
             Some("Reading the environment".to_owned())

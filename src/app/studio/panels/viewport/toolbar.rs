@@ -4,6 +4,8 @@ use super::look_list::{list, look_list_ui};
 use super::viewing;
 use crate::command::{Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand};
 use crate::comparison::{CompareMode, CompareSettings, GAINS, Reference};
+use crate::environment_library::EnvironmentEntry;
+use crate::environment_list::Owner;
 use crate::export_options::ExportOptions;
 use crate::four_looks::FourSlot;
 use crate::icons;
@@ -250,7 +252,9 @@ fn pictures_ui(
     entry(ui, out, "Interview frame", Reference::Plate);
     ui.menu_button("Environment", |ui| {
         list().show(ui, |ui| {
-            for one in context.environments.iter().filter(|e| e.panorama.is_done()) {
+            let listed = |e: &&EnvironmentEntry| e.listed.owner != Owner::Folder;
+            let entries = context.environments.iter().filter(listed);
+            for one in entries.filter(|e| e.panorama.is_done()) {
                 let with = Reference::Environment(one.listed.origin.clone());
                 entry(ui, out, &one.listed.name, with);
             }
