@@ -551,6 +551,9 @@ fn the_picture_is_live_while_a_job_runs() {
     until(&mut window, "end of the job", |app| app.status().job.is_none());
     assert!(window.query_by_label("37 %").is_none());
     window.get_by_label(TRAINED);
+    let scrub_bar = window.get_by_label("Scrub bar").rect();
+    let close = window.get_by_label("Close").rect();
+    assert!(!close.intersects(scrub_bar), "{close:?} over {scrub_bar:?}");
     window.get_by_label("Close").click();
     window.run();
     assert!(window.query_by_label(TRAINED).is_none());

@@ -388,6 +388,13 @@ fn a_shoot_that_was_moved_is_asked_for_and_found() {
     let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
     until(&mut window, "question", needs(Some(Need::Shoot)));
     window.get_by_label("Locate…");
+    // In the smallest window the wheel reaches it.
+    window.set_size(egui::vec2(640.0, 400.0));
+    window.run_steps(3);
+    window.get_by_label("Locate…").scroll_to_me();
+    window.run_steps(6);
+    let button = window.get_by_label("Locate…").rect();
+    assert!(button.bottom() < window.get_by_label("Play").rect().top(), "{button:?}");
     let read = folder.path().join("shoot").display().to_string();
     assert!(window.query_all_by_label_contains(&read).count() > 0);
     for text in super::dialogs::texts(&window) {

@@ -58,26 +58,27 @@ impl JobPanel {
             return;
         }
         let area = Area::new(Id::unique("message")).order(Order::Foreground);
-        let drawn =
-            area.anchor(Align2::CENTER_BOTTOM, vec2(0.0, -30.0 - GAP)).show(ui.ctx(), |ui| {
-                if let Some(refusal) = refusal {
-                    notice_ui(ui, |ui| {
-                        ui.set_width(NOTICE_WIDTH);
-                        refusal_ui(ui, refusal, out);
-                    });
-                }
-                if let Some(held) = held {
-                    notice_ui(ui, |ui| {
-                        ui.set_width(NOTICE_WIDTH);
-                        let icon = RichText::new(icons::WARNING).size(16.0);
-                        ui.label(icon.color(theme::WARNING));
-                        ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
-                    });
-                }
-                if let Some(said) = said {
-                    notice_ui(ui, |ui| message_ui(ui, said, out));
-                }
-            });
+        // Over the empty middle of the status line; above it while a job has its buttons there.
+        let line = if Self::in_line(context).is_some() { 30.0 + GAP } else { 2.0 };
+        let drawn = area.anchor(Align2::CENTER_BOTTOM, vec2(0.0, -line)).show(ui.ctx(), |ui| {
+            if let Some(refusal) = refusal {
+                notice_ui(ui, |ui| {
+                    ui.set_width(NOTICE_WIDTH);
+                    refusal_ui(ui, refusal, out);
+                });
+            }
+            if let Some(held) = held {
+                notice_ui(ui, |ui| {
+                    ui.set_width(NOTICE_WIDTH);
+                    let icon = RichText::new(icons::WARNING).size(16.0);
+                    ui.label(icon.color(theme::WARNING));
+                    ui.add(Label::new(RichText::new(held).color(theme::WARNING)).wrap());
+                });
+            }
+            if let Some(said) = said {
+                notice_ui(ui, |ui| message_ui(ui, said, out));
+            }
+        });
         let is_held = drawn.response.contains_pointer();
         if let Some(left) = said.and(status.message_left()).filter(|_| !is_held) {
             ui.request_repaint_after(left);

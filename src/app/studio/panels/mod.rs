@@ -73,13 +73,13 @@ use super::icons;
 use super::panel_context::PanelContext;
 use super::status::RunningJob;
 use super::theme::{self, GAP};
-use egui::{Align, Color32, Layout, Rect, RichText, Ui, Vec2, vec2};
+use egui::{Align, Color32, Layout, Rect, RichText, ScrollArea, Ui, Vec2, vec2};
 use std::ops::RangeInclusive;
 
 /// Maximum width in points of text over the picture.
 const TEXT_WIDTH: f32 = 520.0;
 
-/// A notice in place of a picture.
+/// A notice in place of a picture. It scrolls where it does not fit.
 fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     let rect = ui.available_rect_before_wrap();
     let width = (TEXT_WIDTH + 6.0 * GAP).min(rect.width() - 4.0 * GAP);
@@ -87,11 +87,14 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     let size = vec2(width, rect.height() * 0.75);
     let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
-        egui::Frame::new()
-            .fill(theme::PANEL)
-            .corner_radius(6)
-            .inner_margin(3.0 * GAP)
-            .show(ui, |ui| ui.vertical_centered(contents));
+        egui::Frame::new().fill(theme::PANEL).corner_radius(6).inner_margin(3.0 * GAP).show(
+            ui,
+            |ui| {
+                ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
+                    ui.vertical_centered(contents);
+                });
+            },
+        );
     });
 }
 
