@@ -17,6 +17,7 @@ use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::path::{Path, PathBuf};
 use test_shoot::{TestShoot, write_layers};
+use test_support::wait_for;
 
 /// A small shoot in `folder`.
 pub fn shoot(folder: &Path) -> PathBuf {
@@ -299,6 +300,26 @@ fn an_empty_window_offers_the_ways_to_a_project() {
     window.get_by_label("New project…").click();
     window.run();
     window.get_by_label_contains("Choose the shoot's folder, or bring its parts");
+}
+
+#[test]
+fn the_demo_shows_its_pictures_while_they_are_traced() {
+    let folder = crate::temporary();
+    let mut window = no_project();
+    window.run();
+    window.get_by_role_and_label(Role::TextInput, "Folder").click();
+    window.run_steps(2);
+    window.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+    window.event(egui::Event::Text(folder.path().join("demo").display().to_string()));
+    window.run_steps(2);
+    window.get_by_label("Make the demo").click();
+    until(&mut window, "job", |app| app.status().job.is_some());
+    wait_for(|| {
+        window.step();
+        window.query_by_label_contains("shoot/exemplars/pose00/").map(drop)
+    });
+    window.get_by_label("Stop").click();
+    until(&mut window, "end of the job", |app| app.status().job.is_none());
 }
 
 #[test]

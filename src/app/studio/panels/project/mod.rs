@@ -3,6 +3,7 @@
 mod cards;
 mod hero;
 mod parts;
+mod traced;
 mod wizard;
 
 use super::TEXT_WIDTH;
@@ -16,16 +17,22 @@ use egui::{Button, RichText, ScrollArea, TextEdit, Ui, vec2};
 use footage::scan::counted;
 use hero::Hero;
 use project::Project;
+use traced::Traced;
 
-/// Holds the folder typed for the demo, and the picture of the start page.
+/// Holds the folder typed for the demo, the picture of the start page, and that of a demo being made.
 pub struct ProjectPanel {
     demo: String,
     hero: Hero,
+    traced: Traced,
 }
 
 impl Default for ProjectPanel {
     fn default() -> Self {
-        Self { demo: "~/afterlight-demo".to_owned(), hero: Hero::default() }
+        Self {
+            demo: "~/afterlight-demo".to_owned(),
+            hero: Hero::default(),
+            traced: Traced::default(),
+        }
     }
 }
 
@@ -47,21 +54,33 @@ impl ProjectPanel {
                         self.hero.ui(ui, 0.28 * rect.height());
                         ui.add_space(2.0 * GAP);
                     }
-                    self.column_ui(ui, context, out);
+                    self.column_ui(ui, context, 0.6 * rect.height(), out);
                     ui.add_space(2.0 * GAP);
                 });
             });
         });
     }
 
-    fn column_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    /// Draws the page; the picture of a demo being made is at most `height` points high.
+    fn column_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        height: f32,
+        out: &mut Vec<Command>,
+    ) {
         if let Some(refusal) = &context.status.refusal {
             super::refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
+        if context.wizard.plan().is_some() {
+            self.traced = Traced::default();
+        }
         // With a project open, the window shows the job in a line of its own.
         if let (Some(job), None) = (&context.status.job, context.project) {
-            return super::job_ui(ui, job, out);
+            super::job_ui(ui, job, out);
+            ui.add_space(2.0 * GAP);
+            return self.traced.ui(ui, height);
         }
         if let (Some(said), None) = (&context.status.message, context.project) {
             ui.label(said);
@@ -120,6 +139,7 @@ impl ProjectPanel {
             let folder = typed(&self.demo);
             let make = ui.add_enabled(folder.is_some(), Button::new("Make the demo"));
             if let (true, Some(folder)) = (make.clicked(), folder) {
+                self.traced = Traced::of(folder.clone());
                 out.push(Command::Project(ProjectCommand::MakeDemo(folder)));
             }
         });
