@@ -37,11 +37,11 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     }
     let ninety = (evidence.intervals.iter()).find(|i| (i.probability - 0.9).abs() < 1e-3);
     let (intervals, says) = match (ninety, calibration.response.exponents()) {
-        (Some(interval), _) => ([interval.gamma1, interval.gamma2], "with a probability of 90 %"),
+        (Some(interval), _) => ([interval.gamma1, interval.gamma2], "90 % interval"),
         (None, Some(exponents)) if calibration.gamma_deviation != [0.0; 2] => {
             let [d1, d2] = calibration.gamma_deviation.map(|d| HALF_WIDTH * d);
             let [g1, g2] = exponents;
-            ([[g1 - d1, g1 + d1], [g2 - d2, g2 + d2]], "by its deviations")
+            ([[g1 - d1, g1 + d1], [g2 - d2, g2 + d2]], "± 1.64 deviations")
         }
         _ => {
             let sentence = "The calibration has no uncertainty for the response";
@@ -54,7 +54,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let mut level = Level::of(width, rough, undetermined);
     let [[low1, high1], [low2, high2]] = intervals;
     let mut sentence =
-        format!("γ1 is from {low1:.2} to {high1:.2} and γ2 from {low2:.2} to {high2:.2} {says}");
+        format!("γ1 {low1:.2} to {high1:.2}, γ2 {low2:.2} to {high2:.2} ({says})");
     let mut remedy = "Film one of the poses in the interview's light, or expose poses and interview so that they use \
                       all levels, and calibrate again";
     if let [first, second] = evidence.open_cases() {
@@ -63,20 +63,19 @@ pub(super) fn response(calibration: &Calibration) -> Check {
         let both_likely = second.probability > LIKELY && apart > DIFFERENT;
         level = level.worst(if both_likely { Level::Bad } else { Level::Doubtful });
         sentence += &format!(
-            "; or, with a probability of {:.0} %, γ1 = {:.2} and γ2 = {:.2}, if the exposure was {}",
+            ". The camera curve is uncertain: {:.0} % for γ1 {:.2}, γ2 {:.2} with {} exposure",
             100.0 * second.probability,
             second.gamma1,
             second.gamma2,
-            if second.changed { "changed" } else { "unchanged" }
+            if second.changed { "a changed" } else { "the same" }
         );
-        remedy =
-            "Compare both cases in the Gamma workspace, and choose the one with the right picture";
+        remedy = "Compare both in Gamma, and choose the one with the right picture";
     }
     let exposure = calibration.exposure;
     if exposure.is_finite() && exposure.ln().abs() > Evidence::OTHER_EXPOSURE {
         level = level.worst(Level::Doubtful);
         sentence += &format!(
-            "; the interview is {exposure:.2} times as bright as expected from the mirror balls, as if the exposure was changed"
+            ". Interview {exposure:.2} times as bright as the mirror balls predict: exposure changed?"
         );
     }
     if calibration.by_list {
@@ -93,7 +92,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let light = Level::of(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
         level = level.worst(light);
-        sentence += "; but the lamps do not explain all of the interview's light, so both figures may be wrong";
+        sentence += ". The lamps do not explain all of the interview's light: both figures may be wrong";
         remedy = "Fix the interview's light first";
     }
     check(level, sentence).remedy(remedy)
@@ -113,8 +112,8 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
         "The lamps together match the light on the interview's mirror ball".to_owned()
     } else {
         format!(
-            "On the interview's mirror ball {beside:.0} % of the light comes from directions without a lamp, and the nearest \
-             sum of the lamps is off by {misfit:.0} %"
+            "Interview ball: {beside:.0} % of the light comes from directions without a lamp; the best sum of the lamps is \
+             off by {misfit:.0} %"
         )
     };
     let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
@@ -134,8 +133,7 @@ fn by_subject(calibration: &Calibration) -> Check {
     let [doubtful, bad] = MISFIT;
     let level = Level::of(calibration.probe_residual, doubtful, bad);
     let sentence = format!(
-        "The frame and the pose that are most alike differ by {:.0} %, if the lamps are weighted for it. Light that the subject \
-         does not show is unknown",
+        "The closest pose, lit as the frame is, differs from it by {:.0} %. Light that misses the subject is unknown",
         100.0 * calibration.probe_residual
     );
     Check::new(Subject::InterviewLight, level, sentence)

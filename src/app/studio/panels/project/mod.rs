@@ -130,7 +130,7 @@ impl ProjectPanel {
         ui.strong("Demo");
         quiet_ui(
             ui,
-            "No shoot of your own? The demo makes one, with a trained network, in a few minutes and 20 MB.",
+            "No shoot of your own? The demo makes one in a few minutes and 20 MB, ready to be relit.",
         );
         ui.horizontal(|ui| {
             let label = ui.label("Folder");
