@@ -78,7 +78,7 @@ impl SavedLook {
         parsed.map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
             if !mine {
-                let remedy = "The file is unchanged, because this window only reads the project";
+                let remedy = "The file is unchanged: this window is read-only";
                 return Error::codec("understand the look in", path, e, remedy);
             }
             // Without a rename, the next change overwrites the file, as the error says.

@@ -86,8 +86,8 @@ fn time_code_of(file: &Path, text: &str, frame_rate: f64) -> Result<TimeCode> {
                 file.display()
             ),
             (
-                "Write the right one into the movie: hours:minutes:seconds:frames, with a semicolon before the frames for \
-                 drop-frame, which goes with 29.97, 30, 59.94 and 60 alone",
+                "Write a valid one into the movie: hours:minutes:seconds:frames. Drop-frame has a semicolon before \
+                 the frames and needs 29.97, 30, 59.94 or 60",
                 "ffmpeg -i OLD.mov -map 0 -c copy -timecode 01:00:00:00 NEW.mov",
             ),
         )

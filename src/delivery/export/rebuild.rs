@@ -74,7 +74,7 @@ impl Rebuild {
         Err(Error::invalid(
             format!(
                 "{} was not kept: its {} light layers, weighted and added, miss the relit subject by {:.2e}, {:.3} % of \
-                 its brightest light, more than half floats round away",
+                 its brightest light, beyond half-float rounding",
                 path.display(),
                 found.layers,
                 found.residual,
@@ -178,9 +178,9 @@ impl Rebuild {
     pub fn file_sentence(&self, path: &Path) -> String {
         let percent = 100.0 * self.share();
         let verdict = if self.is_exact() {
-            "no more than half floats round away"
+            "within half-float rounding"
         } else {
-            "more than half floats round away: the picture or its layers were changed"
+            "beyond half-float rounding: the picture or its layers were changed"
         };
         format!(
             "{}: its {} light layers, weighted and added, give back the picture to within {:.2e}, {percent:.3} % of its \

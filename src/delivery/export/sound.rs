@@ -79,8 +79,8 @@ impl Sound {
                     movie.drift((from + first as u64, from + last as u64), interview.frame_rate)?;
                 if drift >= 1.0 {
                     progress.say(format!(
-                        "{} has a variable frame rate, not {:.3} frames per second: sound starts at the first frame's \
-                         time, but the pictures leave it by up to {drift:.1} frames. Make the movie's rate constant \
+                        "{} has a variable frame rate, not {:.3} frames per second: sound starts in sync with the \
+                         first frame, but drifts by up to {drift:.1} frames. Make the movie's rate constant \
                          before the import: ffmpeg -i FILE -fps_mode cfr NEW.mov",
                         source.file.display(),
                         interview.frame_rate
@@ -119,7 +119,7 @@ impl Sound {
                 format!("ffmpeg ended with {status}. ffmpeg says: {}", ffmpeg.complaints())
             }
             Err(Unanswered::Hung(patience)) => {
-                format!("ffmpeg gave no sign of life for {} s", patience.as_secs())
+                format!("ffmpeg did not respond for {} s", patience.as_secs())
             }
             Err(Unanswered::Io(e)) => format!("ffmpeg cannot be waited for: {e}"),
         };

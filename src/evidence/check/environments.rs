@@ -83,7 +83,7 @@ fn coverage(uncovered: f32) -> Check {
     let [doubtful, bad] = UNCOVERED;
     let level = Level::of(uncovered, doubtful, bad);
     let sentence = format!(
-        "{:.1} % of the light comes from directions without a lamp; the nearest lamps take it over",
+        "{:.1} % of the light comes from directions without a lamp; it goes to the nearest lamps",
         100.0 * uncovered
     );
     Check::new(Subject::Coverage, level, sentence).remedy(
@@ -114,7 +114,7 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     let hardest = small.max_by(|a, b| a.share.total_cmp(&b.share));
     let hardest = hardest.map_or(String::new(), |area| {
         format!(
-            ". Its strongest small light ({:.0} % of all) is {:.1}° across, the lamps' smallest possible light {:.0}°: \
+            ". Its strongest small light ({:.0} % of all) is {:.1}° across; the lamps resolve {:.0}°: \
              shadows and highlights will be softer",
             100.0 * area.share,
             2.0 * area.radius_deg(),

@@ -46,8 +46,8 @@ pub(super) fn check(project: &Project, progress: &Progress) -> Result<Check> {
     };
     let are = if unlike == 1 { "is" } else { "are" };
     let sentence = format!(
-        "{unlike} of {of} {are} unlike every pose: the farthest, {}, is {:.1} times as far from its nearest pose as \
-         poses are from each other",
+        "{unlike} of {of} {are} unlike every pose. The farthest, {}, is {:.1} × the distance between \
+         poses away from its nearest pose",
         frames.name(farthest.frame),
         report.times(farthest)
     );

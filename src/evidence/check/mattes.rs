@@ -21,7 +21,7 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     let even: Vec<_> = found.iter().filter_map(|(name, value)| Some((name, (*value)?))).collect();
     let Some((name, value)) = even.first() else {
         let sentence =
-            format!("All {} tell the subject from the background", counted(found.len(), "matte"));
+            format!("All {} separate subject and background", counted(found.len(), "matte"));
         return Check::new(Subject::Mattes, Level::Good, sentence);
     };
     let level = Level::of(even.len() as f32 / found.len() as f32, f32::MIN_POSITIVE, 0.5);
@@ -33,6 +33,6 @@ pub(super) fn check(pictures: &Pictures) -> Check {
         if even.len() == 1 { "is" } else { "are" },
     );
     Check::new(Subject::Mattes, level, sentence).remedy(
-        "Replace the mattes, or remove them and make new ones; import a movie whose alpha is uniform without its alpha",
+        "Replace the mattes, or remove them and make new ones; if a movie's alpha is uniform, import without it",
     )
 }

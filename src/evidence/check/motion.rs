@@ -43,8 +43,8 @@ fn judged(motion: &Motion) -> Check {
         );
     };
     let sentence = format!(
-        "During the lamp sequence the subject moved in {} of {all} poses, in {} by {:.1} ± {:.1} pixels. Most of it is \
-         corrected, but not all",
+        "The subject moved during the lamp sequence in {} of {all} poses, in {} by {:.1} ± {:.1} pixels. Most of \
+         it is corrected",
         moved.count(),
         most.pose,
         most.largest_px,

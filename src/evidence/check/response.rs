@@ -19,7 +19,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let evidence = &calibration.gamma_evidence;
     let check = |level, sentence: String| Check::new(Subject::Response, level, sentence);
     if evidence.by_files {
-        let sentence = "Scene-linear, by the files of interview and OLATs";
+        let sentence = "Scene-linear interview and OLAT files";
         return check(Level::Good, sentence.into());
     }
     if evidence.by_hand {
@@ -30,7 +30,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     }
     if let Some(curve) = &evidence.better_curve {
         let sentence = format!(
-            "{curve} explains the pictures better than any dual gamma, and is used. Its uncertainty is unknown"
+            "{curve} fits the pictures better than any dual gamma and is used. Its uncertainty is unknown"
         );
         return check(Level::Doubtful, sentence)
             .remedy("If the camera records another curve, set it by hand in the Gamma workspace");
@@ -53,8 +53,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let [rough, undetermined] = [Evidence::ROUGH, Evidence::UNDETERMINED].map(|d| HALF_WIDTH * d);
     let mut level = Level::of(width, rough, undetermined);
     let [[low1, high1], [low2, high2]] = intervals;
-    let mut sentence =
-        format!("γ1 {low1:.2} to {high1:.2}, γ2 {low2:.2} to {high2:.2} ({says})");
+    let mut sentence = format!("γ1 {low1:.2} to {high1:.2}, γ2 {low2:.2} to {high2:.2} ({says})");
     let mut remedy = "Film one of the poses in the interview's light, or expose poses and interview so that they use \
                       all levels, and calibrate again";
     if let [first, second] = evidence.open_cases() {
@@ -81,7 +80,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     if calibration.by_list {
         if evidence.same_poses.is_empty() {
             sentence = format!(
-                "{} is assumed: without mirror balls the response shows only if a frame shows a pose",
+                "{} is assumed: without mirror balls, the response needs a frame that shows a pose",
                 calibration.response
             );
         }
@@ -92,7 +91,8 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let light = Level::of(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
         level = level.worst(light);
-        sentence += ". The lamps do not explain all of the interview's light: both figures may be wrong";
+        sentence +=
+            ". The lamps do not explain all of the interview's light: both figures may be wrong";
         remedy = "Fix the interview's light first";
     }
     check(level, sentence).remedy(remedy)
@@ -133,7 +133,7 @@ fn by_subject(calibration: &Calibration) -> Check {
     let [doubtful, bad] = MISFIT;
     let level = Level::of(calibration.probe_residual, doubtful, bad);
     let sentence = format!(
-        "The closest pose, lit as the frame is, differs from it by {:.0} %. Light that misses the subject is unknown",
+        "The closest pose, relit to match its frame, is off by {:.0} %. Light that misses the subject is unknown",
         100.0 * calibration.probe_residual
     );
     Check::new(Subject::InterviewLight, level, sentence)

@@ -355,14 +355,14 @@ impl ConfidenceReport {
         };
         if let (Some(relation), Some((frame, expected))) = (&self.relation, self.worst()) {
             text += &format!(
-                "\nOLATs: {:.1} dB expected in the usual frame, {:.1} dB in the worst, frame {}",
+                "\nOLATs: {:.1} dB expected in the median frame, {:.1} dB at worst, frame {}",
                 self.usual().unwrap_or_default(),
                 expected.psnr_db,
                 frame.frame
             );
             text += &match self.promised(frame) {
                 Some(at_least) => format!(
-                    "; with a chance of {} in {} a frame like these has at least {at_least:.1} dB there",
+                    "; {} in {} frames like it reach at least {at_least:.1} dB",
                     relation.poses,
                     relation.poses + 1
                 ),

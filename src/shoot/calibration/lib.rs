@@ -175,10 +175,8 @@ fn calibrate_within(
     let found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None if is_scene_linear(project)? => {
-            progress.say(
-                "Interview and OLATs are scene-linear, by their files: no response is fitted"
-                    .to_owned(),
-            );
+            progress
+                .say("Interview and OLAT files are scene-linear: no response is fitted".to_owned());
             ChosenResponse::by_files(&subject, &probes)
         }
         None => {
@@ -454,8 +452,8 @@ impl Calibration {
         }
         if let Some(stand_in) = self.stand_in.as_ref().filter(|s| s.residual > 0.1) {
             warnings.push(format!(
-                "the learnt lamps reproduce the interview's light, made by all lamps, with an error of {:.0} %, and \
-                 training on the interview will learn part of it. Let the network learn more lamps",
+                "the learnt lamps miss the interview's light, made by all lamps, by {:.0} %, and training on the \
+                 interview will learn part of this error. Let the network learn more lamps",
                 100.0 * stand_in.residual
             ));
         }

@@ -65,7 +65,7 @@ pub fn offer(project: &Project, index: usize, error: Error) -> Error {
     }
     let note = format!("or continue without frame {index} of the interview");
     error.with_note(&note).with_how(format!(
-        "afterlight frame {} --damaged-frames hold shows the frame before it in its place, `black` shows black",
+        "afterlight frame {} --damaged-frames hold repeats the previous frame, `black` shows black",
         project.root.display()
     ))
 }

@@ -126,7 +126,7 @@ impl FrameMattes {
                 let trust = &flow.trust().pixels;
                 if trust.iter().sum::<f32>() < LEAST_TRUST * trust.len() as f32 {
                     return Err(named(Error::missing(
-                        "too little of it matches the neighbouring frame to follow that frame's matte",
+                        "too little of it matches the neighbouring frame to track that frame's matte",
                         "Paint on this frame what to keep and what to remove (studio: Footage, Paint matte)",
                     )));
                 }

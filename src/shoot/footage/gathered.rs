@@ -106,9 +106,7 @@ pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
     }
     let quoted = |path: &Path| match path.to_str() {
         Some(text) => Ok(toml::Value::from(text).to_string()),
-        None => {
-            Err(Error::invalid(format!("{} is not a name in UTF-8", path.display()), "Rename it"))
-        }
+        None => Err(Error::invalid(format!("{} is not a UTF-8 name", path.display()), "Rename it")),
     };
     let all = |slot: Slot| {
         let these = parts.iter().zip(&paths).filter(move |((is, _), _)| *is == slot);

@@ -183,8 +183,8 @@ pub fn plan_import(
     for doubt in super::uniform::doubts(&project) {
         progress.advise(
             format!(
-                "{doubt}. Replace the mattes, or remove them and make new ones; import a movie whose alpha is uniform \
-                 without its alpha"
+                "{doubt}. Replace the mattes, or remove them and make new ones; if a movie's alpha is uniform, \
+                 import without it"
             ),
             "afterlight matte PROJECT",
         );
@@ -361,9 +361,9 @@ fn or_go_on(project: &Project, error: Error) -> Error {
 
 /// Effect of unknown sizes. A ray treated as parallel is off by its angle to the optical axis, at most the ball's
 /// radius over the distance. A lamp is seen from the ball's surface instead of its centre.
-const FAR: &str = "The manifest does not hold the ball's radius and the camera's position in metres, so the camera and \
-                   the lamps count as far away. A lamp's direction is then off by up to 57° divided by the camera's \
-                   distance in ball radii (1.1° at 50), most near the ball's rim, and by up to as much for the lamp's \
+const FAR: &str = "The manifest lacks the ball's radius and the camera's position in metres, so the camera and \
+                   the lamps count as far away. Lamp directions are then off by up to 57° divided by the camera's \
+                   distance in ball radii (1.1° at 50), most near the ball's rim, and likewise for the lamps' \
                    distance. Give `camera.position` and `probes.ball_radius_m` in the manifest to avoid that";
 
 /// Effect of missing mirror balls.

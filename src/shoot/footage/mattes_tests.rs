@@ -339,7 +339,7 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
         ("4.0", "nan", "radius"),
         ("4.0", "1e9", "radius"),
         ("[[1.0, 2.0]]", "[]", "no points"),
-        ("[[1.0, 2.0]]", "[[inf, 2.0]]", "not a number"),
+        ("[[1.0, 2.0]]", "[[inf, 2.0]]", "NaN or too far"),
         ("[[1.0, 2.0]]", "[[1.0]]", "strokes.toml"),
         ("frame", "frames", "strokes.toml"),
     ] {

@@ -74,7 +74,7 @@ fn fit(project: &Project, response: &Response, pose: usize, lamp: usize) -> Resu
     if teachers.is_empty() || used.is_empty() {
         let (pose, lamp) = (&shoot.poses[pose], shoot.lamp(lamp));
         return Err(Error::missing(
-            format!("no pose shows by which other lamps {lamp} can be replaced in {pose}"),
+            format!("no pose shows which other lamps can stand in for {lamp} in {pose}"),
             "Leave the lamp out of all poses",
         ));
     }

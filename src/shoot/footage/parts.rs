@@ -123,7 +123,7 @@ impl Parts {
         let is_other = !names.iter().any(|name| listing.lamps.contains(name));
         if listing.without_balls && is_other && in_order.len() == listing.lamps.len() {
             progress.say(format!(
-                "The .lp list has other names than the lamps: it follows their order, from {} for {}",
+                "The .lp list's names differ from the lamps': matched by order, from {} for {}",
                 names[0], listing.lamps[0]
             ));
             names.clone_from(&listing.lamps);

@@ -380,7 +380,7 @@ impl Listing {
                 continue;
             }
             self.notes.push(format!(
-                "{} has other names than the lamps: its pictures follow their order, from {} for {} to {} for {}",
+                "{}: names differ from the lamps'; pictures are matched by order, from {} for {} to {} for {}",
                 inside.display(),
                 names[0],
                 first[0],

@@ -185,7 +185,7 @@ impl Stroke {
         }
         let is_near = |v: &f32| v.abs() <= FARTHEST;
         (!self.points.iter().flatten().all(is_near))
-            .then(|| "has a point that is too far outside the picture or not a number".to_owned())
+            .then(|| "has a point that is NaN or too far outside the picture".to_owned())
     }
 }
 

@@ -158,7 +158,7 @@ impl RelightSettings {
     pub fn check(&self) -> Result<()> {
         if self.files.ocio.is_asked() && self.largest_effects().asks(Pass::Grain) {
             return Err(Error::invalid(
-                "grain needs the codes of Afterlight's own view, but an OpenColorIO configuration makes others",
+                "grain needs the codes of Afterlight's own view, not those of an OpenColorIO configuration",
                 (
                     "Leave the grain out, or the configuration",
                     "--ocio-display, --ocio-view, --ocio-look and --ocio-space",

@@ -76,7 +76,7 @@ pub(super) fn check(pictures: &Pictures, calibration: &Calibration) -> Check {
     let poses: Vec<&Shading> = pictures.poses.iter().map(|pose| &pose.shading).collect();
     let Some(faults) = faults(lamps, &poses) else {
         let sentence = format!(
-            "The OLATs cannot be compared with the lamps' directions: that takes {FEWEST} lamps and the poses' mattes"
+            "OLATs not compared with the lamps' directions: needs {FEWEST} lamps and the poses' mattes"
         );
         return Check::new(Subject::Shading, Level::Unknown, sentence)
             .remedy("Photograph more lamps, and check the mattes");
@@ -136,7 +136,7 @@ impl Fault {
                 let (from, to) = (name(from), name(to));
                 format!("{place}: from {from} to {to}, each OLAT shows the lamp before")
             }
-            Kind::Disordered => format!("{place}: the OLATs are in another order than the lamps"),
+            Kind::Disordered => format!("{place}: the OLATs are not in the lamps' order"),
             Kind::Mirrored if all => {
                 "The lamps' directions are mirrored: lamps on the left light the subject from the right"
                     .to_owned()

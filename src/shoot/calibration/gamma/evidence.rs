@@ -176,8 +176,8 @@ impl Evidence {
         if let Some(curve) = &self.better_curve {
             // Warnings about the dual gamma's fit would only follow from this one.
             return vec![format!(
-                "the camera encodes like {curve}, which no dual gamma matches, so {curve} is used. If you know \
-                 better, set a dual gamma by hand"
+                "the camera encodes like {curve}, which no dual gamma matches, so {curve} is used. To override \
+                 it, set a dual gamma by hand"
             )];
         }
         let is_other =

@@ -86,7 +86,7 @@ impl Probes {
         } else if footprints.iter().all(|footprint| footprint.pixels.is_empty()) {
             Some((
                 project.lamp_probe_picture(0),
-                "shows no lamp on the mirror ball, nor does any other lamp's photograph",
+                "and all other lamps' photographs show no lamp on the mirror ball",
             ))
         } else {
             None

@@ -78,7 +78,7 @@ impl Circle {
             .filter(|circle| circle.radius_px < FLATTEST * longest)
             .ok_or_else(|| {
                 Error::invalid(
-                    format!("{} points on the mirror ball's rim determine no circle", points.len()),
+                    format!("{} points on the mirror ball's rim fit no circle", points.len()),
                     "Choose three or more points that lie far apart on the rim",
                 )
             })

@@ -104,8 +104,8 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
         return Err(Error::invalid(
             match rims.first() {
                 Some(rim) => format!(
-                    "{place}: no mirror ball with enough rim found (the best circle, centre {:.0}, {:.0}, \
-                     radius {:.0} pixels, shows {:.0} % of one)",
+                    "{place}: no mirror ball with enough rim found (best circle: centre {:.0}, {:.0}, \
+                     radius {:.0} pixels, {:.0} % of its rim)",
                     rim.circle.center_px[0],
                     rim.circle.center_px[1],
                     rim.circle.radius_px,

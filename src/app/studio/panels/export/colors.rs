@@ -150,11 +150,11 @@ fn table_ui(ui: &mut Ui, options: &mut ExportOptions) {
             .hint_text("None, or a .cube file")
             .desired_width(130.0);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "A look-up table from sRGB to sRGB, baked into the files. A path in the project's folder, or an absolute one.",
+            "An sRGB-to-sRGB LUT, baked into the files. A path in the project's folder, or an absolute one.",
         );
         let named = !options.table.trim().is_empty();
         ui.add_enabled(named, Checkbox::new(&mut options.show_table, "Show it"))
-            .on_hover_text("Show the picture through the table, in every workspace");
+            .on_hover_text("Shows the picture through the LUT in every workspace");
     });
     ui.end_row();
 }

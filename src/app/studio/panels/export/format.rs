@@ -49,7 +49,7 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.add_enabled_ui(has_alpha, |ui| {
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in [
-                (MovieAlpha::Straight, "Straight", "Not times alpha, as most editors expect"),
+                (MovieAlpha::Straight, "Straight", "Unpremultiplied, as most editors expect"),
                 (MovieAlpha::Premultiplied, "Premultiplied", "Codes times alpha, over black"),
             ] {
                 if choice_ui(ui, "Matte", name, hint, options.movie_alpha == alpha) {
@@ -94,7 +94,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
             }
         });
         ui.checkbox(&mut exr.crop, "Crop")
-            .on_hover_text("Write only the rectangle that is not empty, as the file's data window");
+            .on_hover_text("Crops empty borders with the file's data window");
     });
     ui.end_row();
     ui.label("Layers in");

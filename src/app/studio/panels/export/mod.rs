@@ -481,7 +481,8 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// Menu of the farms for which this export can be written as a job.
 fn farm_ui(ui: &mut Ui, solo: bool, out: &mut Vec<Command>) {
-    let hint = "Writes this export as a job for many machines, with a copy of network and look. You submit it.";
+    let hint =
+        "Writes this export as a render-farm job, with a copy of network and look. You submit it.";
     let text = if solo { "Solo to farm…" } else { "Send to farm…" };
     let menu = ui.menu_button(text, |ui| {
         for engine in Engine::ALL {

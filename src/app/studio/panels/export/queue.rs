@@ -97,7 +97,7 @@ fn export_ui(
                 let button = Button::new(RichText::new("Write next").size(13.0)).small();
                 let name = format!("Write next: {}", export.name);
                 if icons::named_ui(ui, true, button, &name)
-                    .on_hover_text("Before the others that wait")
+                    .on_hover_text("To the front of the queue")
                     .clicked()
                 {
                     out.push(Command::Export(ExportCommand::WriteNext(export.id)));
@@ -148,7 +148,8 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
         ExportStatus::Running => {
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
-            let hint = "Pauses after the current frame, so that the picture has the processor to itself. Key: P";
+            let hint =
+                "Pauses after the current frame and frees the processor for the picture. Key: P";
             button(ui, !job.stopping, icon, pause, hint, Command::Job(JobCommand::Pause));
             let cancel = if job.stopping { "Stopping" } else { "Cancel" };
             let hint = "Stops after the current frame. Finished stills are kept; a movie is not.";
@@ -164,7 +165,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
         }
         ExportStatus::Failed(_) | ExportStatus::Cancelled(_) => {
             if export.retries {
-                let hint = "Writes what is missing with the same settings, behind those that wait";
+                let hint = "Queues what is missing again, with the same settings";
                 let retry = Command::Export(ExportCommand::Retry(export.id));
                 button(ui, true, icons::LOOP, "Retry", hint, retry);
             }

@@ -241,7 +241,7 @@ impl ScopesPanel {
         histogram_ui(ui, &found.histogram, height);
         for clip in clips {
             ui.label(RichText::new(clip).size(12.0).color(theme::QUIET))
-                .on_hover_text("Pixels with this channel at the end of its range");
+                .on_hover_text("Pixels with this channel at 0 or 255");
         }
     }
 

@@ -74,7 +74,7 @@ pub fn scrub_ui(
         });
         if let Some(times) = unlike {
             response.clone().on_hover_text(format!(
-                "Frame {frame} is unlike every pose ({times:.1} times as far as poses are apart). Expect larger errors."
+                "Frame {frame} is unlike every pose ({times:.1} × the distance between poses). Expect larger errors."
             ));
         }
     }

@@ -122,7 +122,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     }
                 });
             list.response.labelled_by(label.id).on_hover_text(
-                "A pose to test with, not to train with. The best network on it is used.",
+                "A pose held out of training. The network that does best on it is used.",
             );
             if let Some(preset) = choice.preset.config().minutes {
                 let label = ui.label(RichText::new("Minutes").size(13.0));

@@ -333,7 +333,7 @@ fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     };
     let name = table.file_name().unwrap_or_default().to_string_lossy();
     let back = Button::new(RichText::new(format!("LUT {name} ×")).color(theme::ACCENT));
-    let hint = "Show the picture without the table. Export says whether one is baked in.";
+    let hint = "Shows the picture without the LUT. Export says whether one is baked in.";
     if ui.add(back).on_hover_text(hint).clicked() {
         let options = ExportOptions { show_table: false, ..options.clone() };
         out.push(Command::Export(ExportCommand::Options(Box::new(options))));
