@@ -756,23 +756,30 @@ fn lines_with(window: &Window, word: &str, left: f32, right: f32) -> Vec<egui::R
     lines.collect()
 }
 
-/// Left, top, right and bottom in points of the panes that these snapshots show; others show the window.
-const PARTS: [([f32; 4], &str); 8] = [
-    ([0.0, 34.0, 210.0, 690.0], "favourites environments_many looks"),
+/// Left, top, right and bottom in pixels of the panes that these snapshots show; others show the window.
+const PARTS: [([u32; 4], &str); 14] = [
+    ([0, 34, 210, 690], "favourites environments_many looks"),
     (
-        [920.0, 34.0, 1280.0, 690.0],
+        [920, 34, 1280, 690],
         "lights sphere many_lights scopes scopes_empty waveform vectors effects effects_empty export_empty \
          export_filled export_error front",
     ),
-    ([210.0, 540.0, 920.0, 690.0], "lanes curve"),
-    ([210.0, 594.0, 920.0, 690.0], "lanes_zoomed log_empty"),
+    ([210, 540, 920, 690], "lanes curve"),
+    ([210, 594, 920, 690], "lanes_zoomed log_empty"),
     (
-        [210.0, 34.0, 920.0, 594.0],
-        "aim wipe checkpoints false_colour region solo wiped_look color_view viewing four four_viewed refusal",
+        [210, 34, 920, 594],
+        "aim wipe checkpoints false_colour region solo wiped_look color_view viewing four \
+         four_viewed refusal job_alone uncalibrated checks",
     ),
-    ([600.0, 34.0, 1100.0, 594.0], "color_views"),
-    ([840.0, 34.0, 1280.0, 720.0], "review review_empty review_error expected_errors"),
-    ([0.0, 594.0, 1280.0, 720.0], "job job_over"),
+    ([600, 34, 1100, 594], "color_views"),
+    ([840, 34, 1280, 720], "review review_empty review_error expected_errors"),
+    ([0, 594, 1280, 720], "job job_over"),
+    ([0, 230, 1280, 720], "project_recent project_empty"),
+    ([390, 270, 900, 450], "closing leaving"),
+    ([380, 150, 900, 570], "palette"),
+    ([360, 190, 930, 530], "path"),
+    ([420, 700, 1840, 1440], "twice"),
+    ([1400, 0, 1920, 1080], "1080"),
 ];
 
 /// Compares a part of the window with its snapshot, see [`PARTS`], without the contents of `places`.
@@ -796,9 +803,9 @@ fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
     let options = SnapshotOptions::new().threshold(threshold).max_failed_pixels(pixels);
     let mut picture = window.render().unwrap();
     let is_of = |names: &str| names.split(' ').any(|one| name.strip_prefix("studio_") == Some(one));
-    if let Some(([left, top, right, bottom], _)) = PARTS.iter().find(|(_, names)| is_of(names)) {
-        let [x, y, width, height] = [*left, *top, right - left, bottom - top].map(|at| at as u32);
-        picture = image::imageops::crop_imm(&picture, x, y, width, height).to_image();
+    if let Some(&([left, top, right, bottom], _)) = PARTS.iter().find(|(_, names)| is_of(names)) {
+        let size = (right - left, bottom - top);
+        picture = image::imageops::crop_imm(&picture, left, top, size.0, size.1).to_image();
     }
     image_snapshot_options(&picture, name, &options);
     if std::env::var_os("UPDATE_SNAPSHOTS").is_some() {

@@ -187,7 +187,7 @@ impl Workspace {
                 let right = divided(
                     &mut tiles,
                     LinearDir::Vertical,
-                    &[(picture, 350.0), (measured, 350.0)],
+                    &[(picture, 280.0), (measured, 420.0)],
                 );
                 let columns = [(left, 0.0), (right, 440.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
