@@ -1,5 +1,6 @@
 //! Checks of the project: each with its finding, its remedy, and a button for the pane that fixes it.
 
+use super::with_lamp_titles;
 use crate::command::{Command, ProjectCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
@@ -61,14 +62,15 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
                 None => check.subject.title().to_owned(),
             };
             ui.label(RichText::new(title).strong().color(Color32::WHITE));
-            ui.add(egui::Label::new(&check.sentence).wrap().selectable(true));
+            let sentence = with_lamp_titles(&check.sentence);
+            ui.add(egui::Label::new(sentence).wrap().selectable(true));
             if let Some(remedy) = &check.remedy {
                 let remedy = RichText::new(remedy).color(theme::QUIET);
                 ui.add(egui::Label::new(remedy).wrap().selectable(true));
                 let (workspace, pane) = mended_in(check.subject);
                 ui.horizontal_wrapped(|ui| {
                     if let Some(correction) = &check.correction {
-                        let button = ui.button(correction.words());
+                        let button = ui.button(with_lamp_titles(&correction.words()));
                         let tip = "The files stay as they are. Calibrate again afterwards";
                         if button.on_hover_text(tip).clicked() {
                             let correct = ProjectCommand::CorrectLamps(correction.clone());

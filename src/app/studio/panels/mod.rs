@@ -50,7 +50,7 @@ pub use export::ExportPanel;
 pub use footage::FootagePanel;
 pub use gamma::GammaPanel;
 pub use job::JobPanel;
-pub use lamp_title::lamp_title;
+pub use lamp_title::{lamp_title, with_lamp_titles};
 pub use light::LightPanel;
 pub use log::log_ui;
 pub use looks::LooksPanel;
