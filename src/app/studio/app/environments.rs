@@ -5,8 +5,7 @@ use crate::command::{Command, EnvironmentsCommand, LookCommand};
 use crate::environment_groups;
 use base::FileFormat;
 use base::error::{Error, Result};
-use base::files::{shown, sorted_names};
-use std::collections::BTreeSet;
+use base::files::{natural_order, shown, sorted_names};
 use std::path::{Path, PathBuf};
 
 /// Levels of folders below a watched one that are scanned.
@@ -111,7 +110,7 @@ fn watched_files<'a>(folders: impl IntoIterator<Item = &'a PathBuf>) -> Vec<Path
     let is_hdr = |path: &PathBuf| {
         matches!(FileFormat::of(path), Some(FileFormat::OpenExr | FileFormat::Radiance))
     };
-    let mut found = BTreeSet::new();
+    let mut found = Vec::new();
     let mut open: Vec<(PathBuf, usize)> = folders.into_iter().map(|one| (one.clone(), 0)).collect();
     while let Some((folder, depth)) = open.pop() {
         let names = sorted_names(&folder).unwrap_or_default();
@@ -127,7 +126,9 @@ fn watched_files<'a>(folders: impl IntoIterator<Item = &'a PathBuf>) -> Vec<Path
             open.extend(below.map(|path| (path, depth + 1)));
         }
     }
-    found.into_iter().take(MOST_WATCHED).collect()
+    found.sort_by(|a, b| natural_order(a, b));
+    found.truncate(MOST_WATCHED);
+    found
 }
 
 /// The first panorama of a folder to watch.
