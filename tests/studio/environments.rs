@@ -513,6 +513,26 @@ fn a_watched_folder_is_listed_in_every_project_and_used_files_are_the_project_s(
     assert_eq!(window.state().relit().unwrap().environment, "yard");
     assert_eq!(window.get_by_label("yard").rect(), before);
     assert_eq!(count(window.state()), own + 42);
+    // Of files tried one after the other the project keeps the last, and those tried before another act.
+    for view in [Key::L, Key::C] {
+        window.key_press(view);
+        window.run_steps(2);
+    }
+    let listed = |window: &Window| {
+        let look = &window.state().state().look;
+        (look.environments.len() - own, look.environments[look.environment].name.clone())
+    };
+    for street in ["street_00", "street_01"] {
+        click_on(&mut window, street);
+        until_shown(&mut window);
+        assert_eq!(listed(&window), (2, street.to_owned()));
+    }
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert_eq!(listed(&window), (2, "street_00".to_owned()));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert_eq!(listed(&window), (1, "yard".to_owned()));
     // New files are listed when the window comes to the front, and those that went are not.
     std::fs::rename(hdris.join("broken.hdr"), folder.path().join("broken.hdr")).unwrap();
     std::fs::copy(&yard, hdris.join("park.exr")).unwrap();

@@ -61,6 +61,8 @@ pub enum LookCommand {
     Environment(usize),
     /// Add panoramas to the list and light with the first of them.
     AddEnvironments(Vec<PathBuf>),
+    /// Add a panorama of a watched folder and light with it, in place of the one tried just before.
+    TryEnvironment(PathBuf),
     /// Remove this entry from the list, if it was added by hand; its file stays.
     RemoveEnvironment(usize),
     /// Set the front direction in the file of this entry; None if unknown.

@@ -251,6 +251,7 @@ mod tests {
                 thumbnail: texture(&egui::Context::default(), "dot", &dot()),
             },
             favourite: false,
+            order: 0,
         }
     }
 

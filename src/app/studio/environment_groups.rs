@@ -3,7 +3,6 @@
 
 use super::environment_library::EnvironmentEntry;
 use super::environment_list::{ListedEnvironment, Owner};
-use base::files::natural_order;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -19,7 +18,7 @@ pub struct EnvironmentGroup {
 
 /// Groups in the order of display.
 pub fn shown(entries: &[EnvironmentEntry], search: &str) -> Vec<EnvironmentGroup> {
-    let all = entries.iter().map(|entry| (&entry.listed, entry.favourite));
+    let all = entries.iter().map(|entry| (&entry.listed, entry.favourite, entry.order));
     grouped(&all.collect::<Vec<_>>(), search)
 }
 
@@ -34,10 +33,10 @@ pub fn step(groups: &[EnvironmentGroup], from: usize, step: isize) -> Option<usi
     next.map(|next| order[next as usize])
 }
 
-fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<EnvironmentGroup> {
-    let folders = folder_titles(list.iter().map(|(listed, _)| *listed));
+fn grouped(list: &[(&ListedEnvironment, bool, usize)], search: &str) -> Vec<EnvironmentGroup> {
+    let folders = folder_titles(list.iter().map(|(listed, ..)| *listed));
     let mut groups: BTreeMap<(usize, String), Vec<usize>> = BTreeMap::new();
-    for (place, (listed, favourite)) in list.iter().enumerate() {
+    for (place, (listed, favourite, _)) in list.iter().enumerate() {
         let folder = listed.file().and_then(Path::parent);
         let title = folder.and_then(|folder| folders.get(folder));
         let own = match listed.owner {
@@ -57,7 +56,7 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
     let group = |((rank, title), mut entries): ((usize, String), Vec<usize>)| {
         // Use of a watched file moves it in the list, and leaves it where it is in the window.
         if [0, 3].contains(&rank) {
-            entries.sort_by(|&a, &b| natural_order(&list[a].0.name, &list[b].0.name));
+            entries.sort_by_key(|&place| list[place].2);
         }
         let first = (rank == 3).then(|| list[entries[0]].0.file()?.parent());
         EnvironmentGroup { title, folder: first.flatten().map(Path::to_path_buf), entries }
@@ -67,6 +66,9 @@ fn grouped(list: &[(&ListedEnvironment, bool)], search: &str) -> Vec<Environment
 
 /// True if a name together with its heading contains each word of the search.
 fn is_found(name: &str, heading: &str, search: &str) -> bool {
+    if search.trim().is_empty() {
+        return true;
+    }
     let text = format!("{name}\n{heading}").to_lowercase();
     let search = search.to_lowercase();
     search.split_whitespace().all(|word| text.contains(word))
@@ -132,7 +134,9 @@ mod tests {
     fn titled(favourites: &[usize], search: &str) -> Vec<(String, Vec<usize>)> {
         let list = list();
         let marked = list.iter().enumerate();
-        let marked: Vec<_> = marked.map(|(i, one)| (one, favourites.contains(&i))).collect();
+        let names = |one: &ListedEnvironment| list.iter().filter(|o| o.name < one.name).count();
+        let marked = marked.map(|(i, one)| (one, favourites.contains(&i), names(one)));
+        let marked: Vec<_> = marked.collect();
         let groups = grouped(&marked, search);
         groups.into_iter().map(|group| (group.title, group.entries)).collect()
     }

@@ -4,17 +4,24 @@
 use super::command::{Command, LookCommand};
 use super::environment_list::{self, ListedEnvironment, Owner};
 use super::favourites::Favourites;
+use base::files::natural_order;
 use egui::Context;
 use light::Environment;
 use light::brightest::Area;
 use project::Project;
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader, SrgbPicture};
 
+/// Most panoramas listed of a watched folder and those below it.
+pub const MOST_WATCHED: usize = 1000;
+/// Panoramas of watched folders that are read at once, so that rows in sight wait for few others.
+const READ_AT_ONCE: usize = 2;
+/// Most thumbnails of watched folders that are kept, some 250 MB.
+const MOST_THUMBNAILS: usize = 300;
 /// Memory for panoramas that are not in use: enough for ten with 4096 columns.
 const LIGHT_BUDGET_BYTES: usize = 1 << 30;
 
@@ -24,13 +31,15 @@ pub struct EnvironmentEntry {
     pub panorama: PanoramaState,
     /// True for a favourite.
     pub favourite: bool,
+    /// Place in the natural order of all names.
+    pub order: usize,
 }
 
 impl EnvironmentEntry {
     /// Lights the subject with this entry at `place`.
     pub fn choose(&self, place: usize) -> Command {
         Command::Look(match (self.listed.owner, self.listed.file()) {
-            (Owner::Folder, Some(file)) => LookCommand::AddEnvironments(vec![file.to_path_buf()]),
+            (Owner::Folder, Some(file)) => LookCommand::TryEnvironment(file.to_path_buf()),
             _ => LookCommand::Environment(place),
         })
     }
@@ -119,8 +128,10 @@ pub struct EnvironmentLibrary {
     /// Panoramas that could be read at least once.
     read: Vec<Origin>,
     list: Arc<Vec<ListedEnvironment>>,
-    /// Panoramas in the watched folders.
-    watched: Vec<PathBuf>,
+    /// Panoramas in the watched folders; None before the first scan.
+    watched: Option<Vec<PathBuf>>,
+    /// Panoramas of watched folders that were read, the latest last.
+    thumbnails: VecDeque<Origin>,
     /// Folder of the open project, and the thread that writes there.
     root: Option<PathBuf>,
     writer: Option<EnvironmentListWriter>,
@@ -151,7 +162,8 @@ impl EnvironmentLibrary {
             budget: LIGHT_BUDGET_BYTES,
             read: Vec::new(),
             list: Arc::default(),
-            watched: Vec::new(),
+            watched: None,
+            thumbnails: VecDeque::new(),
             root: None,
             writer: None,
             retired: Vec::new(),
@@ -203,8 +215,9 @@ impl EnvironmentLibrary {
 
     /// Marks the favourites.
     pub fn mark(&mut self, favourites: &Favourites) {
+        let is_favourite = favourites.marker();
         for entry in &mut self.entries {
-            entry.favourite = favourites.has(&entry.listed.origin);
+            entry.favourite = is_favourite(&entry.listed.origin);
         }
     }
 
@@ -220,7 +233,8 @@ impl EnvironmentLibrary {
             };
             if let Some(entry) = self.entries.iter().find(missing) {
                 let origin = entry.listed.origin.clone();
-                let again = entry.panorama.is_done();
+                // Also one that was read for another project: a request in order would wait for its turn.
+                let again = entry.panorama.is_done() || self.read.contains(&origin);
                 self.loader.load_first(origin.clone(), again);
                 self.hurried = Some(origin);
             }
@@ -273,21 +287,22 @@ impl EnvironmentLibrary {
 
     /// Takes in the panoramas that were found in the watched folders.
     pub fn watch(&mut self, found: Vec<PathBuf>) {
-        if self.watched != found {
-            self.watched = found;
+        if self.watched.as_ref() != Some(&found) {
+            self.watched = Some(found);
             self.arrange(&self.list.clone());
         }
     }
 
-    /// The panoramas in the watched folders.
-    pub fn watched(&self) -> &[PathBuf] {
-        &self.watched
+    /// True once the watched folders were scanned.
+    pub fn is_scanned(&self) -> bool {
+        self.watched.is_some()
     }
 
     /// Makes the entries of a list and of the watched folders; those known keep their panoramas.
     fn arrange(&mut self, list: &[ListedEnvironment]) {
         let listed: HashSet<&Path> = list.iter().filter_map(ListedEnvironment::file).collect();
-        let more = self.watched.iter().filter(|file| !listed.contains(file.as_path()));
+        let watched = self.watched.iter().flatten();
+        let more = watched.filter(|file| !listed.contains(file.as_path()));
         let more = more.map(|file| ListedEnvironment {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             origin: Origin::File(file.clone()),
@@ -301,6 +316,7 @@ impl EnvironmentLibrary {
         for listed in list.iter().cloned().chain(more) {
             let known = old.remove(&listed.origin.to_string());
             let was_listed = known.as_ref().is_some_and(|one| one.listed.owner != Owner::Folder);
+            let favourite = known.as_ref().is_some_and(|one| one.favourite);
             let panorama = match (listed.owner, known.map(|one| one.panorama)) {
                 (Owner::Folder, None) => PanoramaState::Unread,
                 (_, Some(state))
@@ -316,15 +332,27 @@ impl EnvironmentLibrary {
                     PanoramaState::Waiting
                 }
             };
-            self.entries.push(EnvironmentEntry { listed, panorama, favourite: false });
+            self.entries.push(EnvironmentEntry { listed, panorama, favourite, order: 0 });
+        }
+        let mut places: Vec<usize> = (0..self.entries.len()).collect();
+        let name = |place: usize| &self.entries[place].listed.name;
+        places.sort_by(|&a, &b| natural_order(name(a), name(b)));
+        for (order, place) in places.into_iter().enumerate() {
+            self.entries[place].order = order;
         }
     }
 
-    /// Reads a panorama of a watched folder whose row is seen, or one after a failure.
+    /// Reads a panorama of a watched folder whose row is seen, unless others are being read, or one after a failure.
     pub fn read(&mut self, place: usize) {
+        let is_read = |entry: &&EnvironmentEntry| {
+            entry.listed.owner == Owner::Folder && entry.panorama.is_waiting()
+        };
+        let busy = self.entries.iter().filter(is_read).count() >= READ_AT_ONCE;
         let entry = self.entries.get_mut(place);
-        let unread = |entry: &&mut EnvironmentEntry| {
-            matches!(entry.panorama, PanoramaState::Unread | PanoramaState::Failed(_))
+        let unread = |entry: &&mut EnvironmentEntry| match entry.panorama {
+            PanoramaState::Unread => !busy,
+            PanoramaState::Failed(_) => true,
+            PanoramaState::Waiting | PanoramaState::Done { .. } => false,
         };
         if let Some(entry) = entry.filter(unread) {
             entry.panorama = PanoramaState::Waiting;
@@ -370,6 +398,19 @@ impl EnvironmentLibrary {
                     light.name.clone_from(&entry.listed.name);
                 }
                 entry.panorama = state;
+                if entry.listed.owner == Owner::Folder && entry.panorama.is_done() {
+                    self.thumbnails.push_back(origin);
+                }
+            }
+        }
+        while self.thumbnails.len() > MOST_THUMBNAILS
+            && let Some(oldest) = self.thumbnails.pop_front()
+        {
+            let is_it = |one: &&mut EnvironmentEntry| {
+                one.listed.owner == Owner::Folder && one.listed.origin == oldest
+            };
+            if let Some(entry) = self.entries.iter_mut().find(is_it) {
+                entry.panorama = PanoramaState::Unread;
             }
         }
         unreadable

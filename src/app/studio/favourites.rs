@@ -1,6 +1,7 @@
 //! Favourite environments of a person, for all projects.
 
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::path::PathBuf;
 use worker::Origin;
 
@@ -31,9 +32,19 @@ impl Favourite {
 }
 
 impl Favourites {
-    /// True if an environment is a favourite.
-    pub fn has(&self, origin: &Origin) -> bool {
-        Favourite::of(origin).is_some_and(|one| self.0.contains(&one))
+    /// Tells whether an environment is a favourite, quickly for many.
+    pub fn marker(&self) -> impl Fn(&Origin) -> bool {
+        let (mut files, mut names) = (HashSet::new(), HashSet::new());
+        for one in &self.0 {
+            match one {
+                Favourite::File(file) => files.insert(file.as_path()),
+                Favourite::BuiltIn(name) => names.insert(name.as_str()),
+            };
+        }
+        move |origin| match origin {
+            Origin::File(file) => files.contains(file.as_path()),
+            Origin::BuiltIn(own) => names.contains(own.name),
+        }
     }
 
     /// Adds an environment to the favourites or removes it.
@@ -64,10 +75,10 @@ mod tests {
         favourites.toggle(&nave);
         let text = serde_json::to_string(&favourites).unwrap();
         let mut read: Favourites = serde_json::from_str(&text).unwrap();
-        assert!(read.has(&yard) && read.has(&nave));
-        assert!(!read.has(&Origin::File("/other/yard.exr".into())));
+        assert!(read.marker()(&yard) && read.marker()(&nave));
+        assert!(!read.marker()(&Origin::File("/other/yard.exr".into())));
         read.toggle(&yard);
-        assert!(!read.has(&yard) && read.has(&nave));
+        assert!(!read.marker()(&yard) && read.marker()(&nave));
         #[cfg(unix)]
         {
             use std::os::unix::ffi::OsStrExt;

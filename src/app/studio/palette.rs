@@ -3,6 +3,8 @@
 use super::command::{
     Command, Dialog, JobCommand, LightsCommand, LookCommand, LooksCommand, WindowCommand,
 };
+use super::environment_library::EnvironmentEntry;
+use super::environment_list::Owner;
 use super::keys;
 use super::layout::Pane;
 use super::look::Group;
@@ -123,7 +125,8 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
         let show = Command::Window(WindowCommand::ShowPane(pane));
         entry(format!("Panel: {}", pane.name()), show)
     });
-    let environments = context.environments.iter().enumerate();
+    let listed = |(_, entry): &(usize, &EnvironmentEntry)| entry.listed.owner != Owner::Folder;
+    let environments = context.environments.iter().enumerate().filter(listed);
     let environments =
         environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.name), e.choose(i)));
     let looks = context.looks.ids().map(|id| {

@@ -9,7 +9,7 @@ use super::footage_reader::FootageReader;
 use super::layout::Pane;
 use super::matte_painting::MattePainting;
 use super::network_review::NetworkReview;
-use super::panels::lamp_title;
+use super::panels::{lamp_title, with_lamp_titles};
 use super::project_check::ProjectCheck;
 use super::recents::Recents;
 use super::state::State;
@@ -36,6 +36,8 @@ pub struct PanelContext<'a> {
     pub folded: &'a BTreeSet<String>,
     /// Folders whose panoramas are listed in every project.
     pub watched: &'a BTreeSet<PathBuf>,
+    /// They were scanned.
+    pub is_scanned: bool,
     pub status: &'a Status,
     pub environments: &'a [EnvironmentEntry],
     /// The visible panes.
@@ -123,6 +125,12 @@ impl PanelContext<'_> {
         let lamps = self.project.map(|project| &project.settings.shoot.lamps);
         let name = lamps.and_then(|lamps| lamps.get(lamp));
         name.map_or_else(|| format!("lamp {lamp}"), |name| lamp_title(name))
+    }
+
+    /// A sentence with the titles of the lamps in place of their names.
+    pub fn with_lamp_titles(&self, sentence: &str) -> String {
+        let lamps = self.project.map(|project| project.settings.shoot.lamps.as_slice());
+        with_lamp_titles(sentence, lamps.unwrap_or_default())
     }
 
     /// Label of the solo lamps: `first`, and the number of the others.

@@ -5,6 +5,10 @@ use crate::command::{Command, Dialog, LookCommand, ViewCommand};
 
 impl StudioApp {
     pub(super) fn apply(&mut self, command: Command) {
+        // Others may refer to the environment that was tried.
+        if !matches!(command, Command::Look(_) | Command::Environments(_) | Command::Window(_)) {
+            self.state.keep_tried();
+        }
         match command {
             Command::Look(LookCommand::Undo) if self.paints(true) => {
                 self.readers.matte.travel(true)
@@ -15,13 +19,18 @@ impl StudioApp {
             Command::Look(LookCommand::Undo) if self.judges() => self.travel_marks(true),
             Command::Look(LookCommand::Redo) if self.judges() => self.travel_marks(false),
             Command::Look(command) => {
-                if matches!(command, LookCommand::AddEnvironments(_)) {
+                if matches!(
+                    command,
+                    LookCommand::AddEnvironments(_) | LookCommand::TryEnvironment(_)
+                ) {
                     // The command answers an earlier refusal of dropped files.
                     self.status.refusal = None;
                 }
                 let chooses = matches!(
                     command,
-                    LookCommand::Environment(_) | LookCommand::AddEnvironments(_)
+                    LookCommand::Environment(_)
+                        | LookCommand::AddEnvironments(_)
+                        | LookCommand::TryEnvironment(_)
                 );
                 let lamps = !self.state.solo.is_empty();
                 let lights = self.state.look.lighting.is_solo();

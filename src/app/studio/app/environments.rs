@@ -3,15 +3,16 @@
 use super::StudioApp;
 use crate::command::{Command, EnvironmentsCommand, LookCommand};
 use crate::environment_groups;
+use crate::environment_library::MOST_WATCHED;
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{natural_order, shown, sorted_names};
+use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 
-/// Levels of folders below a watched one that are scanned.
+/// Levels of folders below a watched one, and number of folders, that are scanned.
 const DEEPEST: usize = 8;
-/// Most panoramas of all watched folders.
-const MOST_WATCHED: usize = 10_000;
+const MOST_FOLDERS: usize = 5000;
 
 impl StudioApp {
     pub(super) fn apply_to_environments(&mut self, command: EnvironmentsCommand) {
@@ -33,24 +34,34 @@ impl StudioApp {
         }
     }
 
-    /// Lists the panoramas of the watched folders as they are now.
+    /// Asks for the panoramas of the watched folders as they are now.
     pub(super) fn scan_folders(&mut self) {
         let folders = self.autosave.watched().clone();
-        if folders.is_empty() && self.library.watched().is_empty() {
-            return;
+        if folders.is_empty() {
+            return self.library.watch(Vec::new());
         }
-        let scanned = folders.clone();
-        self.errand(
-            move || Ok(watched_files(&scanned)),
-            move |app, found| {
-                // A later change of the folders has its own scan.
-                if let Ok(found) = found
-                    && *app.autosave.watched() == folders
-                {
-                    app.library.watch(found);
-                }
-            },
-        );
+        let wake = self.wake();
+        self.folders.forget();
+        self.folders.ask(folders, wake, |_| {
+            |folders: &BTreeSet<PathBuf>| {
+                Ok(folders.iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect())
+            }
+        });
+    }
+
+    /// Takes in the panoramas of the watched folders.
+    pub(super) fn receive_folders(&mut self) {
+        let answers: Vec<_> = self.folders.answers().collect();
+        for (folders, found) in answers {
+            // A later change of the folders has its own scan.
+            if let Ok(found) = found
+                && folders == *self.autosave.watched()
+            {
+                self.library.watch(found);
+            }
+        }
+        // A picture that was added since the last draw has its entry in this one.
+        self.library.follow(&self.state.look.environments);
     }
 
     /// Adds panoramas, and watches folders. Lights the subject with the first.
@@ -63,13 +74,17 @@ impl StudioApp {
         let folders = folders.into_iter().map(|one| std::path::absolute(&one).unwrap_or(one));
         let folders: Vec<PathBuf> = folders.collect();
         let scanned = folders.clone();
-        let firsts = move || scanned.iter().map(first_in).collect::<Result<Vec<PathBuf>>>();
-        self.errand_here(firsts, move |app, found| match found {
+        let firsts =
+            move || scanned.iter().map(|one| first_in(one)).collect::<Result<Vec<PathBuf>>>();
+        let root = self.project().map(|project| project.root.clone());
+        self.errand(firsts, move |app, found| match found {
             Ok(firsts) => {
                 files.extend(firsts);
                 app.autosave.edit_preferences(|all| folders.iter().for_each(|one| all.watch(one)));
                 app.scan_folders();
-                app.apply(add(files));
+                if app.project().map(|project| &project.root) == root.as_ref() {
+                    app.apply(add(files));
+                }
             }
             Err(e) => app.status.refuse(e.to_string()),
         });
@@ -104,35 +119,41 @@ pub(super) fn is_panorama(path: &Path) -> bool {
     FileFormat::of(path).is_some_and(FileFormat::is_picture)
 }
 
-/// The panoramas in watched folders and below, in order of their paths: EXR and HDR, which leaves out previews; other
-/// pictures only in a watched folder without such files. Folders that cannot be read have none.
-fn watched_files<'a>(folders: impl IntoIterator<Item = &'a PathBuf>) -> Vec<PathBuf> {
+/// At most `most` panoramas in a folder and below, in order of their paths, those of upper folders first: EXR and HDR,
+/// which leaves out previews; other pictures only in the folder itself, if it has no such files. Folders that cannot be
+/// read have none.
+fn panoramas_in(folder: &Path, most: usize) -> Vec<PathBuf> {
     let is_hdr = |path: &PathBuf| {
         matches!(FileFormat::of(path), Some(FileFormat::OpenExr | FileFormat::Radiance))
     };
     let mut found = Vec::new();
-    let mut open: Vec<(PathBuf, usize)> = folders.into_iter().map(|one| (one.clone(), 0)).collect();
-    while let Some((folder, depth)) = open.pop() {
+    let mut open = VecDeque::from([(folder.to_path_buf(), 0)]);
+    let mut visited = 0;
+    while let Some((folder, depth)) = open.pop_front()
+        && found.len() < most
+        && visited < MOST_FOLDERS
+    {
+        visited += 1;
         let names = sorted_names(&folder).unwrap_or_default();
         let paths = names.into_iter().map(|name| folder.join(name));
-        let (below, mut files): (Vec<_>, Vec<_>) = paths.partition(|path| path.is_dir());
+        let (mut files, others): (Vec<_>, Vec<_>) = paths.partition(|path| is_panorama(path));
         if depth > 0 || files.iter().any(is_hdr) {
             files.retain(is_hdr);
         }
-        found.extend(files.into_iter().filter(|path| is_panorama(path)));
-        if depth < DEEPEST && found.len() < MOST_WATCHED {
+        found.append(&mut files);
+        if depth < DEEPEST {
             // A link to a folder above would lead round for ever.
-            let below = below.into_iter().filter(|path| !path.is_symlink());
+            let below = others.into_iter().filter(|path| path.is_dir() && !path.is_symlink());
             open.extend(below.map(|path| (path, depth + 1)));
         }
     }
+    found.truncate(most);
     found.sort_by(|a, b| natural_order(a, b));
-    found.truncate(MOST_WATCHED);
     found
 }
 
 /// The first panorama of a folder to watch.
-fn first_in(folder: &PathBuf) -> Result<PathBuf> {
+fn first_in(folder: &Path) -> Result<PathBuf> {
     // Without it, a path that is not UTF-8 would make the whole file of preferences invalid.
     if folder.to_str().is_none() {
         return Err(Error::invalid(
@@ -140,7 +161,7 @@ fn first_in(folder: &PathBuf) -> Result<PathBuf> {
             "Rename the folder, or add its files one by one",
         ));
     }
-    watched_files([folder]).into_iter().next().ok_or_else(|| {
+    panoramas_in(folder, 1).pop().ok_or_else(|| {
         Error::missing(
             format!("{}: no panorama (.exr, .hdr, .png, .jpg, .tif)", shown(folder)),
             "Choose a folder of panoramas, a project or a shoot",

@@ -60,9 +60,11 @@ use preview::Preview;
 use project::Project;
 use readers::Readers;
 use session::Session;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 use view::WindowView;
-use worker::{Blocked, Event, Export, PreviewPicture, Source, Worker};
+use worker::{Blocked, Event, Export, PreviewPicture, Query, Source, Worker};
 
 /// The window's contents.
 pub struct StudioApp {
@@ -72,6 +74,8 @@ pub struct StudioApp {
     status: Status,
     session: Session,
     library: EnvironmentLibrary,
+    /// Panoramas of the watched folders.
+    folders: Query<BTreeSet<PathBuf>, Vec<PathBuf>>,
     preview: Preview,
     readers: Readers,
     exports: Exports,
@@ -176,6 +180,7 @@ impl StudioApp {
             status: Status::new(Phase::NoProject),
             session: Session::default(),
             library: EnvironmentLibrary::new(ctx),
+            folders: Query::default(),
             preview: Preview::default(),
             readers: Readers::default(),
             exports: Exports::default(),
@@ -292,6 +297,7 @@ impl StudioApp {
         self.receive_aim();
         self.make_mattes();
         self.finish_errands();
+        self.receive_folders();
         self.open_made();
         self.receive_looks();
         let unreadable = self.library.receive();
@@ -360,6 +366,7 @@ impl StudioApp {
         let context = PanelContext {
             folded: &folded,
             watched: &watched,
+            is_scanned: self.library.is_scanned(),
             project: self.session.project.as_ref(),
             state: &self.state,
             status: &self.status,

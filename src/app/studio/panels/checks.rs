@@ -1,6 +1,5 @@
 //! Checks of the project: each with its finding, its remedy, and a button for the pane that fixes it.
 
-use super::with_lamp_titles;
 use crate::command::{Command, ProjectCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
@@ -37,7 +36,7 @@ impl ChecksPanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             for check in checks {
                 ui.add_space(0.5 * GAP);
-                check_ui(ui, check, out);
+                check_ui(ui, check, context, out);
                 ui.add_space(0.5 * GAP);
                 ui.separator();
             }
@@ -45,7 +44,7 @@ impl ChecksPanel {
     }
 }
 
-fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
+fn check_ui(ui: &mut Ui, check: &Check, context: &PanelContext, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.allocate_ui(vec2(92.0, 20.0), |ui| {
             ui.set_min_width(92.0);
@@ -62,7 +61,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
                 None => check.subject.title().to_owned(),
             };
             ui.label(RichText::new(title).strong().color(Color32::WHITE));
-            let sentence = with_lamp_titles(&check.sentence);
+            let sentence = context.with_lamp_titles(&check.sentence);
             ui.add(egui::Label::new(sentence).wrap().selectable(true));
             if let Some(remedy) = &check.remedy {
                 let remedy = RichText::new(remedy).color(theme::QUIET);
@@ -70,7 +69,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
                 let (workspace, pane) = mended_in(check.subject);
                 ui.horizontal_wrapped(|ui| {
                     if let Some(correction) = &check.correction {
-                        let button = ui.button(with_lamp_titles(&correction.words()));
+                        let button = ui.button(context.with_lamp_titles(&correction.words()));
                         let tip = "The files stay as they are. Calibrate again afterwards";
                         if button.on_hover_text(tip).clicked() {
                             let correct = ProjectCommand::CorrectLamps(correction.clone());

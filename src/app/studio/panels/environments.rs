@@ -2,7 +2,7 @@
 
 use crate::command::{Command, Dialog, EnvironmentsCommand, LookCommand, WindowCommand};
 use crate::environment_groups::{self, EnvironmentGroup};
-use crate::environment_library::{EnvironmentEntry, PanoramaState};
+use crate::environment_library::{EnvironmentEntry, MOST_WATCHED, PanoramaState};
 use crate::environment_list::Owner;
 use crate::icons;
 use crate::panel_context::PanelContext;
@@ -94,17 +94,8 @@ impl EnvironmentsPanel {
                     }
                 }
             }
-            // Those that a search hides have entries.
-            let lists = |root: &&PathBuf| {
-                let mut files = context.environments.iter().filter_map(|one| one.listed.file());
-                files.any(|file| file.starts_with(root))
-            };
-            for folder in roots.into_iter().filter(|root| !lists(root)) {
-                let line = ui.label(
-                    RichText::new(format!("{}: no panorama found", files::shown(folder)))
-                        .color(theme::QUIET),
-                );
-                unwatch_ui(ui, folder, line.rect, out);
+            if context.state.search.trim().is_empty() {
+                watched_ui(ui, context, &roots, out);
             }
         });
     }
@@ -211,6 +202,27 @@ fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> Response {
         egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, !folded, name)
     });
     response
+}
+
+/// A line for each watched folder without a group of its own, and for each that has more than is listed.
+fn watched_ui(ui: &mut Ui, context: &PanelContext, alone: &[&PathBuf], out: &mut Vec<Command>) {
+    for root in context.watched {
+        let files = context.environments.iter().filter_map(|one| one.listed.file());
+        let count = files.filter(|file| file.starts_with(root)).count();
+        let has_group = !alone.contains(&root);
+        let says = match (context.is_scanned, count) {
+            (false, _) => "reading",
+            (true, MOST_WATCHED..) => "the first 1000 are listed",
+            (true, _) if has_group => continue,
+            (true, 0) => "no panorama found",
+            (true, _) => "listed above",
+        };
+        let line = RichText::new(format!("{}: {says}", files::shown(root))).color(theme::QUIET);
+        let line = ui.label(line);
+        if !has_group {
+            unwatch_ui(ui, root, line.rect, out);
+        }
+    }
 }
 
 /// The button at the right end of a line that stops watching a folder.

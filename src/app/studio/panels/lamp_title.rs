@@ -15,8 +15,8 @@ pub fn lamp_title(name: &str) -> String {
     }
 }
 
-/// A sentence with the titles of lamps in place of their names; files keep theirs.
-pub fn with_lamp_titles(sentence: &str) -> String {
+/// A sentence with the titles of `lamps` in place of their names; files keep theirs.
+pub fn with_lamp_titles(sentence: &str, lamps: &[String]) -> String {
     let is_of_name = |c: char| c.is_alphanumeric() || "_-./\\".contains(c);
     let mut said = String::new();
     let mut rest = sentence;
@@ -26,8 +26,10 @@ pub fn with_lamp_titles(sentence: &str) -> String {
         let (word, after) = from.split_at(end);
         let name = word.trim_end_matches('.');
         said += before;
-        // Other words with a number, such as "Light 3", are no names of files.
-        said += &if name.contains('_') { lamp_title(name) } else { name.to_owned() };
+        match lamps.iter().any(|lamp| lamp == name) {
+            true => said += &lamp_title(name),
+            false => said += name,
+        }
         said += &word[name.len()..];
         rest = after;
     }
@@ -40,14 +42,15 @@ mod tests {
 
     #[test]
     fn lamps_in_a_sentence_have_titles_and_files_their_names() {
+        let lamps = ["olat_00", "olat_03", "olat5", "key_2"].map(str::to_owned);
         for (said, shown) in [
-            ("Exchange olat_03 and olat_05.", "Exchange lamp 3 and lamp 5."),
+            ("Exchange olat_03 and olat5.", "Exchange lamp 3 and lamp 5."),
             ("pose00/olat_03.png: black (olat_03)", "pose00/olat_03.png: black (lamp 3)"),
             ("1 of 12 lamps: olat_00, key_2", "1 of 12 lamps: lamp 0, key_2"),
-            ("Azimuth −3.5°… of größe_3", "Azimuth −3.5°… of größe_3"),
+            ("Light_7, −3.5°… of größe_3", "Light_7, −3.5°… of größe_3"),
             ("", ""),
         ] {
-            assert_eq!(with_lamp_titles(said), shown);
+            assert_eq!(with_lamp_titles(said, &lamps), shown);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Panoramas added since the window was opened.
 
 use super::State;
+use crate::environment_list::ListedEnvironment;
 use crate::look::LookSettings;
 use worker::Origin;
 
@@ -12,6 +13,29 @@ pub(super) struct Added {
 }
 
 impl State {
+    /// Keeps the panorama that was tried in the list.
+    pub fn keep_tried(&mut self) {
+        self.tried = None;
+    }
+
+    /// Notes what was added to the `list` of before, in which the entry `lit_by` was shown.
+    pub(super) fn note_added(&mut self, list: &[ListedEnvironment], lit_by: usize) {
+        let now = self.look.environments.clone();
+        let is_in = |list: &[ListedEnvironment], origin: &Origin| {
+            list.iter().any(|listed| listed.origin == *origin)
+        };
+        let mut before = list.get(lit_by).map(|listed| listed.origin.clone());
+        // One that was tried has gone again: what was shown before it comes back.
+        if let Some(tried) = before.clone().filter(|origin| !is_in(&now, origin)) {
+            let earlier = self.added.iter().rfind(|added| added.origin == tried);
+            before = earlier.and_then(|added| added.before.clone());
+        }
+        let new = now.iter().filter(|listed| !is_in(list, &listed.origin));
+        self.added.extend(
+            new.map(|listed| Added { origin: listed.origin.clone(), before: before.clone() }),
+        );
+    }
+
     /// Removes an unreadable panorama from the list if it was added since the window was opened, and restores the
     /// environment before it. Returns true if it was such a panorama.
     pub fn withdraw(&mut self, origin: &Origin) -> bool {

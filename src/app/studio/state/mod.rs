@@ -25,6 +25,7 @@ use scene::{Background, Channel, Inspection, Output, Scene, Viewing};
 use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
+use worker::Origin;
 
 /// Kind of path chosen in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,6 +165,8 @@ pub struct State {
     pub leaving: Option<Leaving>,
     /// Panoramas added since the window was opened.
     added: Vec<Added>,
+    /// Panorama of a watched folder that the last command added to the list.
+    tried: Option<Origin>,
     history: History,
     /// Kind of change of the current drag, which makes a single undo step.
     dragging: Option<Discriminant<LookCommand>>,
@@ -220,6 +223,7 @@ impl State {
             closing: Vec::new(),
             leaving: None,
             added: Vec::new(),
+            tried: None,
             history: History::default(),
             dragging: None,
             aiming: Aiming::default(),
@@ -336,19 +340,15 @@ impl State {
         );
         let lit_by = before.0;
         let list = match command {
-            LookCommand::AddEnvironments(_) | LookCommand::Apply(_) => {
-                Some(self.look.environments.clone())
-            }
+            LookCommand::AddEnvironments(_)
+            | LookCommand::TryEnvironment(_)
+            | LookCommand::Apply(_) => Some(self.look.environments.clone()),
             _ => None,
         };
         self.set(command);
         self.unfold_chosen(light);
         if let Some(list) = list {
-            let before = list.get(lit_by).map(|listed| listed.origin.clone());
-            let new = self.look.environments.iter().skip(list.len());
-            self.added.extend(
-                new.map(|listed| Added { origin: listed.origin.clone(), before: before.clone() }),
-            );
+            self.note_added(&list, lit_by);
         }
         if chosen || (self.look.environment, self.light()) != before {
             self.solo.clear();
@@ -369,6 +369,7 @@ impl State {
     fn set(&mut self, command: LookCommand) {
         let kind = discriminant(&command);
         let mut look = self.look.clone();
+        let tried = self.tried.take();
         match command {
             LookCommand::Undo => return self.travel(true),
             LookCommand::Redo => return self.travel(false),
@@ -382,6 +383,17 @@ impl State {
                 if look.environment != self.look.environment {
                     look.lighting = look.lighting.without_solo();
                 }
+            }
+            LookCommand::TryEnvironment(file) => {
+                let shown = look.environments.get(look.environment);
+                if tried.is_some() && shown.map(|one| &one.origin) == tried.as_ref() {
+                    look.remove(look.environment);
+                }
+                let count = look.environments.len();
+                look.add(&[file]);
+                look.lighting = look.lighting.without_solo();
+                let new = look.environments.get(count);
+                self.tried = new.map(|listed| listed.origin.clone());
             }
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),

@@ -7,9 +7,9 @@ use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand, Wind
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::checks::color;
+use crate::panels::lamp_title;
 use crate::panels::number_ui;
 use crate::panels::numbers::computing;
-use crate::panels::{lamp_title, with_lamp_titles};
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use calibration::silhouette::Silhouette;
@@ -98,7 +98,7 @@ impl ProbePanel {
             ui.vertical(|ui| figures_ui(ui, context, &study));
         });
         self.circle_ui(ui, context, &study, out);
-        findings_ui(ui, &study, out);
+        findings_ui(ui, &study, context, out);
         chosen = chosen.or(lamps_ui(ui, &study, context.state.photograph));
         if let Some(lamp) = chosen {
             out.push(Command::View(ViewCommand::Photograph(Some(lamp))));
@@ -168,7 +168,7 @@ impl ProbePanel {
         });
         let doubt = study.rim.as_ref().ok().and_then(Silhouette::warning);
         for sentence in self.photograph.refused.iter().chain(&doubt) {
-            let sentence = with_lamp_titles(sentence);
+            let sentence = context.with_lamp_titles(sentence);
             ui.label(RichText::new(sentence).color(theme::WARNING).size(13.0));
         }
     }
@@ -275,7 +275,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
 }
 
 /// Problems found with the lamps, in the levels and words of the project check.
-fn findings_ui(ui: &mut Ui, study: &ProbeView, out: &mut Vec<Command>) {
+fn findings_ui(ui: &mut Ui, study: &ProbeView, context: &PanelContext, out: &mut Vec<Command>) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
     let found = study.checks.iter().filter(|check| check.level != Level::Good);
@@ -290,7 +290,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView, out: &mut Vec<Command>) {
         .show(ui, |ui| {
             let wrong = study.findings.iter().map(|finding| (finding.as_str(), theme::WARNING));
             for (sentence, color) in wrong.chain(found) {
-                let sentence = with_lamp_titles(sentence);
+                let sentence = context.with_lamp_titles(sentence);
                 let text = RichText::new(sentence).size(12.0).color(color);
                 let line = ui.add(Label::new(text).sense(Sense::click()));
                 if line.on_hover_text("Opens Checks, with the remedy").clicked() {
