@@ -7,7 +7,7 @@ use crate::environment_library::MOST_WATCHED;
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{natural_order, shown, sorted_names};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 /// Levels of folders below a watched one, and number of folders, that are scanned.
@@ -43,7 +43,7 @@ impl StudioApp {
         let wake = self.wake();
         self.folders.forget();
         self.folders.ask(folders, wake, |_| {
-            |folders: &BTreeSet<PathBuf>| {
+            |folders: &_| {
                 Ok(folders.iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect())
             }
         });
