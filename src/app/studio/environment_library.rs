@@ -315,23 +315,21 @@ impl EnvironmentLibrary {
             .collect();
         for listed in list.iter().cloned().chain(more) {
             let known = old.remove(&listed.origin.to_string());
-            let was_listed = known.as_ref().is_some_and(|one| one.listed.owner != Owner::Folder);
             let favourite = known.as_ref().is_some_and(|one| one.favourite);
-            let panorama = match (listed.owner, known.map(|one| one.panorama)) {
-                (Owner::Folder, None) => PanoramaState::Unread,
-                (_, Some(state))
-                    if listed.owner == Owner::Folder
-                        || was_listed
-                        || state.is_done()
-                        || state.is_waiting() =>
-                {
-                    state
-                }
-                _ => {
-                    self.loader.load(listed.origin.clone());
-                    PanoramaState::Waiting
-                }
+            // A watched file that is used now is read even if it was not, or could not be.
+            let is_used = |one: &EnvironmentEntry| {
+                one.listed.owner == Owner::Folder && listed.owner != Owner::Folder
             };
+            let is_read =
+                |one: &EnvironmentEntry| one.panorama.is_done() || one.panorama.is_waiting();
+            let kept = known.filter(|one| !is_used(one) || is_read(one));
+            let panorama = kept.map(|one| one.panorama).unwrap_or_else(|| {
+                if listed.owner == Owner::Folder {
+                    return PanoramaState::Unread;
+                }
+                self.loader.load(listed.origin.clone());
+                PanoramaState::Waiting
+            });
             self.entries.push(EnvironmentEntry { listed, panorama, favourite, order: 0 });
         }
         let mut places: Vec<usize> = (0..self.entries.len()).collect();

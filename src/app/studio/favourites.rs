@@ -32,7 +32,7 @@ impl Favourite {
 }
 
 impl Favourites {
-    /// Tells whether an environment is a favourite, quickly for many.
+    /// A test for favourites, quick for many environments.
     pub fn marker(&self) -> impl Fn(&Origin) -> bool {
         let (mut files, mut names) = (HashSet::new(), HashSet::new());
         for one in &self.0 {

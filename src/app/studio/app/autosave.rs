@@ -109,10 +109,9 @@ impl Autosave {
     }
 
     /// Changes the preferences.
-    pub fn edit_preferences<T>(&mut self, edit: impl FnOnce(&mut Preferences) -> T) -> T {
-        let edited = edit(&mut self.preferences);
+    pub fn edit_preferences(&mut self, edit: impl FnOnce(&mut Preferences)) {
+        edit(&mut self.preferences);
         self.save_preferences();
-        edited
     }
 
     /// Restores a project's saved look and undo steps in a window that was just opened and already has the project's

@@ -60,8 +60,6 @@ impl StudioApp {
                 self.library.watch(found);
             }
         }
-        // A picture that was added since the last draw has its entry in this one.
-        self.library.follow(&self.state.look.environments);
     }
 
     /// Adds panoramas, and watches folders. Lights the subject with the first.

@@ -298,6 +298,8 @@ impl StudioApp {
         self.make_mattes();
         self.finish_errands();
         self.receive_folders();
+        // What an errand added has its entry in this draw.
+        self.library.follow(&self.state.look.environments);
         self.open_made();
         self.receive_looks();
         let unreadable = self.library.receive();

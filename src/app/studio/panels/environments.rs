@@ -211,11 +211,11 @@ fn watched_ui(ui: &mut Ui, context: &PanelContext, alone: &[&PathBuf], out: &mut
         let count = files.filter(|file| file.starts_with(root)).count();
         let has_group = !alone.contains(&root);
         let says = match (context.is_scanned, count) {
-            (false, _) => "reading",
-            (true, MOST_WATCHED..) => "the first 1000 are listed",
+            (false, _) => "reading".to_owned(),
+            (true, MOST_WATCHED..) => format!("the first {MOST_WATCHED} are listed"),
             (true, _) if has_group => continue,
-            (true, 0) => "no panorama found",
-            (true, _) => "listed above",
+            (true, 0) => "no panorama found".to_owned(),
+            (true, _) => "listed above".to_owned(),
         };
         let line = RichText::new(format!("{}: {says}", files::shown(root))).color(theme::QUIET);
         let line = ui.label(line);

@@ -26,9 +26,10 @@ pub fn with_lamp_titles(sentence: &str, lamps: &[String]) -> String {
         let (word, after) = from.split_at(end);
         let name = word.trim_end_matches('.');
         said += before;
-        match lamps.iter().any(|lamp| lamp == name) {
-            true => said += &lamp_title(name),
-            false => said += name,
+        if lamps.iter().any(|lamp| lamp == name) {
+            said += &lamp_title(name);
+        } else {
+            said += name;
         }
         said += &word[name.len()..];
         rest = after;

@@ -386,7 +386,7 @@ impl State {
             }
             LookCommand::TryEnvironment(file) => {
                 let shown = look.environments.get(look.environment);
-                if tried.is_some() && shown.map(|one| &one.origin) == tried.as_ref() {
+                if shown.is_some_and(|one| Some(&one.origin) == tried.as_ref()) {
                     look.remove(look.environment);
                 }
                 let count = look.environments.len();

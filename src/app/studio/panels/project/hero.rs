@@ -1,8 +1,8 @@
 //! The picture of the start page: one frame of the demo under four lights.
 
 use egui::{
-    Color32, ColorImage, Pos2, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2,
-    WidgetInfo, vec2,
+    Color32, ColorImage, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui,
+    Vec2, WidgetInfo, vec2,
 };
 
 /// A part of `docs/relit.jpg`.
@@ -24,15 +24,24 @@ impl Hero {
             let picture = ColorImage::from_rgb(size.into(), &rgb);
             (ui.ctx()).load_texture("hero", picture, TextureOptions::LINEAR)
         });
-        let room = vec2(ui.available_width(), height);
-        let size = texture.size_vec2() * (room / texture.size_vec2()).min_elem();
-        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-        response.widget_info(|| {
-            WidgetInfo::labeled(Role::Image, true, "A frame of the demo under four lights")
-        });
-        let whole = Rect::from_min_size(Pos2::ZERO, Vec2::splat(1.0));
-        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+        picture_ui(ui, texture, height, "A frame of the demo under four lights");
     }
+}
+
+/// Draws a whole picture, as wide as there is room, at most `height` points high.
+pub(super) fn picture_ui(
+    ui: &mut Ui,
+    texture: &TextureHandle,
+    height: f32,
+    name: &str,
+) -> Response {
+    let room = vec2(ui.available_width(), height);
+    let size = texture.size_vec2() * (room / texture.size_vec2()).min_elem();
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
+    let whole = Rect::from_min_size(Pos2::ZERO, Vec2::splat(1.0));
+    ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+    response
 }
 
 #[cfg(test)]

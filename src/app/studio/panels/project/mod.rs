@@ -73,7 +73,7 @@ impl ProjectPanel {
             super::refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
-        if context.wizard.plan().is_some() {
+        if context.project.is_some() || context.wizard.plan().is_some() {
             self.traced = Traced::default();
         }
         // With a project open, the window shows the job in a line of its own.

@@ -1,11 +1,9 @@
 //! The newest picture of the demo's shoot while it is traced.
 
+use super::hero::picture_ui;
 use base::error::{Error, Result};
 use base::files::sorted_names;
-use egui::{
-    Color32, ColorImage, Pos2, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2,
-    WidgetInfo, vec2,
-};
+use egui::{ColorImage, TextureHandle, TextureOptions, Ui};
 use imaging::file::codes_from_memory;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -50,14 +48,8 @@ impl Traced {
         let Some((file, texture)) = &self.shown else {
             return;
         };
-        let room = vec2(ui.available_width(), height);
-        let size = texture.size_vec2() * (room / texture.size_vec2()).min_elem();
-        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
         let name = file.strip_prefix(folder).unwrap_or(file).display().to_string();
-        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
-        let whole = Rect::from_min_size(Pos2::ZERO, Vec2::splat(1.0));
-        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
-        response.on_hover_text(name);
+        picture_ui(ui, texture, height, &name).on_hover_text(name);
     }
 }
 
