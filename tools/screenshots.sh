@@ -13,30 +13,35 @@ for tool in xvfb-run xdotool import convert; do
 done
 if [ -z "${INSIDE_SCREENSHOTS:-}" ]; then
 	export INSIDE_SCREENSHOTS=yes
-	exec xvfb-run -a -s "-screen 0 1280x720x24" "$0" "$@"
+	exec xvfb-run -a -s "-screen 0 2560x1440x24" "$0" "$@"
 fi
 out=docs/guide
 mkdir -p "$out"
 settings=$(mktemp -d)
-# Keeps the user's own window layout untouched and out of the pictures.
-XDG_CONFIG_HOME="$settings" "$1" studio "$2" &
-studio=$!
+studio=""
 trap 'kill $studio 2>/dev/null; rm -rf "$settings"' EXIT
-window=""
-for _ in $(seq 60); do
-	sleep 1
-	window=$(xdotool search --name Afterlight 2>/dev/null | head -n 1) && [ -n "$window" ] && break
-done
-[ -n "$window" ] || { echo "The studio's window did not open" >&2; exit 1; }
-xdotool windowsize "$window" 1280 720
-xdotool windowmove "$window" 0 0
-# Without a window manager, the window takes keys while the cursor is in it.
-xdotool mousemove 640 330 windowfocus "$window"
+# Opens a project in a window of these columns and rows, at this pixel density.
+opened() {
+	columns=$3 rows=$4
+	# Keeps the user's own window layout untouched and out of the pictures.
+	XDG_CONFIG_HOME="$settings" WINIT_X11_SCALE_FACTOR=$5 "$1" studio "$2" &
+	studio=$!
+	window=""
+	for _ in $(seq 60); do
+		sleep 1
+		window=$(xdotool search --name Afterlight 2>/dev/null | head -n 1) && [ -n "$window" ] && break
+	done
+	[ -n "$window" ] || { echo "The studio's window did not open" >&2; exit 1; }
+	xdotool windowsize "$window" "$columns" "$rows"
+	xdotool windowmove "$window" 0 0
+	# Without a window manager, the window takes keys while the cursor is in it.
+	xdotool mousemove $((columns / 2)) $((rows * 11 / 24)) windowfocus "$window"
+}
 key() { xdotool key --clearmodifiers "$@"; sleep 1; }
 shot() {
 	sleep "${2:-3}"
 	kill -0 "$studio" 2>/dev/null || { echo "The studio ended before $1" >&2; exit 1; }
-	import -window root -crop 1280x720+0+0 +repage "$out/$1.png"
+	import -window root -crop "${columns}x${rows}+0+0" +repage "$out/$1.png"
 	# An undrawn window has a single colour.
 	colors=$(convert "$out/$1.png" -format %k info:)
 	[ "$colors" -gt 200 ] || { echo "$out/$1.png is nearly empty: $colors colours" >&2; exit 1; }
@@ -49,6 +54,7 @@ drag() {
 	sleep 0.3
 	xdotool mouseup 1
 }
+opened "$1" "$2" 1280 720 1
 shot relight 20
 drag 560 300 700 300
 shot turned
@@ -89,3 +95,10 @@ key ctrl+4
 shot review 5
 key ctrl+5
 shot export
+for size in "1366 768 1" "1920 1080 1" "2560 1440 2"; do
+	kill "$studio"
+	wait "$studio" || true
+	# shellcheck disable=SC2086
+	opened "$1" "$2" $size
+	shot "relight-${columns}x$rows" 20
+done

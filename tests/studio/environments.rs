@@ -547,7 +547,14 @@ fn a_watched_folder_is_listed_in_every_project_and_used_files_are_the_project_s(
     let other = folder.path().join("other");
     std::fs::create_dir(&other).unwrap();
     clay::project(&other, clay::environments(&other)).save().unwrap();
+    // A folder on a disk that is not connected.
+    let away = folder.path().join("away");
+    std::fs::rename(&hdris, &away).unwrap();
     let mut window = open_as(&settings, &other);
+    let closed = "cannot be opened; connect its disk, or stop watching";
+    super::until_labelled(&mut window, &format!("{}: {closed}", hdris.display()));
+    std::fs::rename(&away, &hdris).unwrap();
+    window.event(egui::Event::WindowFocused(true));
     until(&mut window, "watched files", |app| count(app) > 40);
     super::scroll_to(&mut window, "yard");
     click_on(&mut window, "yard");

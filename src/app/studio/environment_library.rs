@@ -114,6 +114,14 @@ impl PanoramaState {
     }
 }
 
+/// Contents of the watched folders.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scan {
+    pub panoramas: Vec<PathBuf>,
+    /// Folders that cannot be opened.
+    pub closed: Vec<PathBuf>,
+}
+
 /// Panoramas in the order of the list, then those of watched folders that are not in it.
 pub struct EnvironmentLibrary {
     ctx: Context,
@@ -128,8 +136,8 @@ pub struct EnvironmentLibrary {
     /// Panoramas that could be read at least once.
     read: Vec<Origin>,
     list: Arc<Vec<ListedEnvironment>>,
-    /// Panoramas in the watched folders; None before the first scan.
-    watched: Option<Vec<PathBuf>>,
+    /// Newest scan of the watched folders; None before the first.
+    scan: Option<Scan>,
     /// Panoramas of watched folders that were read, the latest last.
     thumbnails: VecDeque<Origin>,
     /// Folder of the open project, and the thread that writes there.
@@ -162,7 +170,7 @@ impl EnvironmentLibrary {
             budget: LIGHT_BUDGET_BYTES,
             read: Vec::new(),
             list: Arc::default(),
-            watched: None,
+            scan: None,
             thumbnails: VecDeque::new(),
             root: None,
             writer: None,
@@ -285,23 +293,23 @@ impl EnvironmentLibrary {
         self.list = list.clone();
     }
 
-    /// Takes in the panoramas that were found in the watched folders.
-    pub fn watch(&mut self, found: Vec<PathBuf>) {
-        if self.watched.as_ref() != Some(&found) {
-            self.watched = Some(found);
+    /// Takes in a scan of the watched folders.
+    pub fn watch(&mut self, scan: Scan) {
+        if self.scan.as_ref() != Some(&scan) {
+            self.scan = Some(scan);
             self.arrange(&self.list.clone());
         }
     }
 
-    /// True once the watched folders were scanned.
-    pub fn is_scanned(&self) -> bool {
-        self.watched.is_some()
+    /// Newest scan of the watched folders; None before the first.
+    pub fn scan(&self) -> Option<&Scan> {
+        self.scan.as_ref()
     }
 
     /// Makes the entries of a list and of the watched folders; those known keep their panoramas.
     fn arrange(&mut self, list: &[ListedEnvironment]) {
         let listed: HashSet<&Path> = list.iter().filter_map(ListedEnvironment::file).collect();
-        let watched = self.watched.iter().flatten();
+        let watched = self.scan.iter().flat_map(|scan| &scan.panoramas);
         let more = watched.filter(|file| !listed.contains(file.as_path()));
         let more = more.map(|file| ListedEnvironment {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),

@@ -4,7 +4,7 @@
 use super::accuracy::Accuracy;
 use super::color_views::ColorViews;
 use super::destination_check::ExistingFiles;
-use super::environment_library::EnvironmentEntry;
+use super::environment_library::{EnvironmentEntry, Scan};
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
 use super::matte_painting::MattePainting;
@@ -36,8 +36,8 @@ pub struct PanelContext<'a> {
     pub folded: &'a BTreeSet<String>,
     /// Folders whose panoramas are listed in every project.
     pub watched: &'a BTreeSet<PathBuf>,
-    /// They were scanned.
-    pub is_scanned: bool,
+    /// Their newest scan; None before the first.
+    pub scan: Option<&'a Scan>,
     pub status: &'a Status,
     pub environments: &'a [EnvironmentEntry],
     /// The visible panes.

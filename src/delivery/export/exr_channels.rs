@@ -2,11 +2,12 @@
 
 use super::exr_settings::Samples;
 use exr::prelude::{AnyChannel, FlatSamples, f16};
+use half::slice::HalfFloatSliceExt;
 use imaging::{Image, Mask, Raster};
 
-/// A half float, clipped to ±65504.
-pub fn half(value: f32) -> f16 {
-    f16::from_f32(value.clamp(-65504.0, 65504.0))
+/// A value within the range of half floats.
+fn clipped(value: f32) -> f32 {
+    value.clamp(-65504.0, 65504.0)
 }
 
 /// A rectangle of pixels.
@@ -40,10 +41,14 @@ impl Window {
         Self { x: left, y: top, width: right - left, height: bottom - top }
     }
 
-    fn values<'a, T: Copy>(self, raster: &'a Raster<T>) -> impl Iterator<Item = T> + 'a {
-        (self.y..self.y + self.height)
-            .flat_map(move |y| &raster.pixels[y * raster.width + self.x..][..self.width])
-            .copied()
+    /// A raster's values within it, row by row.
+    pub fn values<T: Copy, V>(self, raster: &Raster<T>, value: impl Fn(T) -> V) -> Vec<V> {
+        let mut values = Vec::with_capacity(self.width * self.height);
+        for y in self.y..self.y + self.height {
+            let row = &raster.pixels[y * raster.width + self.x..][..self.width];
+            values.extend(row.iter().map(|&pixel| value(pixel)));
+        }
+        values
     }
 }
 
@@ -55,10 +60,14 @@ pub fn channel<T: Copy>(
     samples: Samples,
     value: impl Fn(T) -> f32,
 ) -> AnyChannel<FlatSamples> {
-    let values = window.values(raster).map(value);
     let samples = match samples {
-        Samples::Half => FlatSamples::F16(values.map(half).collect()),
-        Samples::Float => FlatSamples::F32(values.collect()),
+        Samples::Half => {
+            let values = window.values(raster, |pixel| clipped(value(pixel)));
+            let mut halves = vec![f16::ZERO; values.len()];
+            halves.convert_from_f32_slice(&values);
+            FlatSamples::F16(halves)
+        }
+        Samples::Float => FlatSamples::F32(window.values(raster, value)),
     };
     AnyChannel::new(name, samples)
 }

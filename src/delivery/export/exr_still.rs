@@ -2,9 +2,11 @@
 
 use super::colors::Encoding;
 use super::exr_channels::{Window, channel, color_channels};
+use super::exr_encode::encode;
 use super::exr_settings::{ExrAlpha, ExrSettings, LayerFiles};
 use super::layers::{beside, weights_file};
 use super::rational_rate;
+use super::rebuild::Rebuild;
 use super::still::{About, PROVENANCE, no_light};
 use base::error::{Error, Result};
 use base::files::write_beside;
@@ -12,20 +14,23 @@ use compositor::Picture;
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Encoding as Blocking, FlatSamples, ImageAttributes,
-    IntegerBounds, Layer, LayerAttributes, LineOrder, Vec2, WritableImage,
+    IntegerBounds, Layer, LayerAttributes, LineOrder, Vec2,
 };
 use imaging::Image;
 use imaging::color_space::{ColorSpace, transformed};
+use rayon::prelude::*;
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
 /// Writes linear light as an OpenEXR picture, with its light layers where there are any. The header has time code,
 /// frame rate, primaries, the colour space's name, and whether colour is times alpha. Values beyond the range of half
-/// floats are clipped to ±65504.
+/// floats are clipped to ±65504. Returns the accuracy of the layers, where they have a subject.
 ///
 /// # Errors
-/// When the file cannot be written or the picture has no linear light.
-pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<()> {
+/// When the file cannot be written or the picture has no linear light; and when layers miss their subject by more than
+/// half floats round away. Then nothing is written.
+pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<Option<Rebuild>> {
     let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
     let light = written_light(linear, picture, about.encoding, about.exr);
     let alpha = &picture.alpha;
@@ -36,11 +41,24 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
     beauty.push(channel("A", alpha, window, samples, |a| a));
     let file = File { about, window, size: alpha.size() };
     let Some(layers) = about.layers else {
-        return file.write(path, vec![(None, beauty)]);
+        file.write(path, vec![(None, beauty)])?;
+        return Ok(None);
     };
-    let pictures = layers
-        .pictures()
-        .map(|(name, light)| (name, written_light(light, picture, about.encoding, about.exr)));
+    let pictures: Vec<_> = layers.pictures().collect();
+    let channels = |(name, light): (String, &Image)| {
+        let light = written_light(light, picture, about.encoding, about.exr);
+        let in_picture = about.exr.layers == LayerFiles::Channels;
+        let prefix = if in_picture { format!("{name}.") } else { String::new() };
+        (name, color_channels(&prefix, &light, window, samples))
+    };
+    let pictures: Vec<_> = pictures.into_par_iter().map(channels).collect();
+    let check = layers.subject.as_ref().map(|subject| {
+        let subject = written_light(subject, picture, about.encoding, about.exr);
+        let layers = layers.lamps.iter().map(|lamp| lamp.weight).zip(&pictures);
+        let layers: Vec<_> = layers.map(|(weight, (_, channels))| (weight, channels)).collect();
+        Rebuild::of_channels(path, &layers, &window.values(&subject, |pixel| pixel))
+    });
+    let check = check.transpose()?;
     // The picture itself comes last: once it is there, all is.
     if about.exr.weights || about.exr.layers == LayerFiles::Files {
         let text = layers.weights(path, about.exr.layers);
@@ -48,47 +66,44 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
     }
     match about.exr.layers {
         LayerFiles::Channels => {
-            for (name, light) in pictures {
-                beauty.extend(color_channels(&format!("{name}."), &light, window, samples));
-            }
+            beauty.extend(pictures.into_iter().flat_map(|(_, channels)| channels));
             file.write(path, vec![(None, beauty)])?;
         }
         LayerFiles::Parts => {
             let mut parts = vec![(Some("rgba".to_owned()), beauty)];
-            parts.extend(pictures.map(|(name, light)| {
-                (Some(name), color_channels("", &light, window, samples).into())
-            }));
+            let layers = pictures.into_iter();
+            parts.extend(layers.map(|(name, channels)| (Some(name), channels.into())));
             file.write(path, parts)?;
         }
         LayerFiles::Files => {
-            for (name, light) in pictures {
-                let channels = color_channels("", &light, window, samples).into();
+            for (name, channels) in pictures {
                 let alone = File { about: &About { layers: None, ..*about }, ..file };
-                alone.write(&beside(path, &name), vec![(None, channels)])?;
+                alone.write(&beside(path, &name), vec![(None, channels.into())])?;
             }
             file.write(path, vec![(None, beauty)])?;
         }
     }
-    Ok(())
+    Ok(check)
 }
 
-/// Premultiplied linear Rec. 709 as a file has it: in its primaries or its configuration's space, and divided by alpha if that is asked for.
-pub(super) fn written_light(
-    light: &Image,
+/// Premultiplied linear Rec. 709 as a file has it: in its primaries or its configuration's space, and divided by alpha where
+/// alpha is straight.
+fn written_light<'a>(
+    light: &'a Image,
     picture: &Picture,
     encoding: &Encoding,
     settings: ExrSettings,
-) -> Image {
-    let mut light = light.clone();
+) -> Cow<'a, Image> {
+    let mut light = Cow::Borrowed(light);
     let primaries = encoding.primaries();
     if let Some(config) = encoding.config() {
-        config.apply(&mut light.pixels);
+        config.apply(&mut light.to_mut().pixels);
     } else if primaries != ColorSpace::Rec709 {
         let matrix = ColorSpace::Rec709.matrix_to(primaries);
-        (light.pixels.iter_mut()).for_each(|pixel| *pixel = transformed(&matrix, *pixel));
+        light.to_mut().pixels.iter_mut().for_each(|pixel| *pixel = transformed(&matrix, *pixel));
     }
     if settings.alpha == ExrAlpha::Straight {
-        for (pixel, &alpha) in light.pixels.iter_mut().zip(&picture.alpha.pixels) {
+        for (pixel, &alpha) in light.to_mut().pixels.iter_mut().zip(&picture.alpha.pixels) {
             *pixel = pixel.map(|v| if alpha > 0.0 { v / alpha } else { 0.0 });
         }
     }
@@ -127,9 +142,7 @@ impl File<'_> {
             })
             .collect();
         let file = exr::prelude::Image::from_layers(self.attributes(), layers);
-        let mut bytes = Vec::new();
-        file.write()
-            .to_buffered(std::io::Cursor::new(&mut bytes))
+        let mut bytes = encode(&file)
             .map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
         sort_attributes(&mut bytes);
         write_beside(path, |out| out.write_all(&bytes))

@@ -16,6 +16,7 @@ use compositor::reference::extend_edges;
 use exr::meta::attribute::{AttributeValue, Text};
 use imaging::Image;
 use imaging::resample::resize;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -29,6 +30,8 @@ pub(super) const REST: &str = "rest";
 pub struct LightLayers {
     pub by: LayersBy,
     pub lamps: Vec<LightLayer>,
+    /// The picture that they have to add up to, without the rest: linear, premultiplied. None leaves it unchecked.
+    pub subject: Option<Image>,
     /// Rest of the picture, without the lamps: linear, premultiplied. None if there is nothing.
     pub rest: Option<Image>,
 }
@@ -67,7 +70,7 @@ impl LightLayers {
     pub fn of(
         frame: &Ingredients,
         by: LayersBy,
-        lights: impl Iterator<Item = (String, Vec<[f32; 3]>, [f32; 3])>,
+        lights: impl ParallelIterator<Item = (String, Vec<[f32; 3]>, [f32; 3])>,
     ) -> Result<Self> {
         let mask = frame.mask;
         let layer = |(lamp, per_lamp, weight): (String, Vec<[f32; 3]>, [f32; 3])| {
@@ -82,20 +85,22 @@ impl LightLayers {
             }
             Ok(LightLayer { lamp, weight, picture })
         };
-        Ok(Self { by, lamps: lights.map(layer).collect::<Result<_>>()?, rest: None })
+        Ok(Self { by, lamps: lights.map(layer).collect::<Result<_>>()?, ..Self::default() })
     }
 
     /// The same with `width × height` pixels.
     pub fn scaled(mut self, (width, height): (usize, usize)) -> Self {
         let lamps = self.lamps.iter_mut().map(|layer| &mut layer.picture);
-        for picture in lamps.chain(&mut self.rest) {
+        let others = self.subject.iter_mut().chain(&mut self.rest);
+        for picture in lamps.chain(others).filter(|picture| picture.size() != (width, height)) {
             *picture = resize(picture, width, height);
         }
         self
     }
 
-    /// The same with what the picture has besides the subject that the lamps add up to, if it has anything.
-    pub fn with_rest(mut self, picture: &Image, subject: &Image) -> Self {
+    /// The same with the picture's rest beyond the subject, if there is any.
+    pub fn with_rest(mut self, picture: &Image) -> Self {
+        let Some(subject) = &self.subject else { return self };
         let pairs = picture.pixels.iter().zip(&subject.pixels);
         let rest = pairs.map(|(whole, part)| std::array::from_fn(|c| whole[c] - part[c]));
         let rest: Vec<[f32; 3]> = rest.collect();

@@ -9,6 +9,7 @@ mod config_tests;
 mod destination;
 mod encoder;
 mod exr_channels;
+mod exr_encode;
 mod exr_file;
 mod exr_settings;
 mod exr_still;

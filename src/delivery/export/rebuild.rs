@@ -1,17 +1,15 @@
 //! The check that light layers give back what they are layers of.
 
 use super::exr_file::{ExrFile, Part};
-use super::exr_still::written_light;
 use super::layers::REST;
 use super::listing::LayerListing;
-use super::still::{About, no_light};
 use base::error::{Error, Result};
 use base::files::is_bare;
-use compositor::Picture;
-use exr::prelude::FlatImage;
+use exr::prelude::{AnyChannel, FlatImage, FlatSamples};
+use half::slice::HalfFloatSliceExt;
 use imaging::Image;
+use rayon::prelude::*;
 use serde::Serialize;
-use std::fs::remove_file;
 use std::path::Path;
 
 const REMEDY: &str = "Export it again with its light layers";
@@ -33,8 +31,6 @@ pub struct Rebuild {
 /// Sum of a file's light layers, each times its weight.
 struct Sum {
     size: (usize, usize),
-    /// Top left corner within the picture's frame.
-    at: (usize, usize),
     layers: usize,
     /// Without rest.
     lamps: Vec<[f64; 3]>,
@@ -57,24 +53,38 @@ pub fn rebuilt(path: &Path) -> Result<Image> {
 }
 
 impl Rebuild {
-    /// Compares what the layers of the file `path`, which was just written, add up to with `subject` as `about` would
-    /// write it.
+    /// Compares the sum of layers, each times its weight, with `subject` as the file `path` would hold it.
     ///
     /// # Errors
-    /// As [`rebuilt`]; and when more is missing than half floats round away. Then the picture is removed, so that an export
-    /// that goes on writes it again.
-    pub(super) fn of_written(path: &Path, subject: &Picture, about: &About) -> Result<Self> {
-        let linear = subject.linear.as_ref().ok_or_else(|| no_light(path))?;
-        let wanted = written_light(linear, subject, about.encoding, about.exr);
-        let found = Self::check(path, about.layers.map_or(0, |l| l.lamps.len()), &wanted)?;
+    /// When more is missing than half floats round away.
+    pub(super) fn of_channels(
+        path: &Path,
+        layers: &[([f32; 3], &[AnyChannel<FlatSamples>; 3])],
+        subject: &[[f32; 3]],
+    ) -> Result<Self> {
+        // What a core's cache holds.
+        const PIXELS: usize = 2048;
+        let part = |(index, subject): (usize, &[[f32; 3]])| {
+            let mut sums = vec![[0.0; 3]; subject.len()];
+            for (weight, channels) in layers {
+                for (c, channel) in channels.iter().enumerate() {
+                    let weight = f64::from(weight[c]);
+                    add_samples(&channel.sample_data, index * PIXELS, weight, &mut sums, c);
+                }
+            }
+            let subject = subject.iter().map(|v| v.map(f64::from));
+            Self::compare(layers.len(), &sums, subject)
+        };
+        let parts = subject.par_chunks(PIXELS).enumerate().map(part);
+        let nothing = || Self { layers: layers.len(), residual: 0.0, brightest: 0.0 };
+        let found = parts.reduce(nothing, Self::and);
         if found.is_exact() {
             return Ok(found);
         }
-        remove_file(path).map_err(|e| Error::io("remove", path, e, REMEDY))?;
         Err(Error::invalid(
             format!(
-                "{} was not kept: its {} light layers, weighted and added, miss the relit subject by {:.2e}, {:.3} % of \
-                 its brightest light, beyond half-float rounding",
+                "{} was not written: its {} light layers, weighted and added, miss the relit subject by {:.2e}, \
+                 {:.3} % of its brightest light, beyond half-float rounding",
                 path.display(),
                 found.layers,
                 found.residual,
@@ -82,27 +92,6 @@ impl Rebuild {
             ),
             "Export light layers in a colour space that is linear in light, or export without them",
         ))
-    }
-
-    /// Compares what the layers of the file `path`, `layers` in number, add up to with `wanted`.
-    ///
-    /// # Errors
-    /// As [`rebuilt`].
-    pub fn check(path: &Path, layers: usize, wanted: &Image) -> Result<Self> {
-        let sum = Sum::of(path)?;
-        let (x, y) = sum.at;
-        if x + sum.size.0 > wanted.width || y + sum.size.1 > wanted.height {
-            return Err(Error::bug(format!(
-                "{} has another size than its picture",
-                path.display()
-            )));
-        }
-        let row = |(index, row): (usize, &[[f64; 3]])| {
-            let wanted = &wanted.pixels[(y + index) * wanted.width + x..][..sum.size.0];
-            Self::compare(layers, row, wanted.iter().map(|v| v.map(f64::from)))
-        };
-        let none = Self::compare(layers, &[], std::iter::empty());
-        Ok(sum.lamps.chunks(sum.size.0).enumerate().map(row).fold(none, Self::and))
     }
 
     /// Compares what the layers of an EXR add up to, rest included, with its picture.
@@ -203,7 +192,6 @@ impl Sum {
         let first = (file.layer_data.first()).ok_or_else(|| missing(path, "part"))?;
         let window = first.size;
         let pixels = window.area();
-        let corner = first.attributes.layer_position - file.attributes.display_window.position;
         let mut lamps = vec![[0f64; 3]; pixels];
         for entry in &listing.lamps {
             let weight = entry.weight.map(f64::from);
@@ -217,7 +205,6 @@ impl Sum {
         });
         Ok(Self {
             size: (window.width(), window.height()),
-            at: (corner.x().max(0) as usize, corner.y().max(0) as usize),
             layers: listing.lamps.len(),
             lamps,
             rest: rest.transpose()?,
@@ -274,11 +261,25 @@ fn add_channels(
                 REMEDY,
             ));
         }
-        for (sum, value) in sums.iter_mut().zip(channel.sample_data.values_as_f32()) {
-            sum[c] += weight[c] * f64::from(value);
-        }
+        add_samples(&channel.sample_data, 0, weight[c], sums, c);
     }
     Ok(())
+}
+
+/// Adds samples from `start` on, times a weight, to channel `c` of the sums.
+fn add_samples(samples: &FlatSamples, start: usize, weight: f64, sums: &mut [[f64; 3]], c: usize) {
+    let mut floats = vec![0.0; sums.len()];
+    let end = start + sums.len();
+    match samples {
+        FlatSamples::F16(values) => values[start..end].convert_to_f32_slice(&mut floats),
+        FlatSamples::F32(values) => floats.copy_from_slice(&values[start..end]),
+        FlatSamples::U32(values) => {
+            floats.iter_mut().zip(&values[start..end]).for_each(|(f, v)| *f = *v as f32);
+        }
+    }
+    for (sum, value) in sums.iter_mut().zip(floats) {
+        sum[c] += weight * f64::from(value);
+    }
 }
 
 fn part<'a>(file: &'a FlatImage, name: &str) -> Option<&'a Part> {

@@ -5,6 +5,7 @@ use super::exr_settings::ExrSettings;
 use super::exr_still::write_still_exr;
 use super::format::Bits;
 use super::layers::LightLayers;
+use super::rebuild::Rebuild;
 use super::time_code::TimeCode;
 use base::FileFormat;
 use base::error::{Error, Result};
@@ -40,15 +41,16 @@ pub struct About<'a> {
 /// The key of what a file says about what it was made of: a PNG's text chunk, an EXR's attribute.
 pub(super) const PROVENANCE: &str = "afterlight";
 
-/// Writes a picture as EXR or TIFF where the path says so, else as PNG.
+/// Writes a picture as EXR or TIFF where the path says so, else as PNG. Returns the accuracy of an EXR's layers, where
+/// they have a subject.
 ///
 /// # Errors
-/// When the file cannot be written, or a picture without display codes is to be a PNG.
-pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<()> {
+/// When the file cannot be written, or a picture without display codes is to be a PNG; and as [`write_still_exr`].
+pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<Option<Rebuild>> {
     match FileFormat::of(path) {
         Some(FileFormat::OpenExr) => write_still_exr(path, picture, about),
-        Some(FileFormat::Tiff) => write_still_tiff(path, picture, about),
-        _ => write_still_png(path, picture, about),
+        Some(FileFormat::Tiff) => write_still_tiff(path, picture, about).map(|()| None),
+        _ => write_still_png(path, picture, about).map(|()| None),
     }
 }
 

@@ -45,12 +45,6 @@ pub(super) struct Writer {
     done: usize,
 }
 
-/// Lamps of a frame, and the subject that they add up to.
-pub(super) struct Lights {
-    pub layers: LightLayers,
-    pub subject: Picture,
-}
-
 impl Writer {
     /// Prepares for frames `first` to `last` at this number of columns and rows.
     ///
@@ -131,7 +125,7 @@ impl Writer {
         })
     }
 
-    /// Writes frame `frame`, and its lamps if there are any; returns the accuracy with which they rebuild their sum.
+    /// Writes frame `frame`, with its light layers if there are any; returns the accuracy of their sum.
     ///
     /// # Errors
     /// When the frame cannot be written; the message names the files that are kept.
@@ -139,11 +133,11 @@ impl Writer {
         &mut self,
         frame: usize,
         picture: &Picture,
-        lights: Option<Lights>,
+        layers: Option<LightLayers>,
         made_of: Option<&str>,
         progress: &Progress,
     ) -> Result<Option<Rebuild>> {
-        let check = self.put(frame, picture, lights, made_of, progress);
+        let check = self.put(frame, picture, layers, made_of, progress);
         let check = check.map_err(|e| self.kept(e))?;
         self.done += 1;
         Ok(check)
@@ -153,7 +147,7 @@ impl Writer {
         &mut self,
         frame: usize,
         picture: &Picture,
-        lights: Option<Lights>,
+        layers: Option<LightLayers>,
         made_of: Option<&str>,
         progress: &Progress,
     ) -> Result<Option<Rebuild>> {
@@ -167,7 +161,7 @@ impl Writer {
         match (&self.destination, &mut self.clip) {
             (Destination::Stills(stills), _) => {
                 let path = stills.path(self.number(frame));
-                let lights = lights.map(|lights| self.prepared(lights, &shown));
+                let layers = layers.map(|layers| self.prepared(layers, &shown));
                 let about = About {
                     time_code: self.interview.time_code(frame),
                     frame_rate: self.interview.frame_rate,
@@ -176,15 +170,9 @@ impl Writer {
                     encoding: &self.encoding,
                     reel: self.interview.reel(),
                     provenance: made_of,
-                    layers: lights.as_ref().map(|lights| &lights.layers),
+                    layers: layers.as_ref(),
                 };
-                write_still(&path, &shown, &about)?;
-                let check = lights.as_ref().map(|lights| {
-                    let subject =
-                        Picture { linear: lights.subject.linear.clone(), ..shown.clone() };
-                    Rebuild::of_written(&path, &subject, &about)
-                });
-                check.transpose()
+                write_still(&path, &shown, &about)
             }
             (Destination::Clip(_), Some(clip)) => clip.push(&shown, progress).map(|()| None),
             (Destination::Clip(_), None) => {
@@ -196,16 +184,13 @@ impl Writer {
         }
     }
 
-    /// Lamps at the size of the picture `shown`, with its rest, in the primaries of the file.
-    fn prepared(&self, Lights { layers, subject }: Lights, shown: &Picture) -> Lights {
-        let size = shown.alpha.size();
-        let subject = scaled(&subject, size);
-        let mut layers = layers.scaled(size);
-        if let (Some(picture), Some(subject)) = (&shown.linear, &subject.linear) {
-            layers = layers.with_rest(picture, subject);
+    /// Layers at the size of the picture `shown`, with its rest, in the primaries of the file.
+    fn prepared(&self, layers: LightLayers, shown: &Picture) -> LightLayers {
+        let mut layers = layers.scaled(shown.alpha.size());
+        if let Some(picture) = &shown.linear {
+            layers = layers.with_rest(picture);
         }
-        let layers = layers.in_space(self.encoding.keeps_light());
-        Lights { layers, subject }
+        layers.in_space(self.encoding.keeps_light())
     }
 
     /// Number of frame `frame` in the name of its file.

@@ -213,7 +213,7 @@ fn the_next_export_removes_what_a_killed_one_left() {
 }
 
 /// The sum of lamps on a subject whose coverage falls to the right, the same with a background, and the lamps.
-fn lit() -> (Picture, Lights) {
+fn lit() -> (Picture, LightLayers) {
     let subject = picture(12, 7, [0.5, 0.25, 2.0], false);
     let layer = |index: usize| {
         let weight = [0.5, 0.25, 1.5].map(|w| w + index as f32);
@@ -225,13 +225,14 @@ fn lit() -> (Picture, Lights) {
             picture: light.map(|p| std::array::from_fn(|c| share * p[c] / weight[c])),
         }
     };
-    let layers = LightLayers { lamps: (0..2).map(layer).collect(), ..LightLayers::default() };
+    let lamps = (0..2).map(layer).collect();
+    let layers = LightLayers { lamps, subject: subject.linear.clone(), ..LightLayers::default() };
     let mut shown = subject.clone();
     shown.display = None;
     for pixel in &mut shown.linear.as_mut().unwrap().pixels {
         pixel[1] += 0.125;
     }
-    (shown, Lights { layers, subject })
+    (shown, layers)
 }
 
 #[test]
@@ -275,8 +276,8 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             let silent = Progress::silent();
             let mut writer =
                 Writer::open(&files_settings, (7, 7), (12, 7), &film(), None, &silent).unwrap();
-            let (shown, lights) = lit();
-            let check = writer.write(7, &shown, Some(lights), None, &silent).unwrap();
+            let (shown, lit) = lit();
+            let check = writer.write(7, &shown, Some(lit), None, &silent).unwrap();
             assert!(check.unwrap().is_exact(), "{exr:?}: {check:?}");
             let path = folder.path().join("shot.0007.exr");
             let found = Rebuild::of_file(&path).unwrap();
@@ -302,23 +303,23 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
 }
 
 #[test]
-fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
+fn layers_that_miss_the_picture_are_not_written_and_files_that_lie_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let files = Files { layers: true, ..Files::to(path.display().to_string()) };
     let silent = Progress::silent();
     let write = |change: f32| {
-        let (shown, mut lights) = lit();
-        lights.layers.lamps[0].picture.pixels[3][0] *= change;
+        let (shown, mut layers) = lit();
+        layers.lamps[0].picture.pixels[3][0] *= change;
         let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), None, &silent).unwrap();
-        writer.write(0, &shown, Some(lights), None, &silent)
+        writer.write(0, &shown, Some(layers), None, &silent)
     };
     assert!(write(1.0).unwrap().unwrap().is_exact());
     assert!(Rebuild::of_file(&path).unwrap().is_exact());
     let whole = std::fs::read(&path).unwrap();
     let said = write(1.2).unwrap_err().to_string();
     assert!(said.contains("miss the relit subject"), "{said}");
-    assert!(!path.exists());
+    assert!(std::fs::read(&path).unwrap() == whole, "the earlier file stays");
     std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
     assert!(Rebuild::of_file(&path).unwrap_err().to_string().contains("a.exr"));
     imaging::file::write_exr(&path, &imaging::Image::filled(4, 4, [0.5; 3])).unwrap();
@@ -328,9 +329,9 @@ fn layers_that_miss_the_picture_are_not_kept_and_files_that_lie_are_refused() {
         exr: ExrSettings { layers: LayerFiles::Files, ..ExrSettings::default() },
         ..files.clone()
     };
-    let (shown, lights) = lit();
+    let (shown, layers) = lit();
     let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), None, &silent).unwrap();
-    writer.write(0, &shown, Some(lights), None, &silent).unwrap();
+    writer.write(0, &shown, Some(layers), None, &silent).unwrap();
     let json = folder.path().join("a.json");
     let text = std::fs::read_to_string(&json).unwrap();
     std::fs::write(&json, text.replace("a.light_01.exr", "/etc/passwd")).unwrap();

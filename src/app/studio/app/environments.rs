@@ -3,11 +3,11 @@
 use super::StudioApp;
 use crate::command::{Command, EnvironmentsCommand, LookCommand};
 use crate::environment_groups;
-use crate::environment_library::MOST_WATCHED;
+use crate::environment_library::{MOST_WATCHED, Scan};
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{natural_order, shown, sorted_names};
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 
 /// Levels of folders below a watched one, and number of folders, that are scanned.
@@ -38,26 +38,22 @@ impl StudioApp {
     pub(super) fn scan_folders(&mut self) {
         let folders = self.autosave.watched().clone();
         if folders.is_empty() {
-            return self.library.watch(Vec::new());
+            return self.library.watch(Scan::default());
         }
         let wake = self.wake();
         self.folders.forget();
-        self.folders.ask(folders, wake, |_| {
-            |folders: &_| {
-                Ok(folders.iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect())
-            }
-        });
+        self.folders.ask(folders, wake, |_| |folders: &_| Ok(scan(folders)));
     }
 
     /// Takes in the panoramas of the watched folders.
     pub(super) fn receive_folders(&mut self) {
         let answers: Vec<_> = self.folders.answers().collect();
-        for (folders, found) in answers {
+        for (folders, scan) in answers {
             // A later change of the folders has its own scan.
-            if let Ok(found) = found
+            if let Ok(scan) = scan
                 && folders == *self.autosave.watched()
             {
-                self.library.watch(found);
+                self.library.watch(scan);
             }
         }
     }
@@ -150,6 +146,14 @@ fn panoramas_in(folder: &Path, most: usize) -> Vec<PathBuf> {
     found
 }
 
+fn scan(folders: &BTreeSet<PathBuf>) -> Scan {
+    let closed = folders.iter().filter(|folder| std::fs::read_dir(folder).is_err());
+    Scan {
+        panoramas: folders.iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect(),
+        closed: closed.cloned().collect(),
+    }
+}
+
 /// The first panorama of a folder to watch.
 fn first_in(folder: &Path) -> Result<PathBuf> {
     // Without it, a path that is not UTF-8 would make the whole file of preferences invalid.
@@ -159,6 +163,8 @@ fn first_in(folder: &Path) -> Result<PathBuf> {
             "Rename the folder, or add its files one by one",
         ));
     }
+    std::fs::read_dir(folder)
+        .map_err(|e| Error::io("open", folder, e, "Allow reading it, or choose another folder"))?;
     panoramas_in(folder, 1).pop().ok_or_else(|| {
         Error::missing(
             format!("{}: no panorama (.exr, .hdr, .png, .jpg, .tif)", shown(folder)),

@@ -30,7 +30,7 @@ pub use gpu_lost::ProjectHandover;
 
 use super::calibration_analysis::CalibrationAnalysis;
 use super::command::{Command, WindowCommand};
-use super::environment_library::{EnvironmentEntry, EnvironmentLibrary};
+use super::environment_library::{EnvironmentEntry, EnvironmentLibrary, Scan};
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
 use super::matte_painting::MattePainting;
@@ -74,8 +74,8 @@ pub struct StudioApp {
     status: Status,
     session: Session,
     library: EnvironmentLibrary,
-    /// Panoramas of the watched folders.
-    folders: Query<BTreeSet<PathBuf>, Vec<PathBuf>>,
+    /// Scan of the watched folders.
+    folders: Query<BTreeSet<PathBuf>, Scan>,
     preview: Preview,
     readers: Readers,
     exports: Exports,
@@ -368,7 +368,7 @@ impl StudioApp {
         let context = PanelContext {
             folded: &folded,
             watched: &watched,
-            is_scanned: self.library.is_scanned(),
+            scan: self.library.scan(),
             project: self.session.project.as_ref(),
             state: &self.state,
             status: &self.status,

@@ -210,12 +210,14 @@ fn watched_ui(ui: &mut Ui, context: &PanelContext, alone: &[&PathBuf], out: &mut
         let files = context.environments.iter().filter_map(|one| one.listed.file());
         let count = files.filter(|file| file.starts_with(root)).count();
         let has_group = !alone.contains(&root);
-        let says = match (context.is_scanned, count) {
-            (false, _) => "reading".to_owned(),
-            (true, MOST_WATCHED..) => format!("the first {MOST_WATCHED} are listed"),
-            (true, _) if has_group => continue,
-            (true, 0) => "no panorama found".to_owned(),
-            (true, _) => "listed above".to_owned(),
+        let is_closed = context.scan.map(|scan| scan.closed.contains(root));
+        let says = match (is_closed, count) {
+            (None, _) => "reading".to_owned(),
+            (Some(true), _) => "cannot be opened; connect its disk, or stop watching".to_owned(),
+            (_, MOST_WATCHED..) => format!("the first {MOST_WATCHED} are listed"),
+            _ if has_group => continue,
+            (_, 0) => "no panorama found".to_owned(),
+            _ => "listed above".to_owned(),
         };
         let line = RichText::new(format!("{}: {says}", files::shown(root))).color(theme::QUIET);
         let line = ui.label(line);

@@ -4,7 +4,7 @@ use super::named::lamps_named;
 use super::{Part, RelightSettings};
 use crate::look::{Look, sources};
 use crate::provenance::Provenance;
-use crate::writer::{Lights, Writer};
+use crate::writer::Writer;
 use crate::{Interview, LayersBy, LightLayers, Stages};
 use base::error::Result;
 use base::progress::Progress;
@@ -17,6 +17,7 @@ use footage::{BehindReader, Frame, PictureSize, picture_size};
 use gpu::ComputeDevice;
 use light::{Rig, conventions};
 use project::Project;
+use rayon::prelude::*;
 use scene::{Background, Effects, Output, Scene};
 use std::time::Instant;
 use transfer::{FineField, OlatPredictor};
@@ -37,7 +38,7 @@ pub(super) struct Plan {
 /// Frame to write.
 pub(super) struct Made {
     pub picture: Picture,
-    pub lights: Option<Lights>,
+    pub layers: Option<LightLayers>,
 }
 
 /// Clip during relighting.
@@ -191,9 +192,9 @@ impl<'a> Clip<'a> {
         if !plan.write {
             return Ok(None);
         }
-        let lights = || lights(scene, &of, rig, parts.as_deref());
-        let lights = files.layers.then(lights).transpose()?;
-        Ok(Some(Made { picture, lights }))
+        let layers = || light_layers(scene, &of, rig, parts.as_deref());
+        let layers = files.layers.then(layers).transpose()?;
+        Ok(Some(Made { picture, layers }))
     }
 
     /// Reports result and time of each pass.
@@ -220,12 +221,12 @@ impl<'a> Clip<'a> {
 /// The subject under each lamp or light, and the compositor's sum over all: without background
 /// and without effects.
 /// `parts`: names and the lamps' weights of the lights; None for layers by lamp.
-fn lights(
+fn light_layers(
     scene: &Scene,
     of: &Ingredients,
     rig: &Rig,
     parts: Option<&[NamedLight]>,
-) -> Result<Lights> {
+) -> Result<LightLayers> {
     let plain = Scene {
         background: Background::None,
         effects: Effects::default(),
@@ -236,7 +237,7 @@ fn lights(
     let scaled = |weight: &[f32; 3]| weight.map(|share| share * factor);
     let layers = match parts {
         None => {
-            let lamps = rig.lamps.iter().zip(&of.weights.per_lamp).enumerate();
+            let lamps = rig.lamps.par_iter().zip(&of.weights.per_lamp).enumerate();
             let lamps = lamps.map(|(index, (lamp, weight))| {
                 let mut alone = vec![[0.0; 3]; rig.lamps.len()];
                 alone[index] = [1.0; 3];
@@ -245,19 +246,15 @@ fn lights(
             LightLayers::of(of, LayersBy::Lamp, lamps)?
         }
         Some(parts) => {
-            let lights = parts.iter().map(|(name, per_lamp)| {
+            let lights = parts.par_iter().map(|(name, per_lamp)| {
                 (name.clone(), per_lamp.iter().map(scaled).collect(), [1.0; 3])
             });
             LightLayers::of(of, LayersBy::Light, lights)?
         }
     };
-    Ok(Lights {
-        layers,
-        subject: compose(
-            &plain,
-            &Ingredients { extra: Extra { plate: of.extra.plate, ..Extra::default() }, ..*of },
-        )?,
-    })
+    let extra = Extra { plate: of.extra.plate, ..Extra::default() };
+    let subject = compose(&plain, &Ingredients { extra, ..*of })?.linear;
+    Ok(LightLayers { subject, ..layers })
 }
 
 fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {

@@ -102,14 +102,13 @@ fn check(scene: &Scene, of: &Ingredients) {
 
 fn check_by(scene: &Scene, of: &Ingredients, parts: Option<&[NamedLight]>) {
     let picture = compose(scene, of).unwrap().linear.unwrap();
-    let Lights { layers, subject } = lights(scene, of, &rig(), parts).unwrap();
-    let subject = subject.linear.unwrap();
-    let layers = layers.with_rest(&picture, &subject);
+    let layers = light_layers(scene, of, &rig(), parts).unwrap().with_rest(&picture);
+    let subject = layers.subject.as_ref().unwrap();
     let mut sum = Image::filled(subject.width, subject.height, [0.0; 3]);
     for layer in &layers.lamps {
         add(&mut sum, &layer.picture, layer.weight);
     }
-    let of_lamps = missing(&sum, &subject);
+    let of_lamps = missing(&sum, subject);
     if let Some(rest) = &layers.rest {
         add(&mut sum, rest, [1.0; 3]);
     }

@@ -110,8 +110,8 @@ fn run(
             Ok(made.map(|made| (made, made_of)))
         },
         |plan, (made, made_of): (Made, Option<String>)| {
-            let (picture, lights) = (&made.picture, made.lights);
-            let check = writer.write(plan.frame, picture, lights, made_of.as_deref(), progress)?;
+            let (picture, layers) = (&made.picture, made.layers);
+            let check = writer.write(plan.frame, picture, layers, made_of.as_deref(), progress)?;
             rebuild = match (rebuild, check) {
                 (Some(worst), Some(check)) => Some(worst.and(check)),
                 (worst, check) => worst.or(check),
