@@ -100,5 +100,6 @@ for size in "1366 768 1" "1920 1080 1" "2560 1440 2"; do
 	wait "$studio" || true
 	# shellcheck disable=SC2086
 	opened "$1" "$2" $size
+	xdotool mousemove $((columns / 2)) $((rows - 12))
 	shot "relight-${columns}x$rows" 20
 done
