@@ -43,9 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads);
     pool.build_global()?;
-    let compute = ComputeDevice::choose(match options.software {
-        true => DeviceChoice::Gpu,
-        false => DeviceChoice::Auto,
+    let compute = ComputeDevice::choose(if options.software {
+        DeviceChoice::Gpu
+    } else {
+        DeviceChoice::Auto
     });
     let threads = rayon::current_num_threads();
     if !options.json {

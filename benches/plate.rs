@@ -358,7 +358,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
         let mut project = import(folder.path(), shoot, &settings, &silent)?;
         let calibration = calibrate(&mut project, &CalibrateSettings::default(), &silent)?;
         let truth = Truth::open(&project, shoot)?;
-        let partition = Partition::of(Weighting::default(), &calibration.rig);
+        let partition = Partition::new(Weighting::default(), &calibration.rig);
         let environments = truth.environments.iter().map(|named| {
             let environment = panorama::load(&project.shoot_path(&named.file))?;
             let weights = partition.weights(&environment, named.front().turned(0.0));
@@ -379,7 +379,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
         for &index in &frames {
             let (frame, filmed) = Frame::load_filmed(&project, &calibration.response, index)?;
             let mut light = filmed.square().plate;
-            let plate = Plate::of(filmed.square(), &frame)?;
+            let plate = Plate::from_filmed(filmed.square(), &frame)?;
             extend_edges(&mut light, &plate.matte);
             let mut covered = light.clone();
             cover(&mut covered, &plate.matte);

@@ -221,10 +221,11 @@ fn a_farm_s_job_of_any_content_is_run_or_refused() {
     // No frame exists: for a valid job the message lists all frames to write.
     let read = |path: &Path| {
         let said = farm::assemble(&job, None, &silent).unwrap_err().to_string();
-        match said.contains("have to be written again: ") {
-            true => Ok(()),
+        if said.contains("have to be written again: ") {
+            Ok(())
+        } else {
             // Settings lead to other files too.
-            false => Err(format!("{}: {said}", path.display())),
+            Err(format!("{}: {said}", path.display()))
         }
     };
     let measured = fuzz::run!(Target::of_text("job", path, vec![seed]), read);
@@ -275,7 +276,7 @@ fn a_review_of_any_content_is_shown_or_refused() {
             review.worst_lamps(metric);
             review.case_means(metric);
         }
-        Means::of(&review.judged());
+        Means::from_cases(&review.judged());
         Ok(())
     });
     let marks = b"format = 1\n\n[[cells]]\ncase = \"frame_005\"\nlamp = \"a\"\nmark = \"bad\"\nnote = \"hair\"\nlater = 3\n";
@@ -298,7 +299,7 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
         "lights.1.red": {"interpolation": "hold", "keys": [{"frame": 3, "value": 0.5}]}, "effects.glare": {"keys": []}},
         "lighting": {"pitch_deg": 10, "temperature_k": 5600, "tint": 3, "placed": [{"kind": "disc", "yaw_deg": 20,
         "pitch_deg": 45, "radius_deg": 10, "color": [1, 1, 0.5], "intensity": 3.14, "enabled": true}]}}"#;
-    let plain = SavedLook::of(&State::new(10, 24.0).look).text();
+    let plain = SavedLook::from_look(&State::new(10, 24.0).look).text();
     let seeds = vec![look.into(), plain.into_bytes()];
     let first =
         fuzz::run!(Target::of_text("look", SavedLook::path(&project), seeds), |_: &Path| {
@@ -321,7 +322,7 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
             Preferences::from_file(path).layout();
             Ok(())
         });
-    let stored = StoredLook::of(&State::new(10, 24.0).look).text();
+    let stored = StoredLook::from_look(&State::new(10, 24.0).look).text();
     let third = fuzz::run!(
         Target::of_text("stored look", folder.path().join("0001.json"), vec![stored.into_bytes()]),
         |path: &Path| {
@@ -371,7 +372,7 @@ fn a_command_of_any_words_is_parsed_or_refused() {
             .filter_map(|word| word.parse().ok())
             .collect();
         for pair in numbers.windows(2) {
-            TimeCode::of(pair[0] as usize, pair[1]).to_string();
+            TimeCode::new(pair[0] as usize, pair[1]).to_string();
         }
         Ok(())
     });

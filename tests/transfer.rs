@@ -395,7 +395,7 @@ fn light_finer_than_the_working_size_is_carried_over() {
     let truth = Truth::open(&project, &folder.path().join("shoot")).unwrap();
     let known = *truth.frames.iter().find(|&&frame| truth.has_olats(frame)).unwrap();
     let (frame, filmed) = Frame::load_filmed(&project, &calibration.response, known).unwrap();
-    let plain = Plate::of(filmed, &frame).unwrap();
+    let plain = Plate::from_filmed(filmed, &frame).unwrap();
     let carried = Transfer::open(&project, &calibration).unwrap().carry(&frame);
     let detail = ExemplarDetail::read(&project, &calibration).unwrap();
     let bytes = detail.as_ref().unwrap().bytes();

@@ -53,11 +53,11 @@ impl Ticks {
     /// None if the system does not report it.
     fn now() -> Option<Self> {
         let read = |path| std::fs::read_to_string(path).ok();
-        Self::of(&read("/proc/stat")?, &read("/proc/self/stat")?)
+        Self::new(&read("/proc/stat")?, &read("/proc/self/stat")?)
     }
 
     /// Parses the texts of `/proc/stat` and `/proc/self/stat`.
-    fn of(machine: &str, process: &str) -> Option<Self> {
+    fn new(machine: &str, process: &str) -> Option<Self> {
         let line = machine.lines().find(|line| line.starts_with("cpu "))?;
         let counts: Vec<f64> =
             line.split_whitespace().skip(1).map_while(|count| count.parse().ok()).take(8).collect();
@@ -89,13 +89,14 @@ mod tests {
             format!("42 (a name) with) S 1 42 42 0 -1 0 0 0 0 0 {a} {b} {c} {d} 20 0 3 0 99")
         };
         let before =
-            Ticks::of("cpu  100 0 100 700 100 0 0 0 0 0\ncpu0 1 2", &process([1, 2, 3, 4]));
-        let after = Ticks::of("cpu  500 50 150 1100 200 0 0 0 0 0\n", &process([101, 52, 53, 104]));
+            Ticks::new("cpu  100 0 100 700 100 0 0 0 0 0\ncpu0 1 2", &process([1, 2, 3, 4]));
+        let after =
+            Ticks::new("cpu  500 50 150 1100 200 0 0 0 0 0\n", &process([101, 52, 53, 104]));
         // Of 1,000 ticks 500 were busy, of which 300 are ours.
         let others = after.unwrap().others_since(before.unwrap()).unwrap();
         assert!((others - 0.2).abs() < 1e-12, "{others}");
         assert_eq!(before.unwrap().others_since(before.unwrap()), None);
-        assert_eq!(Ticks::of("", ""), None);
+        assert_eq!(Ticks::new("", ""), None);
     }
 
     #[test]

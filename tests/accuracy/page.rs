@@ -178,7 +178,7 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
     text += "---|\n";
     for same in shoot.methods.chunk_by(|a, b| a.method == b.method && a.minutes() == b.minutes()) {
         let found = |of: &dyn Fn(&Value) -> Option<f64>| {
-            Figure::of(same.iter().filter_map(|one| of(&one.kept.result)))
+            Figure::from_values(same.iter().filter_map(|one| of(&one.kept.result)))
         };
         let text_of = |figure: Option<Figure>, digits: usize| {
             figure.map_or("–".to_owned(), |figure| figure.text(digits))

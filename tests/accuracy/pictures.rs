@@ -184,9 +184,10 @@ fn table(compared: &[&Scored], cells: &[Cell]) -> String {
         let best = cell.best(compared);
         for (number, db) in cell.reached.iter().enumerate() {
             let db = decibels(*db, MAX_DECIBELS);
-            let _ = match best == Some(number) {
-                true => write!(text, " **{db}** |"),
-                false => write!(text, " {db} |"),
+            let _ = if best == Some(number) {
+                write!(text, " **{db}** |")
+            } else {
+                write!(text, " {db} |")
             };
         }
         text += "\n";

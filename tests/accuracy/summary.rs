@@ -12,7 +12,7 @@ pub struct Figure {
 
 impl Figure {
     /// None without values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
         let count = values.len();
         (count > 0).then(|| Self {
@@ -44,7 +44,7 @@ pub struct Step<'a> {
 impl Step<'_> {
     /// A figure of the rung over its seeds; None if unknown.
     pub fn figure(&self, of: impl Fn(&Measured) -> Option<f64>) -> Option<Figure> {
-        Figure::of(self.seeds.iter().filter_map(|measured| of(measured)))
+        Figure::from_values(self.seeds.iter().filter_map(|measured| of(measured)))
     }
 
     /// Milliseconds per frame, and decibels.

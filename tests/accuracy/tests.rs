@@ -17,7 +17,8 @@ use tradeoff::{Knob, Ledger, TradeoffSettings, tradeoff};
 
 #[test]
 fn a_figure_says_its_range_where_seeds_differ() {
-    let text = |values: &[f64]| Figure::of(values.iter().copied()).map(|figure| figure.text(1));
+    let text =
+        |values: &[f64]| Figure::from_values(values.iter().copied()).map(|figure| figure.text(1));
     assert_eq!(text(&[1.0, 2.0, 3.0]).unwrap(), "2.0 (1.0 to 3.0)");
     assert_eq!(text(&[2.01, 2.02]).unwrap(), "2.0");
     assert_eq!(text(&[f64::NAN]), None);

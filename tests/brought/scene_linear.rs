@@ -74,7 +74,7 @@ fn light_above_white_goes_from_the_file_to_the_relit_plate() {
     let (plate, mask) = (filmed.plate.clone(), filmed.mask.clone());
     let brightest = plate.pixels.iter().flatten().copied().fold(0.0, f32::max);
     assert!(brightest > 2.0, "the plate has {brightest} at most");
-    let plate_pass = Plate::of(filmed, &frame).unwrap();
+    let plate_pass = Plate::from_filmed(filmed, &frame).unwrap();
     let field = Field::from(transfer.carry(&frame).field);
     let sum = field.relight(&weights).unwrap();
     let worst = misses(&sum, &frame.plate, &frame.mask).into_iter().fold(0.0, f32::max);

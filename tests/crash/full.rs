@@ -85,7 +85,7 @@ fn a_file_that_can_grow_no_more_at_any_byte_ends_every_command_with_a_sentence()
         return;
     }
     let ground = Ground::new();
-    let mut moments = Moments::of("file size");
+    let mut moments = Moments::from_name("file size");
     let (mut refused, mut step) = (0, 1);
     for number in 0..moments.count {
         let command = COMMANDS[number as usize % COMMANDS.len()];
@@ -125,7 +125,7 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
         return;
     }
     let ground = Ground::new();
-    let mut moments = Moments::of("small disk");
+    let mut moments = Moments::from_name("small disk");
     let mut refused = 0;
     for number in 0..moments.count {
         // Files are small: from a page to a MB.

@@ -56,7 +56,7 @@ fn measured(command: &mut Command) -> Duration {
 fn a_killed_import_leaves_no_project_or_a_whole_one() {
     let ground = Ground::of_shoot();
     let import = |name: &str| ground.command(&["import", name, "--shoot", "shoot", "--size", "16"]);
-    let mut moments = Moments::of("import");
+    let mut moments = Moments::from_name("import");
     let whole = measured(&mut import("unkilled"));
     let wanted = Project::open(&ground.at("unkilled")).unwrap().settings;
     let mut tally = Tally::default();
@@ -89,7 +89,7 @@ fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
     let gammas: [&[&str]; 2] = [&["--gamma", "srgb"], &[]];
     let path = ground.at("film/calibration.toml");
     let of = |which: usize| ground.command(&[&["calibrate", "film"], gammas[which]].concat());
-    let mut moments = Moments::of("calibrate");
+    let mut moments = Moments::from_name("calibrate");
     let known = [0, 1].map(|which| {
         let whole = measured(&mut of(which));
         (whole, std::fs::read(&path).unwrap())
@@ -151,7 +151,7 @@ fn a_killed_training_loses_nothing_older_than_one_save() {
     first.kill().unwrap();
     first.wait().unwrap();
 
-    let mut moments = Moments::of("train");
+    let mut moments = Moments::from_name("train");
     let mut tally = Tally::default();
     let checkpoints = ground.at("film/checkpoints");
     let film = ground.film();
@@ -215,7 +215,7 @@ fn killed_stills_are_whole_or_not_there() {
     let relight = |light: &str| ground.relight(light, "out/%02d.png");
     let lights = ["nave", "courtyard"];
     let files = || [0, 1, 2].map(|frame| std::fs::read(ground.at(&format!("out/{frame:02}.png"))));
-    let mut moments = Moments::of("stills");
+    let mut moments = Moments::from_name("stills");
     let known = lights.map(|light| {
         let whole = measured(&mut relight(light));
         (whole, files().map(Result::unwrap))
@@ -259,7 +259,7 @@ fn a_killed_movie_is_the_old_one() {
         let output = probe.args(["-of", "csv=p=0"]).arg(&movie).output().unwrap();
         String::from_utf8_lossy(&output.stdout).trim().to_owned()
     };
-    let mut moments = Moments::of("clip");
+    let mut moments = Moments::from_name("clip");
     let whole = measured(&mut export());
     let mut tally = Tally::default();
     let out = ground.at("out");

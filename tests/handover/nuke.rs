@@ -51,8 +51,9 @@ fn the_script_rebuilds_the_picture_from_its_layers() {
         assert!(difference.brightest() > 0.1, "{gain}");
     }
     // Weights change as the light turns, and match those in the files.
-    let listing =
-        afterlight::export::LayerListing::of(&folder.join(HARD_NAME.replace("%04d", "0002")));
+    let listing = afterlight::export::LayerListing::from_path(
+        &folder.join(HARD_NAME.replace("%04d", "0002")),
+    );
     for lamp in listing.unwrap().lamps {
         let node = &parsed.nodes[parsed.named(&format!("Lamp_{}", lamp.layer))];
         let written = [0, 1, 2].map(|c| node.number("written", c, 2));

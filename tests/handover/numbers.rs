@@ -19,12 +19,11 @@ fn project(numbers: &[&str]) -> TempDir {
     for (frame, number) in numbers.iter().enumerate() {
         for inside in ["interview", "interview_masks"] {
             let made = at.join(format!("shoot/{inside}/frame_{frame:03}.png"));
-            match number.is_empty() {
-                true => std::fs::remove_file(made).unwrap(),
-                false => {
-                    let named = format!("shoot/{inside}/s2_plate.{number}.png");
-                    std::fs::rename(made, at.join(named)).unwrap();
-                }
+            if number.is_empty() {
+                std::fs::remove_file(made).unwrap()
+            } else {
+                let named = format!("shoot/{inside}/s2_plate.{number}.png");
+                std::fs::rename(made, at.join(named)).unwrap();
             }
         }
     }

@@ -38,10 +38,7 @@ impl Case {
     /// Name of the case in tables.
     pub fn words(&self) -> String {
         let (width, height) = self.plate;
-        let files = match self.stills {
-            true => "EXR",
-            false => "ProRes 4444",
-        };
+        let files = if self.stills { "EXR" } else { "ProRes 4444" };
         format!("{width} × {height}, {} px, {} lamps, {files}", self.network, self.lamps)
     }
 
@@ -108,10 +105,7 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
-        match path.is_dir() {
-            true => found.extend(files(&path)?),
-            false => found.push(path),
-        }
+        if path.is_dir() { found.extend(files(&path)?) } else { found.push(path) }
     }
     Ok(found)
 }

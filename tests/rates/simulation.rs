@@ -83,10 +83,7 @@ impl Draws {
 
     /// Seconds until the next loss, exponential.
     fn loss(&mut self, an_hour: f64) -> f64 {
-        match an_hour > 0.0 {
-            true => -self.next().ln() * 3600.0 / an_hour,
-            false => f64::INFINITY,
-        }
+        if an_hour > 0.0 { -self.next().ln() * 3600.0 / an_hour } else { f64::INFINITY }
     }
 }
 

@@ -16,7 +16,7 @@ fn formats(field: &ReflectanceField, compute: &afterlight::gpu::ComputeDevice) -
     let device = &compute.gpu.as_ref().unwrap().device;
     let there = |buffer: FieldBuffer| Field::Gpu(buffer, passes.clone());
     let half = HalfField::from(field);
-    let components = CompressedField::of(field, 0.0);
+    let components = CompressedField::new(field, 0.0);
     [
         field.clone().into(),
         half.clone().into(),

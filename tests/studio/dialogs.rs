@@ -293,9 +293,10 @@ fn the_palette_opens_empty_however_it_was_closed() {
         assert_eq!(field.accesskit_node().value().unwrap_or_default(), "");
         window.event(Event::Text("probe".to_owned()));
         window.run_steps(2);
-        match closes_by_key {
-            true => window.key_press(Key::Escape),
-            false => crate::click_at(&mut window, beside, Modifiers::NONE),
+        if closes_by_key {
+            window.key_press(Key::Escape)
+        } else {
+            crate::click_at(&mut window, beside, Modifiers::NONE)
         }
         window.run_steps(3);
         assert!(!window.state().state().palette, "{closes_by_key}");

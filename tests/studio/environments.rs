@@ -109,7 +109,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     window.get_by_label_contains("three.js, Blender").click();
     until_shown(&mut window);
     assert!(window.query_by_label(QUESTION).is_none());
-    let front = Front::of(Tool::Blender);
+    let front = Front::from_tool(Tool::Blender);
     assert_eq!(window.state().relit().unwrap().scene.yaw_deg, front.yaw_deg());
     assert_eq!(window.state().state().look.yaw_deg, 0.0, "front is not a rotation");
     let answered = super::picture(&window);

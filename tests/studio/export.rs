@@ -377,9 +377,10 @@ fn settings(to: String) -> RelightSettings {
 
 /// Pixels of a file, and its metadata.
 fn contents(file: &Path) -> (Vec<[f32; 3]>, Option<String>) {
-    let pixels = match file.extension().unwrap() == "exr" {
-        true => read_linear(file).unwrap().pixels,
-        false => read_encoded(file).unwrap().0.pixels,
+    let pixels = if file.extension().unwrap() == "exr" {
+        read_linear(file).unwrap().pixels
+    } else {
+        read_encoded(file).unwrap().0.pixels
     };
     (pixels, provenance_of(file))
 }

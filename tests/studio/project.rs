@@ -215,7 +215,8 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
     let mut preferences = Preferences::from_file(&file);
     preferences.opened(&film.root);
     preferences.opened(&folder.path().join("gone"));
-    let mut window = window(|ctx| StudioApp::of(ctx, preferences, None, DeviceChoice::Cpu));
+    let mut window =
+        window(|ctx| StudioApp::with_preferences(ctx, preferences, None, DeviceChoice::Cpu));
     for _ in 0..200 {
         std::thread::sleep(std::time::Duration::from_millis(5));
         window.step();
@@ -251,7 +252,8 @@ fn a_recent_project_is_opened_by_its_first_frame() {
     let film = imported(folder.path());
     let mut preferences = Preferences::from_file(&folder.path().join("window.json"));
     preferences.opened(&film.root);
-    let mut window = window(|ctx| StudioApp::of(ctx, preferences, None, DeviceChoice::Cpu));
+    let mut window =
+        window(|ctx| StudioApp::with_preferences(ctx, preferences, None, DeviceChoice::Cpu));
     until_labelled(&mut window, "First frame of virtual stage");
     window.get_by_label("First frame of virtual stage").click();
     until(&mut window, "opened project", needs(Some(Need::Calibration)));

@@ -57,12 +57,13 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
     // The reason that the job waits.
     job.send(|progress| {
         let mut full = true;
-        let _ = progress.retry(|| match std::mem::take(&mut full) {
-            true => {
+        let _ = progress.retry(|| {
+            if std::mem::take(&mut full) {
                 let full = std::io::ErrorKind::StorageFull.into();
                 Err(Error::io("write", "live.bpk", full, "Make room"))
+            } else {
+                Ok(())
             }
-            false => Ok(()),
         });
     })
     .unwrap();

@@ -22,14 +22,14 @@ struct Hand {
 }
 
 impl Hand {
-    fn of(window: Window) -> Self {
+    fn from_window(window: Window) -> Self {
         Self { window, acts: 0 }
     }
 
     /// Over the clay subject, once its picture is shown.
     fn over_clay() -> (tempfile::TempDir, Self) {
         let folder = crate::temporary();
-        let mut hand = Self::of(clay_window(folder.path()));
+        let mut hand = Self::from_window(clay_window(folder.path()));
         until_shown(&mut hand.window);
         (folder, hand)
     }
@@ -119,7 +119,7 @@ fn from_movies_to_a_relit_picture() {
     }
     let folder = crate::temporary();
     let filmed = super::project::filmed(folder.path());
-    let mut hand = Hand::of(window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu)));
+    let mut hand = Hand::from_window(window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu)));
     hand.window.run();
     hand.drop(&filmed);
     until(&mut hand.window, "look at the shoot", |app| app.wizard().scan().is_some());
@@ -141,7 +141,7 @@ fn a_clip_is_exported_as_prores() {
         return;
     }
     let (window, root, _folder) = super::export::opened();
-    let mut hand = Hand::of(window);
+    let mut hand = Hand::from_window(window);
     hand.click("Workspace Export");
     hand.click("Format Movie");
     hand.click("Codec: H.264");
@@ -189,7 +189,7 @@ fn two_panoramas_are_compared() {
 fn the_worst_lamp_is_found() {
     let folder = crate::temporary();
     let (project, window) = review::measured_window(folder.path());
-    let mut hand = Hand::of(window);
+    let mut hand = Hand::from_window(window);
     let kept = afterlight::evaluation::review::Review::load(&project).unwrap().unwrap();
     // From the initial workspace of the window.
     hand.window.get_by_label("Workspace Relight").click();
@@ -289,7 +289,7 @@ fn a_still_is_put_behind_the_subject() {
 #[test]
 fn layers_of_lights_are_exported() {
     let (window, root, _folder) = super::export::opened();
-    let mut hand = Hand::of(window);
+    let mut hand = Hand::from_window(window);
     hand.click("Workspace Export");
     hand.click("Format EXR");
     hand.click("Layers By light");

@@ -33,7 +33,7 @@ type Way = Vec<[f64; 2]>;
 impl MotionColumns {
     /// Columns for the motion estimated in pictures of `size` pixels, against the truth: the face's position per pose
     /// (by the numbers at the end of their names) and lamp (in the order of `lamps`); empty if the subject sat still.
-    pub fn of(found: &Motion, truth: &Value, lamps: &[&str], size: usize) -> Self {
+    pub fn new(found: &Motion, truth: &Value, lamps: &[&str], size: usize) -> Self {
         let mut columns = Self::default();
         let (mut moved, mut left) = (0.0, 0.0);
         for pose in &found.poses {

@@ -131,7 +131,7 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
     let sway = [[11.0, 5.0], [9.0, 5.0], [11.0, 5.0], [9.0, 5.0]];
     let faint = sway.map(|[x, y]| [0.2 * x, y]);
     let truth = serde_json::json!([sway, sway, faint]);
-    let columns = MotionColumns::of(&found(poses.clone()), &truth, &names, 50);
+    let columns = MotionColumns::new(&found(poses.clone()), &truth, &names, 50);
     assert_eq!((columns.poses, columns.moving, columns.missed), (3, 2, 1));
     assert_eq!(columns.false_alarms, 0);
     assert_eq!((columns.within_one, columns.within_two), (2, 3));
@@ -139,7 +139,7 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
     for (is, expected) in [columns.moved_px, columns.left_px].iter().zip(expected) {
         assert!((is - expected).abs() < 1e-6, "{columns:?}");
     }
-    let still = MotionColumns::of(&found(poses), &serde_json::json!([]), &names, 50);
+    let still = MotionColumns::new(&found(poses), &serde_json::json!([]), &names, 50);
     assert_eq!((still.false_alarms, still.moving, still.within_two), (1, 0, 1));
     assert!(still.moved_px == 0.0 && still.left_px > 0.5);
 

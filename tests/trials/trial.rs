@@ -220,7 +220,7 @@ impl Truth {
             direction_worst: trusted.iter().copied().fold(0.0, f64::max),
             misled: trusted.iter().filter(|a| **a > MISLEADING_DEG).count(),
             motion: (found.motion.as_ref()).map_or_else(MotionColumns::default, |motion| {
-                MotionColumns::of(motion, sway, &names, row.size)
+                MotionColumns::new(motion, sway, &names, row.size)
             }),
             ..row
         }

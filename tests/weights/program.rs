@@ -41,7 +41,7 @@ fn cases(
     environments: &[Environment],
     yaws: usize,
 ) -> Vec<Case> {
-    let partitions = KINDS.map(|kind| Partition::of(kind, &shoot.rig));
+    let partitions = KINDS.map(|kind| Partition::new(kind, &shoot.rig));
     let turns = environments.len() * yaws;
     (0..turns)
         .into_par_iter()
@@ -114,7 +114,7 @@ fn print_times() {
     for lamps in [41, 146, 931] {
         let rig = Shoot::new(lamps).rig;
         for kind in KINDS {
-            let partition = Partition::of(kind, &rig);
+            let partition = Partition::new(kind, &rig);
             let table = YawTable::new(&partition, &environment);
             let quickest = |turn: &dyn Fn(f32)| {
                 let times = (0..20).map(|yaw| {

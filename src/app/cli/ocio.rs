@@ -40,9 +40,10 @@ impl OcioArgs {
             // Merged with other changes: an open window on the project goes on.
             Project::change(root, |project| project.set_color_config(chosen))?;
             if opened.is_none() {
-                return match self.output.json {
-                    true => print("{\"config\":null}"),
-                    false => print("The project has no OpenColorIO configuration"),
+                return if self.output.json {
+                    print("{\"config\":null}")
+                } else {
+                    print("The project has no OpenColorIO configuration")
                 };
             }
         }

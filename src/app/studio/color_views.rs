@@ -110,12 +110,11 @@ fn has(names: &ConfigNames, choice: &ColorChoice) -> bool {
 fn answer(choice: &ColorChoice) -> Result<Answer> {
     let config = choice.open()?;
     let look = choice.look.as_deref();
-    let table = match choice.is_view() {
-        true => {
-            let (display, view) = (choice.display.as_deref(), choice.view.as_deref());
-            Some(Arc::new(config.to_view(display, view, look)?.table(look)))
-        }
-        false => None,
+    let table = if choice.is_view() {
+        let (display, view) = (choice.display.as_deref(), choice.view.as_deref());
+        Some(Arc::new(config.to_view(display, view, look)?.table(look)))
+    } else {
+        None
     };
     Ok((Arc::new(config.names()), table))
 }

@@ -118,10 +118,7 @@ impl CompareSettings {
 
     /// First and second picture of an active comparison; None stands in place of the relit picture.
     fn references(&self) -> [Option<&Reference>; 2] {
-        match self.on {
-            true => [self.first.as_ref(), Some(&self.reference)],
-            false => [None, None],
-        }
+        if self.on { [self.first.as_ref(), Some(&self.reference)] } else { [None, None] }
     }
 
     /// Pictures that these settings need besides the relit picture: the first and the second. None for a picture that
@@ -179,7 +176,7 @@ impl Reference {
             }
             Self::Look(id, number) => {
                 let slot = FourSlot::Stored(id.clone(), *number);
-                match FourPicture::of(&slot, state, looks, environments) {
+                match FourPicture::new(&slot, state, looks, environments) {
                     FourPicture::View(view) => Comparison::Look(view),
                     FourPicture::Missing(why) => return Err(why),
                     FourPicture::Waiting | FourPicture::Empty => {
@@ -200,9 +197,10 @@ impl Reference {
 /// Reason that an environment in the list gives no light.
 fn reading(environments: &[EnvironmentEntry], listed: &ListedEnvironment) -> String {
     let entry = environments.iter().find(|e| e.listed.origin == listed.origin);
-    match entry.is_some_and(|entry| entry.panorama.is_failed()) {
-        true => format!("{} cannot be read", listed.name),
-        false => format!("Reading {}", listed.name),
+    if entry.is_some_and(|entry| entry.panorama.is_failed()) {
+        format!("{} cannot be read", listed.name)
+    } else {
+        format!("Reading {}", listed.name)
     }
 }
 

@@ -35,7 +35,8 @@ pub struct DestinationCheck {
 impl DestinationCheck {
     /// Starts a check if the query changed.
     pub fn ask(&mut self, query: DestinationQuery, wake: impl Fn() + Send + 'static) {
-        self.search.ask(query, wake, |_| |query: &DestinationQuery| Ok(ExistingFiles::of(query)));
+        self.search
+            .ask(query, wake, |_| |query: &DestinationQuery| Ok(ExistingFiles::from_query(query)));
     }
 
     /// Takes in the newest result.
@@ -60,7 +61,7 @@ impl DestinationCheck {
 
 impl ExistingFiles {
     /// Searches the disk.
-    fn of(query: &DestinationQuery) -> Self {
+    fn from_query(query: &DestinationQuery) -> Self {
         let (first, last) = query.range;
         // An invalid destination has no files. The export reports the error.
         let files = Destination::parse(&query.to).map_or(0, |d| d.taken(first, last));
@@ -107,7 +108,7 @@ mod tests {
         let (wake, woken) = std::sync::mpsc::channel();
         let find = |query: &DestinationQuery| {
             assert_ne!(query.to, "bad", "on purpose");
-            Ok(ExistingFiles::of(query))
+            Ok(ExistingFiles::from_query(query))
         };
         let search = Query::start(move || wake.send(()).unwrap(), |_| find);
         let mut check = DestinationCheck { search, ..DestinationCheck::default() };

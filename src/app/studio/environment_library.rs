@@ -72,7 +72,7 @@ pub struct ReadPanorama {
 }
 
 impl ReadPanorama {
-    fn of(panorama: Panorama) -> Self {
+    fn from_panorama(panorama: Panorama) -> Self {
         Self {
             size: panorama.environment.radiance.size(),
             environment: Some(panorama.environment),
@@ -380,7 +380,10 @@ impl EnvironmentLibrary {
                         self.read.push(origin.clone());
                     }
                     let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
-                    PanoramaState::Done { panorama: ReadPanorama::of(panorama), thumbnail }
+                    PanoramaState::Done {
+                        panorama: ReadPanorama::from_panorama(panorama),
+                        thumbnail,
+                    }
                 }
                 Err(e) => {
                     // The disk may be disconnected for a while.

@@ -70,7 +70,7 @@ pub enum Overwrite {
 
 impl ExportOptions {
     /// Options for the pictures of a project as shown.
-    pub fn of(project: &Project) -> Self {
+    pub fn from_project(project: &Project) -> Self {
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
         let name: String = project.settings.name.chars().map(plain).collect();
         Self { name: format!("exports/{name}"), ..Self::default() }

@@ -23,7 +23,7 @@ enum Favourite {
 
 impl Favourite {
     /// None for a path that is not UTF-8, which would make the settings file invalid.
-    fn of(origin: &Origin) -> Option<Self> {
+    fn from_origin(origin: &Origin) -> Option<Self> {
         match origin {
             Origin::File(file) => Some(Self::File(file.to_str()?.into())),
             Origin::BuiltIn(own) => Some(Self::BuiltIn(own.name.to_owned())),
@@ -49,7 +49,7 @@ impl Favourites {
 
     /// Adds an environment to the favourites or removes it.
     pub fn toggle(&mut self, origin: &Origin) {
-        let Some(one) = Favourite::of(origin) else {
+        let Some(one) = Favourite::from_origin(origin) else {
             return;
         };
         match self.0.iter().position(|known| *known == one) {

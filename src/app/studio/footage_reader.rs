@@ -226,7 +226,7 @@ impl FootageRequest {
                         pixel[c] += 0.5 * (1.0 - coverage) * (RED[c] - pixel[c]);
                     }
                 }
-                Ok((SrgbPicture::of(&Encoded(over)), picture.size()))
+                Ok((SrgbPicture::from_picture(&Encoded(over)), picture.size()))
             }
         }
     }
@@ -240,7 +240,7 @@ pub fn thumbnail(picture: &Picture, longer_px: usize) -> Result<SrgbPicture> {
 
 /// Averages of encoded values are close enough for viewing.
 fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
-    SrgbPicture::of(&Encoded(resize_area(picture, width, height)))
+    SrgbPicture::from_picture(&Encoded(resize_area(picture, width, height)))
 }
 
 /// The size scaled so that the longer side is at most `most` pixels.

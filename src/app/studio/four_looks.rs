@@ -110,7 +110,7 @@ pub enum FourPicture {
 
 impl FourPicture {
     /// Picture for a slot, given the stored looks.
-    pub fn of(
+    pub fn new(
         slot: &FourSlot,
         state: &State,
         stored: &StoredLooks,
@@ -121,9 +121,10 @@ impl FourPicture {
             FourSlot::Present => Self::view(&state.look, state, environments),
             FourSlot::Stored(id, number) => {
                 let Some(version) = stored.version(id, *number) else {
-                    return Self::Missing(match stored.is_busy() {
-                        true => "Reading the looks".to_owned(),
-                        false => format!("{} was removed", slot.name()),
+                    return Self::Missing(if stored.is_busy() {
+                        "Reading the looks".to_owned()
+                    } else {
+                        format!("{} was removed", slot.name())
                     });
                 };
                 match version.look.in_window(&state.look, state.frame) {

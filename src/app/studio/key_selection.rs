@@ -278,9 +278,10 @@ pub fn pasted(
         }
         lanes.push((setting, keys));
     }
-    match selection.is_empty() {
-        true => Err("The copied keys belong to lights that are not in this look".to_owned()),
-        false => Ok((lanes, selection)),
+    if selection.is_empty() {
+        Err("The copied keys belong to lights that are not in this look".to_owned())
+    } else {
+        Ok((lanes, selection))
     }
 }
 

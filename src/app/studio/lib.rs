@@ -135,7 +135,8 @@ fn show(
             share(window);
         }
         let message = lost.then(|| Error::GpuLost.to_string());
-        let mut app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
+        let mut app =
+            StudioApp::with_preferences(&cc.egui_ctx, Preferences::of_user(), project, device);
         if let Some(window) = &cc.wgpu_render_state {
             app = app.drawn_with(window.clone());
         }

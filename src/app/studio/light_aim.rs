@@ -102,7 +102,7 @@ impl LightAim {
         let question = HighlightQuestion { of: of.clone(), rig: rig.clone() };
         self.seeker.ask(question, wake, |_| {
             move |HighlightQuestion { of, rig }: &HighlightQuestion| {
-                Ok(Highlights::of(&*responses(&known, of, rig)?))
+                Ok(Highlights::from_responses(&*responses(&known, of, rig)?))
             }
         });
     }

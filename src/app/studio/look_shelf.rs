@@ -222,9 +222,10 @@ impl LookShelf {
     /// The folder of a look.
     fn look(&self, name: &LookName) -> Result<PathBuf> {
         let folder = self.folder().join(name.text());
-        match is_own_folder(&self.folder()) && is_own_folder(&folder) {
-            true => Ok(folder),
-            false => Err(gone(&folder)),
+        if is_own_folder(&self.folder()) && is_own_folder(&folder) {
+            Ok(folder)
+        } else {
+            Err(gone(&folder))
         }
     }
 }
@@ -248,10 +249,7 @@ fn own_folder(within: &Path, name: &str) -> Result<PathBuf> {
         Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(fail(e)),
         _ => {}
     }
-    match is_own_folder(&path) {
-        true => Ok(path),
-        false => Err(fail(ErrorKind::NotADirectory.into())),
-    }
+    if is_own_folder(&path) { Ok(path) } else { Err(fail(ErrorKind::NotADirectory.into())) }
 }
 
 /// Writes a file with a new name. Returns false if the name is taken. After a kill, the file is complete, missing or

@@ -12,7 +12,7 @@ fn name(text: &str) -> LookName {
 fn look(stops: f32) -> StoredLook {
     let mut state = State::new(1, 24.0);
     state.change(LookCommand::Exposure(stops));
-    StoredLook::of(&state.look)
+    StoredLook::from_look(&state.look)
 }
 
 fn grey(code: u8) -> SrgbPicture {

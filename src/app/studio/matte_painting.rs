@@ -158,10 +158,8 @@ impl MattePainting {
 
     /// Undoes or redoes the last stroke.
     pub fn travel(&mut self, back: bool) {
-        let (from, to) = match back {
-            true => (&mut self.undo, &mut self.redo),
-            false => (&mut self.redo, &mut self.undo),
-        };
+        let (from, to) =
+            if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         if let (Some(other), Some(Ok(strokes))) = (from.pop(), &mut self.strokes) {
             to.push(std::mem::replace(strokes, other));
             self.unsaved = true;
@@ -251,7 +249,7 @@ fn found(
 ) -> Result<Overlay> {
     let mattes = match mattes {
         Some(mattes) => mattes,
-        None => mattes.insert(FrameMattes::of(
+        None => mattes.insert(FrameMattes::new(
             project,
             &MatteSettings::default(),
             Some(worker::find_person()?),

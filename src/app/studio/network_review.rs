@@ -92,10 +92,8 @@ impl MarkHistory {
     /// Goes one step back or forward from the current marks. Returns the case and lamp of the change, if there was a
     /// step.
     fn travel(&mut self, back: bool, marks: &mut Marks) -> Option<[String; 2]> {
-        let (from, to) = match back {
-            true => (&mut self.undo, &mut self.redo),
-            false => (&mut self.redo, &mut self.undo),
-        };
+        let (from, to) =
+            if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         let step = from.pop()?;
         let cell = step.cell.clone();
         to.push(MarkStep { marks: std::mem::replace(marks, step.marks), cell: step.cell });

@@ -105,9 +105,10 @@ impl Preferences {
 
     /// Folds or unfolds a heading.
     pub fn fold(&mut self, heading: String, folded: bool) {
-        match folded {
-            true => self.saved.folded.insert(heading),
-            false => self.saved.folded.remove(&heading),
+        if folded {
+            self.saved.folded.insert(heading)
+        } else {
+            self.saved.folded.remove(&heading)
         };
     }
 

@@ -77,10 +77,7 @@ const MOST: usize = 1 << 18;
 
 /// Step between the counted rows of a picture with this many columns and rows. `moves`: the picture changes.
 pub fn counted_rows([columns, rows]: [usize; 2], moves: bool) -> usize {
-    match moves {
-        true => columns.saturating_mul(rows).div_ceil(MOST).max(1),
-        false => 1,
-    }
+    if moves { columns.saturating_mul(rows).div_ceil(MOST).max(1) } else { 1 }
 }
 
 /// The mean of RGB values; None without values.

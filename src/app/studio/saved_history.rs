@@ -57,14 +57,14 @@ impl History {
                     lists.push((of.clone(), environment_list::saved(of)));
                     lists.len() - 1
                 });
-                SavedStep { list, look: SavedLook::of(step) }
+                SavedStep { list, look: SavedLook::from_look(step) }
             };
             let [undo, redo] = [undo, redo].map(|all| {
                 let near = &all[all.len().saturating_sub(steps)..];
                 near.iter().map(&mut saved).collect()
             });
             let file = HistoryFile {
-                look: SavedLook::of(look),
+                look: SavedLook::from_look(look),
                 undo,
                 redo,
                 lists: lists.into_iter().map(|(_, files)| files).collect(),
@@ -127,7 +127,8 @@ impl HistoryFile {
         let (mut undo, mut redo) = (steps(self.undo)?, steps(self.redo)?);
         let mut present = look.clone();
         self.look.apply(&mut present);
-        let is_present = |one: &LookSettings| SavedLook::of(one) == SavedLook::of(look);
+        let is_present =
+            |one: &LookSettings| SavedLook::from_look(one) == SavedLook::from_look(look);
         if !is_present(&present) {
             // The window was killed between writing these steps and writing their look.
             match undo.iter().rposition(is_present) {
@@ -190,7 +191,7 @@ mod tests {
     }
 
     fn look_text(state: &State) -> String {
-        SavedLook::of(&state.look).text()
+        SavedLook::from_look(&state.look).text()
     }
 
     #[test]

@@ -42,7 +42,7 @@ impl SavedLook {
     }
 
     /// The saved part of a look.
-    pub fn of(look: &LookSettings) -> Self {
+    pub fn from_look(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
             environment: shown.map_or(String::new(), |listed| listed.name.clone()),
@@ -148,7 +148,7 @@ mod tests {
         state.change(LookCommand::Yaw(40.0));
         state.change(LookCommand::Exposure(-1.5));
         state.change(LookCommand::Background(Background::None));
-        let kept = SavedLook::of(&state.look);
+        let kept = SavedLook::from_look(&state.look);
         std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
         let mut other = State::new(10, 24.0);
         let read = SavedLook::load(&project, true).unwrap().unwrap();
@@ -159,7 +159,7 @@ mod tests {
         state.change(LookCommand::ToggleKey(Setting::Yaw));
         state.show(ViewCommand::LastFrame);
         state.change(LookCommand::Yaw(90.0));
-        SavedLook::of(&state.look).apply(&mut other.look);
+        SavedLook::from_look(&state.look).apply(&mut other.look);
         assert_eq!(other.look.yaw_deg, 40.0);
 
         std::fs::write(SavedLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(other.look.yaw_deg, 10.0);
         assert_eq!(other.look.lighting.intensity_stops, 1.5);
         assert_eq!(other.look.lighting.placed[0].id, 1);
-        let text = SavedLook::of(&other.look).text();
+        let text = SavedLook::from_look(&other.look).text();
         assert!(!text.contains("yaw_keys") && text.contains("\"yaw\": {"), "{text}");
         let mut again = State::new(10, 24.0);
         SavedLook::of_text(&text).unwrap().apply(&mut again.look);

@@ -37,7 +37,7 @@ fn settings(number: u64) -> LookSettings {
 }
 
 fn look(number: u64) -> SavedLook {
-    SavedLook::of(&settings(number))
+    SavedLook::from_look(&settings(number))
 }
 
 /// Text of the undo steps after this number of changes.
@@ -159,7 +159,7 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
     let whole = 2 * started.elapsed();
     first.kill().unwrap();
     first.wait().unwrap();
-    let mut moments = Moments::of("studio");
+    let mut moments = Moments::from_name("studio");
     let settings = folder.join("settings");
     let folders = [&*project.root, &settings];
     let mut unfinished = 0;

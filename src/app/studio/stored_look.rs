@@ -51,7 +51,7 @@ pub struct LookEnvironment {
 }
 
 impl LookEnvironment {
-    fn of(listed: &ListedEnvironment) -> Self {
+    fn from_listed(listed: &ListedEnvironment) -> Self {
         // A path that is not UTF-8 cannot be written; the name remains.
         let file = listed.file().filter(|file| file.to_str().is_some());
         Self {
@@ -92,13 +92,13 @@ fn now() -> u64 {
 
 impl StoredLook {
     /// The current look, stored now.
-    pub fn of(look: &LookSettings) -> Self {
+    pub fn from_look(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
             afterlight_look: FORM,
             stored: now(),
-            environment: shown.map_or_else(LookEnvironment::default, LookEnvironment::of),
-            look: SavedLook::of(look).of_any_clip(),
+            environment: shown.map_or_else(LookEnvironment::default, LookEnvironment::from_listed),
+            look: SavedLook::from_look(look).of_any_clip(),
         }
     }
 
@@ -212,7 +212,7 @@ mod tests {
             state.release();
             state.change(LookCommand::Exposure(value * 1e-3));
             state.release();
-            let stored = StoredLook::of(&state.look);
+            let stored = StoredLook::from_look(&state.look);
             std::fs::write(&file, stored.text()).unwrap();
             let read = StoredLook::read(&file).unwrap();
             assert_eq!(read, stored);
@@ -221,7 +221,7 @@ mod tests {
         state.change(LookCommand::ToggleKey(Setting::Yaw));
         state.show(ViewCommand::LastFrame);
         state.change(LookCommand::Yaw(90.3));
-        let stored = StoredLook::of(&state.look);
+        let stored = StoredLook::from_look(&state.look);
         assert!(stored.is(&state.look, 9));
         state.show(ViewCommand::Frame(4));
         assert!(stored.is(&state.look, 4), "the frame does not matter");
@@ -234,7 +234,7 @@ mod tests {
             listed("sky", Origin::File("/film/sky.exr".into())),
             listed("Nave", Origin::BuiltIn(own)),
         ]);
-        let stored = StoredLook::of(&one.look);
+        let stored = StoredLook::from_look(&one.look);
         let there = [
             listed("sky", Origin::File("/other/sky.exr".into())),
             listed("yard", Origin::File("/film/sky.exr".into())),
@@ -249,7 +249,7 @@ mod tests {
 
         let mut built_in = one;
         built_in.change(LookCommand::Environment(1));
-        let stored = StoredLook::of(&built_in.look);
+        let stored = StoredLook::from_look(&built_in.look);
         let renamed = [listed("Chapel", Origin::BuiltIn(own))];
         assert_eq!(stored.environment.place_in(&renamed), Some(0));
     }

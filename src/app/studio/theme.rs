@@ -103,9 +103,10 @@ pub fn apply(ctx: &egui::Context) {
 /// The main button of a pane; while disabled, it looks like any other.
 pub fn main_button(enabled: bool, words: impl Into<String>) -> Button<'static> {
     let words = RichText::new(words);
-    match enabled {
-        true => Button::new(words.color(Color32::WHITE)).fill(PRIMARY),
-        false => Button::new(words),
+    if enabled {
+        Button::new(words.color(Color32::WHITE)).fill(PRIMARY)
+    } else {
+        Button::new(words)
     }
 }
 
@@ -209,10 +210,7 @@ mod tests {
             [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]].map(
                 |row| {
                     let t = dot(row, seen);
-                    match t > 0.008856 {
-                        true => t.cbrt(),
-                        false => 7.787 * t + 16.0 / 116.0,
-                    }
+                    if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 }
                 },
             );
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]

@@ -56,7 +56,7 @@ impl Default for Plan {
 
 impl Plan {
     /// A plan for the shoot in a folder.
-    pub fn of(shoot: &Path) -> Self {
+    pub fn from_shoot(shoot: &Path) -> Self {
         Self { shoot: plain(shoot), ..Self::default() }
     }
 

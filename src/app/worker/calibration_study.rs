@@ -197,7 +197,7 @@ impl CalibrationStudy {
             };
             circle.apply_to(&mut project.settings.shoot.ball);
         }
-        let kept = Circle::of(&project.settings.shoot.ball);
+        let kept = Circle::from_ball(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
         circle.apply_to(&mut project.settings.shoot.ball);
         let shoot = &project.settings.shoot;
@@ -228,7 +228,7 @@ impl CalibrationStudy {
         findings.extend(lamps.as_ref().err().cloned());
         let checks = calibration.as_ref().map_or_else(Vec::new, check::lamp_checks);
         let size = encoded.0.size();
-        let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
+        let view = BallView::new(&shoot.ball, shoot.dome_radius_m);
         let light = Photograph::from_encoded(encoded, &response);
         let probe = light_probe(&light, &view, ClippedLight::Keep, PANORAMA_PX)?;
         let [cx, cy] = circle.center_px;

@@ -70,7 +70,7 @@ impl ComparisonReader {
 
     fn frame(&self, index: usize) -> Result<(Frame, Plate)> {
         let (frame, filmed) = Frame::load_filmed(&self.project, &self.response, index)?;
-        let plate = Plate::of(filmed, &frame)?;
+        let plate = Plate::from_filmed(filmed, &frame)?;
         Ok((frame, plate))
     }
 

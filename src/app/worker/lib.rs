@@ -126,7 +126,7 @@ impl PredictedFrame {
     /// When the device fails.
     pub fn responses(&self, rig: &Rig) -> Result<LampResponses, Error> {
         let lamps = self.field.lamps();
-        LampResponses::of(rig, &self.frame.mask, |lamp| {
+        LampResponses::new(rig, &self.frame.mask, |lamp| {
             let mut alone = vec![[0.0; 3]; lamps];
             if let Some(weight) = alone.get_mut(lamp) {
                 *weight = [1.0; 3];

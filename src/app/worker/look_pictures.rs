@@ -76,7 +76,8 @@ impl LookPictures {
                 if let (Some(codes), Some(table)) = (&mut codes, table) {
                     table.apply_to(codes);
                 }
-                made.picture = codes.as_ref().map(|codes| Arc::new(SrgbPicture::of(codes)));
+                made.picture =
+                    codes.as_ref().map(|codes| Arc::new(SrgbPicture::from_picture(codes)));
                 made.of = Some((view.clone(), predicted.clone(), through.clone(), number));
             }
             *picture = made.picture.clone().map(|made| (view.clone(), made));

@@ -122,7 +122,7 @@ impl PreviewPicture {
     /// Takes over the codes, the light and the pass reports of a picture.
     pub(super) fn take(&mut self, made: Picture) {
         if let Some(codes) = &made.display {
-            let SrgbPicture { width, height, rgb } = SrgbPicture::of(codes);
+            let SrgbPicture { width, height, rgb } = SrgbPicture::from_picture(codes);
             (self.rgb, self.rgb_size) = (rgb, [width, height]);
         }
         self.linear = made.linear;

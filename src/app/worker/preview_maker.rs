@@ -185,7 +185,7 @@ impl PreviewMaker {
             shown.texture = None;
         }
         let (width, height) = predicted.size();
-        let codes = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
+        let codes = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::from_picture);
         let subject = light.levels().subject;
         let mut preview = PreviewPicture {
             scene: request.scene.clone(),

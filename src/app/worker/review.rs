@@ -95,8 +95,8 @@ impl CellReader {
         let ([truth, predicted], difference) = pictures.of(cell.lamp)?;
         Ok(CellPictures {
             cell: cell.clone(),
-            truth: SrgbPicture::of(&truth),
-            predicted: SrgbPicture::of(&predicted),
+            truth: SrgbPicture::from_picture(&truth),
+            predicted: SrgbPicture::from_picture(&predicted),
             difference,
         })
     }
@@ -112,7 +112,7 @@ impl SavedReview {
         let review = Review::load(&project)?;
         let outdated = review.as_ref().and_then(|review| {
             // Without a network nothing can be measured, so the saved figures are used.
-            let now = Fingerprint::of(&project).ok()?;
+            let now = Fingerprint::from_project(&project).ok()?;
             review.basis.difference(&now)
         });
         let confidence = ConfidenceReport::load(&project)
@@ -149,7 +149,8 @@ impl LampSheet {
             weights[lamp] = [0.0; 3];
         }
         let gain = display_gain(olats.iter(), &mask);
-        let thumbnail = |olat: &Image| SrgbPicture::of(&display_picture(olat, &mask, gain));
+        let thumbnail =
+            |olat: &Image| SrgbPicture::from_picture(&display_picture(olat, &mask, gain));
         Ok(Self { frame: predicted.frame.index, lamps: olats.iter().map(thumbnail).collect() })
     }
 }

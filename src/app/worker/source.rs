@@ -144,7 +144,7 @@ pub fn open_project(
                 let (field, fine) = predictor.predict_fine(&frame)?;
                 Ok((encoder.encode(field, compute.passes())?, fine))
             })?;
-            let plate = Some(FineField::on(fine, Plate::of(filmed, &frame)?));
+            let plate = Some(FineField::on(fine, Plate::from_filmed(filmed, &frame)?));
             Ok(Prediction { frame, plate, field })
         }),
     })

@@ -44,7 +44,7 @@ impl SrgbPicture {
     const TURNED_WIDTH: usize = 256;
 
     /// The codes of a picture.
-    pub fn of(picture: &Encoded) -> Self {
+    pub fn from_picture(picture: &Encoded) -> Self {
         let codes = picture.0.pixels.iter().flatten();
         Self {
             width: picture.0.width,
@@ -57,7 +57,7 @@ impl SrgbPicture {
     /// is accurate enough for viewing.
     pub fn reduced(picture: &Encoded, longer_px: usize) -> Self {
         let (width, height) = reduced_size(picture.0.size(), longer_px);
-        Self::of(&Encoded(resize_area(&picture.0, width, height)))
+        Self::from_picture(&Encoded(resize_area(&picture.0, width, height)))
     }
 
     /// A thumbnail of a photograph's light as a panorama, as bright as the photograph: 1 is white, and noise

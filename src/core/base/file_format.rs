@@ -46,7 +46,7 @@ const EXTENSIONS: [(FileFormat, &[&str]); 9] = [
 
 impl FileFormat {
     /// Format of a file's name; None if its extension is unknown.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let is_its = |(_, known): &&(Self, &[&str])| known.iter().any(|e| has_extension(path, e));
         EXTENSIONS.iter().find(is_its).map(|(format, _)| *format)
     }
@@ -100,7 +100,7 @@ mod tests {
             ("png", None),
             ("a.txt", None),
         ] {
-            assert_eq!(FileFormat::of(Path::new(name)), format, "{name}");
+            assert_eq!(FileFormat::from_path(Path::new(name)), format, "{name}");
         }
         let panoramas = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
         assert_eq!(FileFormat::extensions(FileFormat::is_picture), panoramas);

@@ -55,10 +55,7 @@ pub fn plain(path: &Path) -> String {
         folders.find_map(|folder| folder.canonicalize().ok())
     };
     let plain = shown(path);
-    match place(path) == place(Path::new(&plain)) {
-        true => plain,
-        false => path.display().to_string(),
-    }
+    if place(path) == place(Path::new(&plain)) { plain } else { path.display().to_string() }
 }
 
 /// Opens one of the program's own files, for reading or writing.
@@ -162,10 +159,7 @@ fn decoded(bytes: Vec<u8>) -> io::Result<String> {
             valid.strip_prefix('\u{feff}').unwrap_or(valid).to_owned()
         }
     };
-    Ok(match text.contains('\r') {
-        true => text.replace("\r\n", "\n").replace('\r', "\n"),
-        false => text,
-    })
+    Ok(if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text })
 }
 
 /// Error at byte `at` of a file, after the text `before`.

@@ -14,7 +14,7 @@ impl Default for Fnv {
 
 impl Fnv {
     /// Hash of some bytes.
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn from_bytes(bytes: &[u8]) -> Self {
         let mut hash = Self::default();
         hash.bytes(bytes);
         hash
@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn the_hash_is_the_published_one() {
-        let of = |text: &str| Fnv::of(text.as_bytes()).0;
+        let of = |text: &str| Fnv::from_bytes(text.as_bytes()).0;
         // RFC 9923, appendix C.
         assert_eq!(of(""), 0xcbf2_9ce4_8422_2325);
         assert_eq!(of("a"), 0xaf63_dc4c_8601_ec8c);

@@ -61,10 +61,11 @@ impl ColorChoice {
     pub fn pinned(mut self) -> Result<Self> {
         let named = self.named().filter(|_| self.is_asked());
         if let Some(named) = named {
-            self.config = Some(match is_built_in(&named) {
-                true => named,
-                false => (named.canonicalize())
-                    .map_err(|e| Error::io("open", &named, e, "Choose the file config.ocio"))?,
+            self.config = Some(if is_built_in(&named) {
+                named
+            } else {
+                (named.canonicalize())
+                    .map_err(|e| Error::io("open", &named, e, "Choose the file config.ocio"))?
             });
         }
         Ok(self)

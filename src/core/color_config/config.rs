@@ -54,7 +54,7 @@ impl ColorConfig {
             config.set_working_dir(&folder);
         }
         check_files(path, &config)?;
-        let working = caught(path, || Working::of(&config))?.map_err(|e| {
+        let working = caught(path, || Working::from_config(&config))?.map_err(|e| {
             let problem = format!(
                 "linear Rec. 709 was not found in {}: {}",
                 path.display(),
@@ -75,7 +75,7 @@ impl ColorConfig {
 
     /// Names to choose from.
     pub fn names(&self) -> ConfigNames {
-        ConfigNames::of(&self.path, &self.config, self.working.name())
+        ConfigNames::new(&self.path, &self.config, self.working.name())
     }
 
     /// Transform of our light to a display: `display` or its first, through `view` or the display's first, with

@@ -46,7 +46,7 @@ pub struct SpaceName {
 }
 
 impl ConfigNames {
-    pub(super) fn of(path: &Path, config: &Config, working: &str) -> Self {
+    pub(super) fn new(path: &Path, config: &Config, working: &str) -> Self {
         let views = |display: &str| {
             let count = config.num_views(display);
             let mut views: Vec<String> = (0..count).map(|i| config.view(display, i)).collect();

@@ -228,10 +228,8 @@ fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corne
                 println!("{} {name}: frame {of_frame:.2?}, chart {of_chart:.2?}", display.name);
                 // ACES 1.0 clips before its displays' powers, and tables have corners: the error is larger within
                 // a cell near black.
-                let (mean, most) = match path == Path::new(BUILT_IN[0]) {
-                    true => (0.25, 1.0),
-                    false => (0.4, 3.0),
-                };
+                let (mean, most) =
+                    if path == Path::new(BUILT_IN[0]) { (0.25, 1.0) } else { (0.4, 3.0) };
                 assert!(of_frame[0] < mean && of_frame[1] < most, "{name}: {of_frame:?}");
                 assert!(of_chart[0] < 0.5, "{name}: {of_chart:?}");
             }

@@ -79,7 +79,7 @@ impl Transform {
             (Target::View { view, .. }, Some(look)) => format!("{view} with {look}"),
             (Target::Space { name, .. }, _) => name.clone(),
         };
-        DisplayTable::of(name, |pixels| self.apply(pixels))
+        DisplayTable::new(name, |pixels| self.apply(pixels))
     }
 
     /// Our name of the output space, if it is one of ours.

@@ -33,7 +33,7 @@ impl Working {
     ///
     /// # Errors
     /// When there is neither.
-    pub fn of(config: &Config) -> ocio::Result<Self> {
+    pub fn from_config(config: &Config) -> ocio::Result<Self> {
         let known = NAMES.iter().find_map(|name| config.get_color_space(name));
         let by_id = || {
             let names = (0..config.num_color_spaces()).map(|i| config.color_space_name_by_index(i));

@@ -33,7 +33,7 @@ impl DisplayTable {
     pub const MOST: f32 = 81.0;
 
     /// Samples a transform: `encode` replaces linear light with codes.
-    pub fn of(name: String, encode: impl FnOnce(&mut [[f32; 3]])) -> Self {
+    pub fn new(name: String, encode: impl FnOnce(&mut [[f32; 3]])) -> Self {
         let light = |i: usize| {
             let root = ((STOPS * i as f32 / (SIZE - 1) as f32).exp2() - 1.0) / SLOPE;
             root * root
@@ -94,7 +94,7 @@ mod tests {
             1.0.. => 1.0 + 0.44 * (v - 1.0),
             _ => srgb_from_linear(v),
         };
-        DisplayTable::of(name.to_owned(), |pixels| {
+        DisplayTable::new(name.to_owned(), |pixels| {
             pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(code));
         })
     }
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn channels_may_depend_on_each_other() {
-        let table = DisplayTable::of("swapped".to_owned(), |pixels| {
+        let table = DisplayTable::new("swapped".to_owned(), |pixels| {
             for [r, g, b] in pixels {
                 (*r, *g, *b) = (*b, *r, (*g).min(1.0));
             }
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn hostile_light_and_hostile_codes_are_codes() {
-        let table = DisplayTable::of("wild".to_owned(), |pixels| {
+        let table = DisplayTable::new("wild".to_owned(), |pixels| {
             let wild = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
             pixels.iter_mut().for_each(|pixel| *pixel = wild);
         });
@@ -148,7 +148,7 @@ mod tests {
     fn tables_are_the_same_if_their_names_and_codes_are() {
         assert_eq!(srgb("a"), srgb("a"));
         assert_ne!(srgb("a"), srgb("b"));
-        let black = DisplayTable::of("a".to_owned(), |pixels| pixels.fill([0.0; 3]));
+        let black = DisplayTable::new("a".to_owned(), |pixels| pixels.fill([0.0; 3]));
         assert_ne!(black, srgb("a"));
     }
 }

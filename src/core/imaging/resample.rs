@@ -91,9 +91,10 @@ pub fn resize_part<T: Blend>(
 ) -> Raster<T> {
     let along = |source, target, axis: usize| {
         let (start, ratio) = (start[axis], ratios[axis]);
-        match ratio > 1.0 {
-            true => coverage(source, target, start, ratio),
-            false => interpolation(source, target, start, ratio),
+        if ratio > 1.0 {
+            coverage(source, target, start, ratio)
+        } else {
+            interpolation(source, target, start, ratio)
         }
     };
     resampled(source, &along(source.width, size.0, 0), &along(source.height, size.1, 1))

@@ -41,7 +41,7 @@ impl Stamp {
     ///
     /// # Errors
     /// When it is missing or not a file.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub fn from_path(path: &Path) -> Result<Self> {
         let file = base::files::open(path).and_then(|file| file.metadata());
         let data = file.map_err(|e| {
             Error::io("open", path, e, "Check that the movie is there and can be read")
@@ -89,7 +89,7 @@ impl Index {
     ///
     /// # Errors
     /// When ffprobe cannot be started, or the file cannot be created.
-    pub fn of(path: &Path, info: &Info, stamp: Stamp, tools: &Tools) -> Result<Self> {
+    pub fn new(path: &Path, info: &Info, stamp: Stamp, tools: &Tools) -> Result<Self> {
         if let Some((start, step, count)) = info.even {
             return Ok(Self::Even { start, step, count });
         }
@@ -99,7 +99,7 @@ impl Index {
     /// The index packet by packet.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::new`].
     pub fn listed(path: &Path, info: &Info, stamp: Stamp, tools: &Tools) -> Result<Self> {
         let kept = tools.cache.as_ref().map(|folder| kept_at(folder, path, info.stream));
         if let Some(listed) = kept.as_ref().and_then(|kept| Listed::open(kept, path, stamp)) {
@@ -160,7 +160,7 @@ impl Index {
 /// Path of the index of a movie's stream: unique for each path.
 fn kept_at(folder: &Path, path: &Path, stream: usize) -> PathBuf {
     let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    let hash = base::Fnv::of(full.as_os_str().as_encoded_bytes());
+    let hash = base::Fnv::from_bytes(full.as_os_str().as_encoded_bytes());
     folder.join(format!("{hash}-{stream}.index"))
 }
 
@@ -348,9 +348,10 @@ fn list(
         found |= !piece.is_empty();
         add(piece)?;
     }
-    match process.ended_well() || found {
-        true => Ok(()),
-        false => Err(words.recv_timeout(TICK).unwrap_or_default()),
+    if process.ended_well() || found {
+        Ok(())
+    } else {
+        Err(words.recv_timeout(TICK).unwrap_or_default())
     }
 }
 

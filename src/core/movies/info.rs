@@ -140,7 +140,7 @@ impl Info {
                 "Convert it: ffmpeg -i FILE -vf zscale=matrix=709 -pix_fmt yuv444p10le -c:v prores_ks -profile:v 4 NEW.mov",
             ));
         };
-        let mut info = Self::of(video, &listing, matrix).map_err(|cause| refuse(&cause))?;
+        let mut info = Self::new(video, &listing, matrix).map_err(|cause| refuse(&cause))?;
         if let Some(decoder) = alpha_decoder(video) {
             if info.format != "yuv420p" {
                 info.notes.push(format!(
@@ -160,7 +160,7 @@ impl Info {
         Ok(info)
     }
 
-    fn of(
+    fn new(
         video: &Stream,
         listing: &Listing,
         (matrix, matrix_note): (&'static str, String),

@@ -42,9 +42,9 @@ impl Movie {
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         refuse_raw(path)?;
-        let stamp = Stamp::of(path)?;
+        let stamp = Stamp::from_path(path)?;
         let info = Info::read(path, tools)?;
-        let index = Index::of(path, &info, stamp, tools)?;
+        let index = Index::new(path, &info, stamp, tools)?;
         Ok(Self {
             path: path.to_path_buf(),
             info,
@@ -111,7 +111,7 @@ impl Movie {
 
     /// True if the file has not changed since it was opened.
     pub(crate) fn is_current(&self) -> bool {
-        Stamp::of(&self.path).is_ok_and(|now| now == self.stamp)
+        Stamp::from_path(&self.path).is_ok_and(|now| now == self.stamp)
     }
 
     fn index(&self) -> Index {

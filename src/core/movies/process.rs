@@ -203,9 +203,10 @@ pub(crate) fn run(
         let _ = say.send(bytes);
     });
     let bytes = process.wait(&said, patience)?.unwrap_or_default();
-    match process.ended_well() {
-        true => Ok(Ok(bytes)),
-        false => Ok(Err(words.recv_timeout(Duration::from_secs(1)).unwrap_or_default())),
+    if process.ended_well() {
+        Ok(Ok(bytes))
+    } else {
+        Ok(Err(words.recv_timeout(Duration::from_secs(1)).unwrap_or_default()))
     }
 }
 

@@ -66,13 +66,14 @@ impl Reader {
         arguments.extend(process::input(path));
         let (width, height) = info.size;
         let start = (from as f64 - 0.5) * seconds as f64 / per as f64;
-        let input = match info.is_rgb {
-            true => String::new(),
-            false => format!(
+        let input = if info.is_rgb {
+            String::new()
+        } else {
+            format!(
                 ":in_color_matrix={}:in_range={}",
                 info.matrix,
                 if info.is_full_range { "full" } else { "limited" }
-            ),
+            )
         };
         let format = if info.has_alpha { "rgba64le" } else { "rgb48le" };
         let filters = format!(

@@ -50,7 +50,7 @@ pub(super) struct Pattern {
 
 impl Pattern {
     /// The pattern of a name like `shot.%04d.exr` or `shot.####.exr`.
-    pub fn of(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         if let Some((before, rest)) = name.split_once('%') {
             let (digits, after) = rest.split_once('d')?;
             let is_count = digits.bytes().all(|b| b.is_ascii_digit()) && digits.len() <= 3;
@@ -102,7 +102,8 @@ impl Pattern {
 
 /// True if a name has a picture's extension.
 fn is_picture(name: &str) -> bool {
-    !files::is_clutter(name) && FileFormat::of(Path::new(name)).is_some_and(FileFormat::is_sequence)
+    !files::is_clutter(name)
+        && FileFormat::from_path(Path::new(name)).is_some_and(FileFormat::is_sequence)
 }
 
 /// True if an address is a sequence: a pattern, a folder, or one of its files.
@@ -115,7 +116,7 @@ impl Sequence {
     /// The pattern of the sequence whose first file is `path`, and that file's number; `None` if its name has no number.
     pub fn of_first(path: &Path) -> Option<(PathBuf, u64)> {
         let name = path.file_name()?.to_str()?;
-        if Pattern::of(name).is_some() && !path.is_file() {
+        if Pattern::from_name(name).is_some() && !path.is_file() {
             return None;
         }
         let (before, digits, after) = split(name)?;
@@ -229,7 +230,7 @@ impl Sequence {
     /// When the file does not exist, or it cannot be read.
     pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
         let file = self.present(frame)?;
-        let Codes { size, has_alpha, codes } = match FileFormat::of(&file) {
+        let Codes { size, has_alpha, codes } = match FileFormat::from_path(&file) {
             Some(FileFormat::Dpx) => {
                 let pixels = Movie::open(&file, &self.tools)?.frame(0)?;
                 return Ok(pixels);
@@ -257,7 +258,7 @@ impl Sequence {
 
     fn still(&self, frame: u64) -> Result<Option<PathBuf>> {
         let file = self.present(frame)?;
-        Ok((FileFormat::of(&file) != Some(FileFormat::Dpx)).then_some(file))
+        Ok((FileFormat::from_path(&file) != Some(FileFormat::Dpx)).then_some(file))
     }
 
     fn present(&self, frame: u64) -> Result<PathBuf> {
@@ -319,7 +320,7 @@ fn list(path: &Path) -> Result<(PathBuf, Names)> {
     if path.is_file() {
         return Ok((folder, Names::All(vec![name.into()])));
     }
-    let Some(pattern) = Pattern::of(&name) else {
+    let Some(pattern) = Pattern::from_name(&name) else {
         return Ok((folder, Names::All(vec![])));
     };
     let (mut numbers, mut others, mut negative) = (vec![], HashMap::new(), 0);

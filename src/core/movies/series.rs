@@ -86,7 +86,7 @@ impl Series {
 
     /// Names, and in the place of each missing picture the name that it would have.
     pub fn with_missing(&self) -> Vec<String> {
-        let pattern = self.pattern.as_deref().and_then(Pattern::of);
+        let pattern = self.pattern.as_deref().and_then(Pattern::from_name);
         let Some(pattern) = pattern else {
             return self.names.iter().map(ToString::to_string).collect();
         };
@@ -130,9 +130,12 @@ impl Series {
 
 /// "Pictures 3, 5–7 of `of` are missing".
 pub(super) fn missing_words(missing: &[RangeInclusive<u64>], of: impl Display) -> String {
-    let span = |span: &RangeInclusive<u64>| match span.start() == span.end() {
-        true => span.start().to_string(),
-        false => format!("{}–{}", span.start(), span.end()),
+    let span = |span: &RangeInclusive<u64>| {
+        if span.start() == span.end() {
+            span.start().to_string()
+        } else {
+            format!("{}–{}", span.start(), span.end())
+        }
     };
     let spans: Vec<String> = missing.iter().map(span).collect();
     match missing {
@@ -163,7 +166,7 @@ fn pattern(names: &[Box<str>]) -> Option<(String, Vec<RangeInclusive<u64>>)> {
     let (before, digits, after) = split(names.first()?)?;
     let text = format!("{before}%0{}d{after}", digits.len());
     let is_plain = !before.contains(['%', '#']) && digits.len() <= 18;
-    let pattern = Pattern::of(&text).filter(|_| is_plain)?;
+    let pattern = Pattern::from_name(&text).filter(|_| is_plain)?;
     let numbers: Vec<u64> = names.iter().map(|name| pattern.number(name)).collect::<Option<_>>()?;
     let rises = numbers.windows(2).all(|pair| pair[0] < pair[1]);
     rises.then(|| (text, gaps(&numbers)))

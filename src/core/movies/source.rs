@@ -24,7 +24,7 @@ const MOST_OPEN: usize = 6;
 
 /// True if a name has a movie's extension, including raw formats that cannot be read.
 pub fn is_movie(path: &Path) -> bool {
-    FileFormat::of(path).is_some_and(FileFormat::is_movie)
+    FileFormat::from_path(path).is_some_and(FileFormat::is_movie)
 }
 
 /// Opens a movie or a sequence, or returns the open one.
@@ -63,9 +63,10 @@ impl Source {
     /// # Errors
     /// When it cannot be read.
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
-        match is_sequence(path) {
-            true => Ok(Self::Sequence(Box::new(Sequence::open(path, tools)?))),
-            false => Ok(Self::Movie(Box::new(Movie::open(path, tools)?))),
+        if is_sequence(path) {
+            Ok(Self::Sequence(Box::new(Sequence::open(path, tools)?)))
+        } else {
+            Ok(Self::Movie(Box::new(Movie::open(path, tools)?)))
         }
     }
 
@@ -124,7 +125,8 @@ impl Source {
         match self {
             Self::Movie(movie) => movie.info().notes.clone(),
             Self::Sequence(sequence) => {
-                let is_exr = |file: PathBuf| FileFormat::of(&file) == Some(FileFormat::OpenExr);
+                let is_exr =
+                    |file: PathBuf| FileFormat::from_path(&file) == Some(FileFormat::OpenExr);
                 let gaps = sequence.gaps();
                 let gap = (!gaps.is_empty()).then(|| missing_words(&gaps, "the sequence"));
                 let negative = (sequence.negative() > 0).then(|| {

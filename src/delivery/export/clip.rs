@@ -77,7 +77,7 @@ impl ClipWriter {
         if !(0.01..=1000.0).contains(&frame_rate) {
             return Err(impossible(format!("the frame rate {frame_rate} is outside 0.01 to 1000")));
         }
-        let container = Container::of(path).unwrap_or(Container::Mp4);
+        let container = Container::from_path(path).unwrap_or(Container::Mp4);
         let rate = rational_rate(frame_rate);
         if let Some(obstacle) = (movie.codec).obstacle((width, height), container, rate) {
             return Err(impossible(obstacle));

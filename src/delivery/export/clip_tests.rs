@@ -11,11 +11,11 @@ const LONG: Duration = Duration::from_secs(3600);
 
 /// Movie in its container's default codec, starting at this frame.
 fn movie(path: &Path, frame_rate: f64, first: usize) -> Movie {
-    let codec = Codec::of(None, path).unwrap();
+    let codec = Codec::for_path(None, path).unwrap();
     Movie {
         codec,
         frame_rate,
-        time_code: (codec != Codec::H264).then(|| TimeCode::of(first, frame_rate)),
+        time_code: (codec != Codec::H264).then(|| TimeCode::new(first, frame_rate)),
         reel: None,
         encoding: Encoding::default(),
         alpha: MovieAlpha::default(),

@@ -62,7 +62,7 @@ pub struct Tags {
 
 impl Container {
     /// Container of a file extension.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_ascii_lowercase();
         Some(match extension.to_str()? {
             "mp4" => Self::Mp4,
@@ -109,8 +109,8 @@ impl Codec {
     ///
     /// # Errors
     /// When the container cannot hold the codec.
-    pub fn of(asked: Option<Self>, path: &Path) -> Result<Self> {
-        let container = Container::of(path).unwrap_or(Container::Mp4);
+    pub fn for_path(asked: Option<Self>, path: &Path) -> Result<Self> {
+        let container = Container::from_path(path).unwrap_or(Container::Mp4);
         let codec = asked.unwrap_or(container.codec());
         if codec.endings().contains(&container) {
             return Ok(codec);
@@ -279,9 +279,10 @@ impl Codec {
     pub fn filter(self, space: Option<OutputSpace>) -> String {
         let Tags { primaries, transfer, matrix, range } = self.tags(space);
         let named = if matrix == "bt2020nc" { "bt2020" } else { matrix };
-        let input = match self.is_planar() {
-            true => format!("in_color_matrix={named}:in_range=tv:"),
-            false => String::new(),
+        let input = if self.is_planar() {
+            format!("in_color_matrix={named}:in_range=tv:")
+        } else {
+            String::new()
         };
         let scale = if self.is_rgb() {
             String::new()

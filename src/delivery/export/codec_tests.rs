@@ -222,7 +222,7 @@ fn sizes_and_rates_that_a_codec_has_not_are_refused_in_a_sentence() {
     assert_eq!(Codec::Ffv1.padded((33, 17)), (33, 17));
     assert_eq!(Codec::ProRes422Hq.padded((33, 17)), (34, 18));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    let wrong = Codec::of(Some(Codec::Ffv1), Path::new("a.mov")).unwrap_err().to_string();
+    let wrong = Codec::for_path(Some(Codec::Ffv1), Path::new("a.mov")).unwrap_err().to_string();
     assert!(wrong.contains("FFV1") && wrong.contains(".mkv"), "{wrong}");
 }
 

@@ -32,11 +32,11 @@ impl Destination {
     /// # Errors
     /// When the extension is unknown, or the pattern is invalid.
     pub fn parse(text: &str) -> Result<Self> {
-        if Container::of(Path::new(text)).is_some() {
+        if Container::from_path(Path::new(text)).is_some() {
             return Ok(Self::Clip(PathBuf::from(text)));
         }
         let extension = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
-        match FileFormat::of(Path::new(text)) {
+        match FileFormat::from_path(Path::new(text)) {
             Some(format) if format.is_still() => Ok(Self::Stills(Stills::parse(text)?)),
             _ => Err(Error::invalid(
                 if extension.is_empty() {
@@ -163,12 +163,12 @@ impl Stills {
 
     /// True for files of linear light.
     pub fn is_linear(&self) -> bool {
-        FileFormat::of(&self.path(0)) == Some(FileFormat::OpenExr)
+        FileFormat::from_path(&self.path(0)) == Some(FileFormat::OpenExr)
     }
 
     /// True for TIFFs.
     pub fn is_tiff(&self) -> bool {
-        FileFormat::of(&self.path(0)) == Some(FileFormat::Tiff)
+        FileFormat::from_path(&self.path(0)) == Some(FileFormat::Tiff)
     }
 
     fn parse(text: &str) -> Result<Self> {

@@ -32,7 +32,7 @@ impl Interview {
     ///
     /// # Errors
     /// When the interview cannot be read, or a movie's time code is none at its frame rate.
-    pub fn of(project: &Project) -> Result<Self> {
+    pub fn from_project(project: &Project) -> Result<Self> {
         let mut interview = Self::stills(project.settings.shoot.frame_rate);
         interview.first_number = footage::first_number(project)?;
         if let Picture::Movie { file, frame } = project.frame_picture(0)
@@ -57,7 +57,7 @@ impl Interview {
 
     /// Time code of frame `frame`: the movie's, or counted from the interview's first frame.
     pub fn time_code(&self, frame: usize) -> TimeCode {
-        let counted = TimeCode::of(frame, self.frame_rate);
+        let counted = TimeCode::new(frame, self.frame_rate);
         self.filmed_time_code(frame).unwrap_or(counted)
     }
 
@@ -121,7 +121,7 @@ mod tests {
             count: 40,
             alpha: false,
         });
-        let interview = Interview::of(&project).unwrap();
+        let interview = Interview::from_project(&project).unwrap();
         let source = interview.source.as_ref().unwrap();
         assert_eq!((source.first_frame, interview.reel()), (10, Some("B003")));
         assert_eq!(interview.time_code(0).to_string(), "09:59:59;10");

@@ -57,7 +57,7 @@ pub fn flawed_frames(
 ) -> Result<Vec<FlawedFrame>> {
     let look = Look::open(project, settings, progress)?;
     let provenance = look.provenance()?;
-    let files = FrameFiles::of(settings, &Interview::of(project)?, folder)?;
+    let files = FrameFiles::new(settings, &Interview::from_project(project)?, folder)?;
     let (first, last) = look.frames;
     let count = (last - first + 1) as u64;
     let mut found = Vec::new();
@@ -107,11 +107,11 @@ enum FrameFiles {
 }
 
 impl FrameFiles {
-    fn of(settings: &RelightSettings, interview: &Interview, folder: &Path) -> Result<Self> {
+    fn new(settings: &RelightSettings, interview: &Interview, folder: &Path) -> Result<Self> {
         let files = &settings.files;
         Ok(match Destination::parse(&files.to)? {
             Destination::Clip(path) => {
-                let codec = Codec::of(files.codec, &path)?;
+                let codec = Codec::for_path(files.codec, &path)?;
                 Self::Movie(MovieFrames::new(folder, codec, files.movie_alpha))
             }
             stills => Self::Stills(stills, files.numbers(interview, (0, 0)).0),
@@ -141,8 +141,8 @@ pub fn join_movie(
     progress: &Progress,
 ) -> Result<String> {
     let (first, last) = frame_range(project, settings.frames)?;
-    let interview = Interview::of(project)?;
-    let files = FrameFiles::of(settings, &interview, folder)?;
+    let interview = Interview::from_project(project)?;
+    let files = FrameFiles::new(settings, &interview, folder)?;
     let mut cleaned = PathBuf::new();
     for file in (first..=last).map(|frame| files.path(frame)) {
         if let Some(folder) = file.parent().filter(|folder| **folder != *cleaned) {

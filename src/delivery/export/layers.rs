@@ -67,7 +67,7 @@ impl LightLayers {
     ///
     /// # Errors
     /// When the field has another number of lamps, or its device fails.
-    pub fn of(
+    pub fn new(
         frame: &Ingredients,
         by: LayersBy,
         lights: impl ParallelIterator<Item = (String, Vec<[f32; 3]>, [f32; 3])>,

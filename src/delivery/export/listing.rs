@@ -48,7 +48,7 @@ impl LayerListing {
     ///
     /// # Errors
     /// When a file cannot be read, or the EXR has no light layers.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub fn from_path(path: &Path) -> Result<Self> {
         let file = open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let parts = MetaData::read_from_buffered(BufReader::new(file), false)
             .map_err(|e| Error::codec("read", path, e, REMEDY))?

@@ -68,7 +68,7 @@ impl<'a> Look<'a> {
     /// # Errors
     /// When calibration, network or look-up table cannot be read.
     pub fn provenance(&self) -> Result<Provenance> {
-        Provenance::of(
+        Provenance::new(
             self.project,
             &self.environment,
             self.settings,

@@ -36,7 +36,7 @@ impl Provenance {
     ///
     /// # Errors
     /// When calibration, network or look-up table cannot be read.
-    pub fn of(
+    pub fn new(
         project: &Project,
         environment: &Environment,
         asked: &RelightSettings,
@@ -145,7 +145,7 @@ fn look(asked: &RelightSettings, front: Front) -> Fnv {
 /// Provenance in a file's header. None if it has none, or the file is damaged.
 pub fn provenance_of(path: &Path) -> Option<String> {
     let file = BufReader::new(open(path).ok()?);
-    match FileFormat::of(path)? {
+    match FileFormat::from_path(path)? {
         FileFormat::OpenExr => {
             let parts = MetaData::read_from_buffered(file, false).ok()?.headers;
             let key = Text::from(PROVENANCE);

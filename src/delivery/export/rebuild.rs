@@ -44,7 +44,7 @@ struct Sum {
 /// # Errors
 /// When the file cannot be read, or it has no light layers with weights.
 pub fn rebuilt(path: &Path) -> Result<Image> {
-    let sum = Sum::of(path)?;
+    let sum = Sum::from_path(path)?;
     Ok(Image {
         width: sum.size.0,
         height: sum.size.1,
@@ -99,7 +99,7 @@ impl Rebuild {
     /// # Errors
     /// As [`rebuilt`].
     pub fn of_file(path: &Path) -> Result<Self> {
-        Sum::of(path).map(Self::of_sum)
+        Sum::from_path(path).map(Self::of_sum)
     }
 
     /// The same of a file that has been decoded.
@@ -182,7 +182,7 @@ impl Rebuild {
 }
 
 impl Sum {
-    fn of(path: &Path) -> Result<Self> {
+    fn from_path(path: &Path) -> Result<Self> {
         let file = ExrFile::open(path, REMEDY)?;
         let layers = LayerListing::of_parts(path, &file.parts)?;
         Self::of_image(path, &file.decode(path, REMEDY)?, &layers)

@@ -47,7 +47,7 @@ pub(super) const PROVENANCE: &str = "afterlight";
 /// # Errors
 /// When the file cannot be written, or a picture without display codes is to be a PNG; and as [`write_still_exr`].
 pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<Option<Rebuild>> {
-    match FileFormat::of(path) {
+    match FileFormat::from_path(path) {
         Some(FileFormat::OpenExr) => write_still_exr(path, picture, about),
         Some(FileFormat::Tiff) => write_still_tiff(path, picture, about).map(|()| None),
         _ => write_still_png(path, picture, about).map(|()| None),

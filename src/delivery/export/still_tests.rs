@@ -31,7 +31,7 @@ static PLAIN: LazyLock<Encoding> = LazyLock::new(Encoding::default);
 /// Frame 8 of a film.
 pub fn about(bits: Bits) -> About<'static> {
     About {
-        time_code: TimeCode::of(24 + 7, 23.976),
+        time_code: TimeCode::new(24 + 7, 23.976),
         frame_rate: 23.976,
         bits,
         exr: ExrSettings::default(),

@@ -22,7 +22,7 @@ pub struct TimeCode {
 impl TimeCode {
     /// Time code of frame `frame` of a clip with `frame_rate` frames per second that starts at 00:00:00:00, without
     /// drop-frame counting; it wraps after a day.
-    pub fn of(frame: usize, frame_rate: f64) -> Self {
+    pub fn new(frame: usize, frame_rate: f64) -> Self {
         Self { hours: 0, minutes: 0, seconds: 0, frame: 0, rate: whole(frame_rate), drop: false }
             .plus(frame)
     }
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn frames_are_counted_as_on_a_slate() {
-        let said = |frame, rate| TimeCode::of(frame, rate).to_string();
+        let said = |frame, rate| TimeCode::new(frame, rate).to_string();
         assert_eq!(said(0, 24.0), "00:00:00:00");
         assert_eq!(said(24 * 3725 + 7, 24.0), "01:02:05:07");
         assert_eq!(said(24, 23.976), "00:00:01:00");
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn fast_clips_count_pairs_of_frames() {
-        let packed = |frame, rate| attribute::TimeCode::from(TimeCode::of(frame, rate));
+        let packed = |frame, rate| attribute::TimeCode::from(TimeCode::new(frame, rate));
         let last = packed(59, 59.94);
         assert_eq!((last.frame, last.field_phase), (29, true));
         assert_eq!((packed(58, 59.94).frame, packed(58, 59.94).field_phase), (29, false));

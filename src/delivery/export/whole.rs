@@ -18,7 +18,7 @@ const REMEDY: &str = "Write this frame again";
 pub(super) fn check_whole(path: &Path) -> Result<()> {
     let file = || open(path).map(BufReader::new).map_err(|e| Error::io("open", path, e, REMEDY));
     let broken = |cause: String| Error::codec("read", path, cause, REMEDY);
-    match FileFormat::of(path) {
+    match FileFormat::from_path(path) {
         Some(FileFormat::OpenExr) => {
             let parts = MetaData::read_from_buffered(file()?, false)
                 .map_err(|e| broken(e.to_string()))?

@@ -79,15 +79,15 @@ impl Writer {
         }
         let (mut clip, mut sound, mut parts) = (None, None, None);
         if let (Destination::Clip(path), Some(part)) = (&destination, part) {
-            let codec = Codec::of(files.codec, path)?;
+            let codec = Codec::for_path(files.codec, path)?;
             parts = Some(MovieFrames::new(&part.folder, codec, files.movie_alpha));
         } else if let Destination::Clip(path) = &destination {
-            let codec = Codec::of(files.codec, path)?;
+            let codec = Codec::for_path(files.codec, path)?;
             if !files.no_sound {
                 sound = Sound::extract(interview, (first, last), path, progress)?;
             }
             // A movie for review has a time code only if the interview has one.
-            let counted = Container::of(path) != Some(Container::Mp4);
+            let counted = Container::from_path(path) != Some(Container::Mp4);
             let counted = counted.then(|| interview.time_code(first));
             let movie = Movie {
                 codec,
@@ -270,7 +270,7 @@ pub(super) fn output(
 ) -> Output {
     let deep = match destination {
         Destination::Stills(stills) => files.bits == Bits::Sixteen || stills.is_tiff(),
-        Destination::Clip(path) => Codec::of(files.codec, path).is_ok_and(Codec::is_deep),
+        Destination::Clip(path) => Codec::for_path(files.codec, path).is_ok_and(Codec::is_deep),
     };
     // The dither of 8 bits is for codes that stay unchanged.
     let resized = files.size.is_some_and(|longest| fitted(size, longest) != size);
@@ -324,7 +324,7 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
     check_config(&files.ocio, (files.space, table), to, is_linear)?;
     match &destination {
         Destination::Clip(path) => {
-            let codec = Codec::of(files.codec, path)?;
+            let codec = Codec::for_path(files.codec, path)?;
             if files.movie_alpha == MovieAlpha::Premultiplied && !codec.has_alpha() {
                 return Err(Error::invalid(
                     format!("{} keeps no alpha: {to} cannot be premultiplied", codec.name()),

@@ -16,7 +16,7 @@ pub struct FrameSpan {
 
 impl FrameSpan {
     /// Frames `first` to `last`.
-    pub fn of(first: usize, last: usize) -> Self {
+    pub fn new(first: usize, last: usize) -> Self {
         Self { first, count: last.saturating_sub(first).saturating_add(1), is_cut: false }
     }
 
@@ -48,7 +48,7 @@ impl FromStr for FrameSpan {
         if first > last {
             return Err(format!("{first} comes after {last}"));
         }
-        Ok(Self::of(first, last))
+        Ok(Self::new(first, last))
     }
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn spans(frames: impl IntoIterator<Item = usize>) -> Vec<FrameSpan> {
     for frame in frames {
         match found.last_mut() {
             Some(span) if span.first + span.count == frame => span.count += 1,
-            _ => found.push(FrameSpan::of(frame, frame)),
+            _ => found.push(FrameSpan::new(frame, frame)),
         }
     }
     found

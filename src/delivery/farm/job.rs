@@ -201,7 +201,7 @@ impl PinnedFile {
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub(crate) fn of(folder: &Path, name: PathBuf) -> Result<Self> {
+    pub(crate) fn new(folder: &Path, name: PathBuf) -> Result<Self> {
         let path = folder.join(&name);
         let (bytes, sha256) = hash_file(&path, u64::MAX)
             .map_err(|e| Error::io("read", &path, e, "Write the job again"))?;

@@ -169,7 +169,7 @@ pub(crate) fn pin(job: &Path) -> Result<Vec<PinnedFile>> {
             }
         }
     }
-    (names.into_iter()).map(|name| PinnedFile::of(job, name)).collect()
+    (names.into_iter()).map(|name| PinnedFile::new(job, name)).collect()
 }
 
 pub(crate) fn copy_file(from: &Path, to: &Path) -> Result<()> {

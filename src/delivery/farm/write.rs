@@ -76,7 +76,7 @@ pub fn write_job(
     let (first, last) = frame_range(project, settings.frames)?;
     let frames = last - first + 1;
     settings.frames = Some((first, last));
-    let interview = Interview::of(project)?;
+    let interview = Interview::from_project(project)?;
     settings.files.first_number = Some(settings.files.numbers(&interview, (0, 0)).0);
     settings.files = absolute_files(&settings, settings.files.numbers(&interview, (first, last)))?;
     export::check_files(&settings.files, frames)?;
@@ -201,10 +201,8 @@ pub(crate) fn clear(job: &Path) {
     for entry in std::fs::read_dir(job).into_iter().flatten().flatten() {
         let path = entry.path();
         // The next attempt reports files that cannot be removed.
-        let _ = match path.is_dir() {
-            true => std::fs::remove_dir_all(path),
-            false => std::fs::remove_file(path),
-        };
+        let _ =
+            if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
 }
 

@@ -129,7 +129,7 @@ pub fn script(shot: &Shot) -> String {
     else {
         return SCRIPT.to_owned();
     };
-    let numbers = Numbers::of(shot, layers, light, stills);
+    let numbers = Numbers::new(shot, layers, light, stills);
     // Numbers and texts can always be serialised.
     let numbers = serde_json::to_string(&numbers).unwrap_or_default();
     // One lamp per line.
@@ -138,7 +138,7 @@ pub fn script(shot: &Shot) -> String {
 }
 
 impl<'a> Numbers<'a> {
-    fn of(shot: &'a Shot, layers: &'a Layers, light: &'a Light, stills: &Stills) -> Self {
+    fn new(shot: &'a Shot, layers: &'a Layers, light: &'a Light, stills: &Stills) -> Self {
         let (first, last) = shot.frames;
         let rate = shot.frame_rate();
         let whole = rate.round().max(1.0);
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn what_blender_would_not_find_is_refused() {
-        let stills = |to: &str| Media::of(to, "Blender").unwrap();
+        let stills = |to: &str| Media::new(to, "Blender").unwrap();
         let said = |to: &str, last, place| {
             let checked = check(&stills(to), (0, last), place);
             checked.map_or_else(|e| e.for_terminal(), |()| String::new())
@@ -303,12 +303,12 @@ mod tests {
             size: (64, 48),
         };
         let light = lit();
-        let stills = Media::of("shot.%04d.exr", "Blender").unwrap();
+        let stills = Media::new("shot.%04d.exr", "Blender").unwrap();
         let shot = shot(stills.clone());
         let Media::Stills(stills) = &stills else {
             panic!("{stills:?}");
         };
-        let numbers = Numbers::of(&shot, &layers, &light, stills);
+        let numbers = Numbers::new(&shot, &layers, &light, stills);
         let [moves, stays] = &numbers.placed[..] else {
             panic!("{} lights", numbers.placed.len());
         };

@@ -109,7 +109,7 @@ mod tests {
     use std::process::Command;
 
     fn of(to: &str) -> Shot {
-        shot(Media::of(to, "EDL").unwrap())
+        shot(Media::new(to, "EDL").unwrap())
     }
 
     #[test]

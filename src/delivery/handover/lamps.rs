@@ -57,7 +57,7 @@ impl Layers {
         rig: &Rig,
         progress: &Progress,
     ) -> Result<Self> {
-        let listing = |frame| LayerListing::of(&stills.folder.join(stills.name(frame)));
+        let listing = |frame| LayerListing::from_path(&stills.folder.join(stills.name(frame)));
         let start = listing(first)?;
         let mut weights: Vec<Vec<[f32; 3]>> = vec![Vec::new(); rig.lamps.len()];
         let mut with_rest = 0;

@@ -66,9 +66,9 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
             ("Choose light layers by lamp", "--layers-by lamp"),
         ));
     }
-    let media = Media::of(&files.to, first_asked.name())?;
+    let media = Media::new(&files.to, first_asked.name())?;
     let frames = export::relight::frame_range(project, settings.frames)?;
-    let numbers = files.numbers(&Interview::of(project)?, frames);
+    let numbers = files.numbers(&Interview::from_project(project)?, frames);
     let rate = rational_rate(project.settings.shoot.frame_rate);
     for program in &settings.hand_over {
         match program {
@@ -94,8 +94,8 @@ pub fn hand_over(
     if settings.hand_over.is_empty() {
         return Ok(Vec::new());
     }
-    let interview = Interview::of(project)?;
-    let shot = Shot::of(project, settings, &interview, output, progress)?;
+    let interview = Interview::from_project(project)?;
+    let shot = Shot::new(project, settings, &interview, output, progress)?;
     let mut written = Vec::new();
     for &program in &settings.hand_over {
         let path = shot.file(program.ending());

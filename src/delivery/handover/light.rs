@@ -62,7 +62,7 @@ impl Light {
     ///
     /// # Errors
     /// When the environment cannot be read, or a lamp is unknown.
-    pub fn of(
+    pub fn new(
         project: &Project,
         settings: &RelightSettings,
         (first, last): (usize, usize),
@@ -118,7 +118,7 @@ impl Light {
                 strength: gains.map(|gain| gain * level),
                 lamps: rig.lamps.iter().zip(&weights).map(given).collect(),
                 placed: (shining.iter())
-                    .map(|&i| PlacedLamp::of(&lighting.placed[i], &lighting, exposure))
+                    .map(|&i| PlacedLamp::new(&lighting.placed[i], &lighting, exposure))
                     .collect(),
             }
         };
@@ -156,7 +156,7 @@ impl Light {
 
 impl PlacedLamp {
     /// Light placed by hand, in a picture with the factor `exposure`.
-    fn of(light: &PlacedLight, lighting: &Lighting, exposure: f32) -> Self {
+    fn new(light: &PlacedLight, lighting: &Lighting, exposure: f32) -> Self {
         Self {
             direction: light.direction(),
             size_deg: match light.kind {

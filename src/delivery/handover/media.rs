@@ -29,7 +29,7 @@ impl Media {
     ///
     /// # Errors
     /// When `to` is invalid, or the frame number is in a folder's name.
-    pub fn of(to: &str, program: &str) -> Result<Self> {
+    pub fn new(to: &str, program: &str) -> Result<Self> {
         let absolute = |path: &str| {
             std::path::absolute(path)
                 .map_err(|e| Error::io("find", Path::new(path), e, "Give a full path"))
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     fn stills(to: &str) -> Stills {
-        match Media::of(to, "Nuke").unwrap() {
+        match Media::new(to, "Nuke").unwrap() {
             Media::Stills(stills) => stills,
             Media::Movie(path) => panic!("{} is a movie", path.display()),
         }
@@ -123,7 +123,7 @@ mod tests {
         assert!(shot.folder.is_absolute() && shot.folder.ends_with("a b"));
         assert_eq!(shot.name(7), "it's 100% \"x\".0007.exr");
         assert_eq!(shot.name(4_320_000), "it's 100% \"x\".4320000.exr");
-        let name = |to: &str| Media::of(to, "Nuke").unwrap().shot_name();
+        let name = |to: &str| Media::new(to, "Nuke").unwrap().shot_name();
         assert_eq!(name("a b/it's 100%%.%04d.exr"), "it's 100%");
         assert_eq!(name("é/Ünïcode_%d.exr"), "Ünïcode");
         assert_eq!(name("%04d.exr"), "shot");
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn numbered_folders_are_refused_in_a_sentence() {
-        let error = Media::of("a/%d/b.exr", "Nuke").unwrap_err().to_string();
+        let error = Media::new("a/%d/b.exr", "Nuke").unwrap_err().to_string();
         assert!(error.contains("folders are numbered"), "{error}");
     }
 }

@@ -37,7 +37,7 @@ impl Shot {
     ///
     /// # Errors
     /// When its files, the calibration or the environment cannot be read.
-    pub fn of(
+    pub fn new(
         project: &Project,
         settings: &RelightSettings,
         interview: &Interview,
@@ -45,7 +45,7 @@ impl Shot {
         progress: &Progress,
     ) -> Result<Self> {
         let program = settings.hand_over.first().map_or("", |p| p.name());
-        let media = Media::of(output, program)?;
+        let media = Media::new(output, program)?;
         let frames = frame_range(project, settings.frames)?;
         let has_sound = match &media {
             Media::Movie(path) => match &*movies::open(path)? {
@@ -77,7 +77,7 @@ impl Shot {
             };
             let rig = &Calibration::load(project)?.rig;
             shot.layers = Some(Layers::read(stills, numbers, rig, progress)?);
-            shot.light = Some(Light::of(project, settings, frames, rig)?);
+            shot.light = Some(Light::new(project, settings, frames, rig)?);
         }
         Ok(shot)
     }
@@ -175,7 +175,7 @@ pub mod tests {
             count: 70,
             alpha: false,
         });
-        let interview = Interview::of(&project).unwrap();
+        let interview = Interview::from_project(&project).unwrap();
         let settings = RelightSettings { hand_over: vec![HandOver::Otio], ..moving() };
         for (output, reports) in [("quiet.mov", 1), ("loud.mov", 0)] {
             let said = Mutex::new(Vec::new());
@@ -186,7 +186,7 @@ pub mod tests {
             };
             let progress = Progress::new(&sink, Control::default());
             let output = at(output).display().to_string();
-            let shot = Shot::of(&project, &settings, &interview, &output, &progress).unwrap();
+            let shot = Shot::new(&project, &settings, &interview, &output, &progress).unwrap();
             assert_eq!((shot.has_sound, shot.count()), (reports == 0, 70));
             let said = said.into_inner().unwrap();
             assert_eq!(said.len(), reports, "{said:?}");

@@ -26,7 +26,7 @@ pub struct Spread {
 
 impl Spread {
     /// Median and percentiles of times in milliseconds, in any order.
-    pub fn of(mut times: Vec<f64>) -> Self {
+    pub fn from_times(mut times: Vec<f64>) -> Self {
         times.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| {
             let last = times.len().saturating_sub(1) as f64;

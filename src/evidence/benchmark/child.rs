@@ -33,11 +33,9 @@ pub fn answer(request: &str, mut say: impl FnMut(&str) -> Result<()>) -> Result<
         let _ = std::io::stdin().read(&mut [0]);
         std::process::exit(1);
     });
-    let compute = ComputeDevice::untested(match request.gpu {
-        true => DeviceChoice::Gpu,
-        false => DeviceChoice::Cpu,
-    })
-    .map_err(|why| Error::device(why, "Figures of the CPU are beside this"))?;
+    let compute =
+        ComputeDevice::untested(if request.gpu { DeviceChoice::Gpu } else { DeviceChoice::Cpu })
+            .map_err(|why| Error::device(why, "Figures of the CPU are beside this"))?;
     measure(&request, &compute, &mut |figure| {
         let figure = Figure {
             peak_bytes: memory::peak(),

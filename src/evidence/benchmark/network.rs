@@ -76,7 +76,7 @@ pub fn warm(
 ) -> Result<()> {
     let (first, ()) = timed(&mut work)?;
     let figure = |times: &[f64]| {
-        let times = (!times.is_empty()).then(|| Spread::of(times.to_vec()));
+        let times = (!times.is_empty()).then(|| Spread::from_times(times.to_vec()));
         Figure {
             what: what.to_owned(),
             times,

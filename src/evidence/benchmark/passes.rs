@@ -90,7 +90,7 @@ pub fn passes(
     for (at, scene) in scenes().into_iter().enumerate() {
         shoot.before = Some(shoot.steady(&field)?);
         let (pictures, wholes) = shoot.timed(&scene, &field, budget)?;
-        whole.get_or_insert_with(|| Spread::of(wholes));
+        whole.get_or_insert_with(|| Spread::from_times(wholes));
         for (index, pass) in Pass::ALL.into_iter().enumerate() {
             let report = &pictures[0][index];
             let fresh = passes.iter().all(|known: &PassTimes| known.name != report.name);
@@ -129,7 +129,7 @@ pub fn passes(
 /// Times of one pass in several pictures.
 fn spread(pictures: &[Vec<PassReport>], index: usize) -> Option<Spread> {
     let times: Vec<f64> = (pictures.iter()).filter_map(|passes| passes[index].ms).collect();
-    (!times.is_empty()).then(|| Spread::of(times))
+    (!times.is_empty()).then(|| Spread::from_times(times))
 }
 
 /// Refuses a field that no shader of this GPU can read.
@@ -163,7 +163,7 @@ fn sums(
         sum();
         found(PassTimes {
             name: name.to_owned(),
-            times: Some(Spread::of(budget.time(|| Ok(sum()))?)),
+            times: Some(Spread::from_times(budget.time(|| Ok(sum()))?)),
             copy_ms: Some(1e3 * (bytes + 12 * size * size) as f64 / copied),
         })
     };
@@ -172,7 +172,7 @@ fn sums(
     timed("sum, f16", size_of_val(half.values()), &|| relight_half(&half, weights, &lit))?;
     // Any basis of the right size will do: only the number of components affects the time.
     let part = noise_field(32, full.lamps);
-    let few = LampBasis::of(&[&part])
+    let few = LampBasis::from_fields(&[&part])
         .and_then(|basis| basis.compress(full, COMPONENTS.min(basis.len())))
         .ok_or_else(|| Error::bug("a field has no components"))?;
     timed("sum, compressed", few.bytes(), &|| relight_compressed(&few, weights))
@@ -336,6 +336,6 @@ pub fn copied_by_memory(bytes: usize, budget: Budget) -> Result<f64> {
         Ok(())
     };
     copy()?;
-    let times = Spread::of(budget.time(copy)?);
+    let times = Spread::from_times(budget.time(copy)?);
     Ok(2e3 * bytes as f64 / times.median_ms)
 }

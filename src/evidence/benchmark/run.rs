@@ -180,9 +180,10 @@ impl Run<'_> {
         let note = format!("{}: {}", kind.to_uppercase(), measure.words());
         self.progress.step(STAGE, done.0, done.1, note);
         let predicted = measure.predicted(&device.rows);
-        let why_not = match self.report.stopped {
-            true => Some(STOPPED.to_owned()),
-            false => unfit(&measure, predicted.as_deref(), time.most),
+        let why_not = if self.report.stopped {
+            Some(STOPPED.to_owned())
+        } else {
+            unfit(&measure, predicted.as_deref(), time.most)
         };
         if let Some(why) = why_not {
             device.leave_out(&measure, predicted.as_deref(), &why);

@@ -26,7 +26,7 @@ fn row(what: &str, network: Option<&str>, size: usize, ms: f64) -> Row {
 
 #[test]
 fn a_spread_is_of_the_times_in_any_order() {
-    let spread = Spread::of((1..=101).rev().map(f64::from).collect());
+    let spread = Spread::from_times((1..=101).rev().map(f64::from).collect());
     assert_eq!((spread.low_ms, spread.median_ms, spread.high_ms), (6.0, 51.0, 96.0));
     let mut runs = 0;
     let budget = Budget::seconds(0.0, 50);
@@ -107,7 +107,7 @@ fn figure(what: &str, first_ms: f64, median_ms: Option<f64>) -> Figure {
     Figure {
         what: what.to_owned(),
         first_ms: Some(first_ms),
-        times: median_ms.map(|ms| Spread::of(vec![ms; 3])),
+        times: median_ms.map(|ms| Spread::from_times(vec![ms; 3])),
         ..Figure::default()
     }
 }

@@ -81,7 +81,7 @@ pub(super) fn checks(
 
 fn coverage(uncovered: f32) -> Check {
     let [doubtful, bad] = UNCOVERED;
-    let level = Level::of(uncovered, doubtful, bad);
+    let level = Level::new(uncovered, doubtful, bad);
     let sentence = format!(
         "{:.1} % of the light comes from directions without a lamp; it goes to the nearest lamps",
         100.0 * uncovered
@@ -103,7 +103,7 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     let turn = plain.turn(lit.yaw_deg);
     let likeness = likeness_db(&lit.environment, turn, rig, &plain_weights);
     let [doubtful, bad] = LIKENESS_DB;
-    let level = Level::of(-likeness, -doubtful, -bad);
+    let level = Level::new(-likeness, -doubtful, -bad);
     if level == Level::Unknown {
         return Check::new(Subject::Contrast, level, "The environment is black")
             .remedy("Choose another environment");
@@ -164,7 +164,7 @@ pub(super) fn half_floats(
     }
     let [low, none] = HEADROOM;
     let [doubtful, bad] = LOST;
-    let level = Level::of(-headroom, -low, -none).worst(Level::of(lost, doubtful, bad));
+    let level = Level::new(-headroom, -low, -none).worst(Level::new(lost, doubtful, bad));
     if poses.is_empty() || !headroom.is_finite() || lost.is_nan() {
         let sentence = "The poses are black in this light";
         return Check::new(Subject::HalfFloats, Level::Unknown, sentence)

@@ -38,7 +38,7 @@ pub(super) fn check(project: &Project, progress: &Progress) -> Result<Check> {
     };
     let (unlike, looked) = (report.unlike().len(), report.frames.len());
     let [doubtful, bad] = SHARES;
-    let level = Level::of(unlike as f32 / looked as f32, doubtful, bad);
+    let level = Level::new(unlike as f32 / looked as f32, doubtful, bad);
     let of = if frames.len() == looked {
         counted(looked, "frame")
     } else {

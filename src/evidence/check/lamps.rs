@@ -89,7 +89,7 @@ fn agree(calibration: &Calibration) -> Check {
         .collect();
     let count = usable().count();
     let [doubtful, bad] = UNSURE;
-    let level = Level::of(unsure.len() as f32 / count.max(1) as f32, doubtful, bad);
+    let level = Level::new(unsure.len() as f32 / count.max(1) as f32, doubtful, bad);
     if level != Level::Good {
         let sentence = format!(
             "The directions of {} of {count} lamps are uncertain: their highlights are small, blurred, or one of several\
@@ -119,7 +119,7 @@ fn agree(calibration: &Calibration) -> Check {
                 "Two mirror balls show {} lamps {:.1}° apart in the median, {:.1}° at most",
                 two.lamps, two.median_deg, two.worst_deg
             );
-            let level = Level::of(two.median_deg, doubtful, bad);
+            let level = Level::new(two.median_deg, doubtful, bad);
             Check::new(Subject::LampsAgree, level, sentence)
                 .remedy("Check the circles of both balls, and the positions in the manifest")
         }
@@ -172,7 +172,7 @@ fn clipped(calibration: &Calibration) -> Check {
 fn hidden(calibration: &Calibration) -> Check {
     let (filled, blind) = (calibration.filled_energy, calibration.blind_share);
     let [doubtful, bad] = FILLED;
-    let level = Level::of(if blind.is_nan() { blind } else { filled }, doubtful, bad);
+    let level = Level::new(if blind.is_nan() { blind } else { filled }, doubtful, bad);
     let lamps = match finding(calibration, &[Fault::BehindBall]) {
         Some(_) => "hides lamps, at least in part",
         None => "hides no lamp",

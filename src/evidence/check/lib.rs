@@ -131,7 +131,7 @@ pub struct Evidence {
 
 impl Level {
     /// Level of a value for which smaller is better; NaN means not measured.
-    fn of(value: f32, doubtful: f32, bad: f32) -> Self {
+    fn new(value: f32, doubtful: f32, bad: f32) -> Self {
         match value {
             v if v.is_nan() => Self::Unknown,
             v if v >= bad => Self::Bad,

@@ -24,7 +24,7 @@ pub(super) fn check(pictures: &Pictures) -> Check {
             format!("All {} separate subject and background", counted(found.len(), "matte"));
         return Check::new(Subject::Mattes, Level::Good, sentence);
     };
-    let level = Level::of(even.len() as f32 / found.len() as f32, f32::MIN_POSITIVE, 0.5);
+    let level = Level::new(even.len() as f32 / found.len() as f32, f32::MIN_POSITIVE, 0.5);
     let covers = if *value == 0.0 { "nothing" } else { "the whole picture" };
     let sentence = format!(
         "{} of {} checked mattes {} the same everywhere: the first, {name}, covers {covers}",

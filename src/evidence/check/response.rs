@@ -51,7 +51,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let [width1, width2] = intervals.map(|[low, high]| 0.5 * (high - low));
     let width = larger(width1, width2);
     let [rough, undetermined] = [Evidence::ROUGH, Evidence::UNDETERMINED].map(|d| HALF_WIDTH * d);
-    let mut level = Level::of(width, rough, undetermined);
+    let mut level = Level::new(width, rough, undetermined);
     let [[low1, high1], [low2, high2]] = intervals;
     let mut sentence = format!("γ1 {low1:.2} to {high1:.2}, γ2 {low2:.2} to {high2:.2} ({says})");
     let mut remedy = "Film one of the poses in the interview's light, or expose poses and interview so that they use \
@@ -88,7 +88,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     }
     // The intervals assume that the lamps explain the interview's light.
     let [doubtful, bad] = UNEXPLAINED;
-    let light = Level::of(unexplained(calibration), doubtful, bad);
+    let light = Level::new(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
         level = level.worst(light);
         sentence +=
@@ -105,7 +105,7 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     }
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;
-    let level = Level::of(larger(unexplained(calibration), missed), doubtful, bad);
+    let level = Level::new(larger(unexplained(calibration), missed), doubtful, bad);
     let [beside, misfit] =
         [calibration.uncovered_energy, calibration.probe_residual].map(|share| 100.0 * share);
     let mut sentence = if beside < 0.5 && misfit < 0.5 {
@@ -131,7 +131,7 @@ fn by_subject(calibration: &Calibration) -> Check {
     /// Limits for the misfit of the frame: a subject that moved a little has some.
     const MISFIT: [f32; 2] = [0.15, 0.4];
     let [doubtful, bad] = MISFIT;
-    let level = Level::of(calibration.probe_residual, doubtful, bad);
+    let level = Level::new(calibration.probe_residual, doubtful, bad);
     let sentence = format!(
         "The closest pose, relit to match its frame, is off by {:.0} %. Light that misses the subject is unknown",
         100.0 * calibration.probe_residual

@@ -40,7 +40,7 @@ pub struct Differences {
 impl Differences {
     /// Compares pictures with their references at the exposure e that `evaluate` uses, after one common factor has made
     /// the sums equal. Pixels outside the matte count as equal.
-    pub fn of(pictures: &[Image], others: &[Image], mask: &Mask) -> Self {
+    pub fn new(pictures: &[Image], others: &[Image], mask: &Mask) -> Self {
         let compared = Compared { pictures, truths: others, mask };
         let exposure = compared.exposure();
         let sum = |images: &[Image]| -> f64 {

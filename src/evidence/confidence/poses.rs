@@ -93,7 +93,7 @@ pub fn root_mean(squares: impl Iterator<Item = f64>) -> f32 {
 pub fn errors(carried: &Carried, of: &Photographed) -> PoseErrors {
     let field = &carried.field;
     let pictures: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
-    let off = Differences::of(&pictures, &of.olats, &of.frame.mask);
+    let off = Differences::new(&pictures, &of.olats, &of.frame.mask);
     let (cells, signs): (Vec<usize>, Vec<Sign>) =
         signs(carried, &of.frame.mask).into_iter().unzip();
     PoseErrors {

@@ -108,7 +108,7 @@ impl Quarter {
 
 impl Judged {
     /// Computes the test; None without frames or cells.
-    pub(super) fn of(
+    pub(super) fn new(
         relation: &Relation,
         lamps: Option<&LampShares>,
         frames: &[PoseErrors],
@@ -186,7 +186,7 @@ pub fn mark(project: &Project) -> Result<String> {
     }
     let text = files::read_text(&path, files::MOST_TEXT)
         .map_err(|e| Error::io("read", &path, e, "Calibrate the project again"))?;
-    let mut mark = Fnv::of(text.as_bytes());
+    let mut mark = Fnv::from_bytes(text.as_bytes());
     let shoot = &project.settings.shoot;
     mark.text(&format!("{:?} {:?}", shoot.poses, shoot.frames));
     let poses = (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose));

@@ -166,7 +166,7 @@ impl Estimate<'_> {
             };
             Ok(errors(&self.transfer.carry(&shown.frame), &shown))
         })?;
-        Ok(Judged::of(relation, lamps, &found))
+        Ok(Judged::new(relation, lamps, &found))
     }
 }
 

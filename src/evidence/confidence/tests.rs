@@ -117,7 +117,7 @@ fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     let factors = [1.0, 0.7, 1.4, 1.1, 0.9];
     let relation = Relation::learn(&poses_of(|d| 0.02 * d.powf(0.8), &factors), 0.8).unwrap();
     // Frames that follow the same law as the poses.
-    let alike = Judged::of(&relation, None, &poses_of(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
+    let alike = Judged::new(&relation, None, &poses_of(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
     for quarter in alike.quarters {
         let [usual, promised] = quarter.within;
         assert!((0.6..0.95).contains(&usual) && promised >= usual, "{quarter:?}");
@@ -127,7 +127,7 @@ fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     let said = alike.quarters.map(|quarter| quarter.said);
     assert!(said.windows(2).all(|pair| pair[0][1] <= pair[1][0]), "{said:?}");
     // Frames that are as wrong near the poses as far from them: the mean over all cells hides this.
-    let even = Judged::of(&relation, None, &poses_of(|_| 0.02, &[1.0])).unwrap();
+    let even = Judged::new(&relation, None, &poses_of(|_| 0.02, &[1.0])).unwrap();
     let [near, .., far] = even.quarters.map(|quarter| quarter.within[0]);
     assert!(near < 0.5 && far > 0.9, "{near} {far}");
 }
@@ -156,14 +156,14 @@ fn errors_are_those_of_the_measure() {
             ..*image
         })
         .collect();
-    let none = Differences::of(&twice, &truth, &mask);
+    let none = Differences::new(&twice, &truth, &mask);
     assert!(none.cells.iter().chain(&none.lamps).all(|e| *e < 1e-10));
     let mut other = truth.clone();
     for (i, pixel) in other[0].pixels.iter_mut().enumerate() {
         *pixel = pixel.map(|v| v * (1.0 + 0.2 * noise(3 * i)));
     }
     let compared = evaluation::metrics::Compared { pictures: &other, truths: &truth, mask: &mask };
-    let Differences { cells, lamps } = Differences::of(&other, &truth, &mask);
+    let Differences { cells, lamps } = Differences::new(&other, &truth, &mask);
     let covered = mean_of_cells(&mask, |alpha| f64::from(*alpha));
     let inside = cells.iter().zip(&covered).filter(|(_, a)| **a > 0.0);
     let inside: Vec<f64> = inside.map(|(e, _)| *e).collect();

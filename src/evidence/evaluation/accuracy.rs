@@ -159,7 +159,7 @@ pub fn truth_weights(
     truth: &Truth,
     weighting: Weighting,
 ) -> Result<BTreeMap<String, Vec<[f32; 3]>>> {
-    let partition = Partition::of(weighting, &calibration.rig);
+    let partition = Partition::new(weighting, &calibration.rig);
     let weights = truth.environments.iter().map(|named| {
         let environment = light::panorama::load(&project.shoot_path(&named.file))?;
         let weights = partition.weights(&environment, named.front().turned(0.0));

@@ -49,7 +49,7 @@ pub fn compare(
     predict: &mut dyn FnMut(&Frame, bool) -> Result<Predicted>,
     progress: &Progress,
 ) -> Result<Comparison> {
-    let nearest = Nearest::of(method, project, calibration)?;
+    let nearest = Nearest::new(method, project, calibration)?;
     let frames: Vec<usize> = truth
         .frames
         .iter()
@@ -71,7 +71,7 @@ pub fn compare(
         progress.step("evaluate", done as u64, total, format!("frame {index}"));
         let (frame, filmed) = Frame::load_filmed(project, &calibration.response, index)?;
         let filmed = filmed.shown(at);
-        let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+        let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
         let matte = plate.as_ref().map_or(&frame.mask, |plate| &plate.matte).clone();
         let true_olats =
             if truth.has_olats(index) { Some(truth.olats_at(index, at)?) } else { None };

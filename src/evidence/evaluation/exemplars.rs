@@ -21,7 +21,7 @@ impl Nearest {
     ///
     /// # Errors
     /// When a picture cannot be read.
-    pub fn of(
+    pub fn new(
         method: Method,
         project: &Project,
         calibration: &Calibration,

@@ -132,7 +132,7 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
         })
         .collect();
     // One exposure for all: the subject's mean at middle grey, lit from the front.
-    let partitions = KINDS.map(|kind| Partition::of(kind, &shoot.calibration.rig));
+    let partitions = KINDS.map(|kind| Partition::new(kind, &shoot.calibration.rig));
     let weights = partitions[2].weights(&park, 0.0).per_lamp;
     let front = relight(&field, &weights, &lit_lamps(&weights));
     let inside = front.pixels.iter().zip(&subject).filter(|(_, inside)| **inside);
@@ -161,7 +161,7 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
         return;
     };
     let rig = &shoot.calibration.rig;
-    let partition = Partition::of(Weighting::default(), rig);
+    let partition = Partition::new(Weighting::default(), rig);
     let olats = shoot.truth.olats(shoot.truth.frames[0]).unwrap();
     let field = ReflectanceField::from_olats(&olats);
     let mut panoramas = 0;

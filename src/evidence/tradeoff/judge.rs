@@ -36,7 +36,7 @@ impl Against {
     ///
     /// # Errors
     /// When there are too few poses, or the pose does not exist.
-    pub fn of(project: &Project, settings: &TradeoffSettings) -> Result<Self> {
+    pub fn new(project: &Project, settings: &TradeoffSettings) -> Result<Self> {
         if let Some(folder) = &settings.truth {
             // The project may be opened from another working directory next time.
             let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
@@ -168,7 +168,7 @@ impl Judge {
         let exemplar = Exemplar::load(&large, &calibration.response, pose)?;
         let light = calibration.interview_light();
         let plate = exemplar.relit_by_all(&large, &calibration.response, &light)?;
-        let partition = Partition::of(Weighting::default(), &calibration.rig);
+        let partition = Partition::new(Weighting::default(), &calibration.rig);
         let lit = environments(project)?;
         let field = ReflectanceField::from_olats(&exemplar.olats);
         let relit = lit.iter().map(|lit| {
@@ -224,7 +224,7 @@ impl Judge {
             Subject::Truth(truth, at) => {
                 let (frame, filmed) = Frame::load_filmed(variant, response, truth.frames[case])?;
                 let filmed = filmed.shown(*at);
-                let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+                let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
                 Ok(Case { frame, plate })
             }
             Subject::Pose(pose, radiance, matte) => {

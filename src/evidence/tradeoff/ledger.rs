@@ -70,7 +70,7 @@ pub struct Base {
 }
 
 impl Base {
-    fn of(project: &Project) -> Self {
+    fn from_project(project: &Project) -> Self {
         let shoot = &project.settings.shoot;
         Self {
             size: project.settings.size,
@@ -110,7 +110,7 @@ impl Ledger {
             settings: settings.clone(),
             compared_with: against.words(project),
             against,
-            base: Base::of(project),
+            base: Base::from_project(project),
             base_step_ms: None,
             basis: basis(project)?,
             rungs: Vec::new(),

@@ -65,7 +65,7 @@ impl Spread {
         }
     }
 
-    fn of(mut times: Vec<f64>) -> Self {
+    fn from_times(mut times: Vec<f64>) -> Self {
         times.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| {
             let last = times.len().saturating_sub(1) as f64;
@@ -147,7 +147,7 @@ impl Keeper {
             Self::Components(count, basis) => {
                 let field = predicted.read()?;
                 if basis.is_none() {
-                    *basis = LampBasis::of(&[&field]);
+                    *basis = LampBasis::from_fields(&[&field]);
                 }
                 let kept = basis.as_ref().and_then(|basis| basis.compress(&field, *count));
                 let kept =
@@ -190,7 +190,7 @@ pub fn measure(
 ) -> Result<Found> {
     let show = &rung.show;
     let lit: Vec<Lit> = judge.lit.iter().map(|lit| reduced(lit, show)).collect();
-    let partition = Partition::of(show.weighting, &trained.calibration.rig);
+    let partition = Partition::new(show.weighting, &trained.calibration.rig);
     let weights = lit.iter().map(|lit| partition.weights(&lit.environment, lit.yaw_deg).per_lamp);
     let weights: Vec<Vec<[f32; 3]>> = weights.collect();
     let mut keeper = Keeper::new(show);
@@ -206,7 +206,7 @@ pub fn measure(
         for (number, weights) in weights.iter().enumerate() {
             let at = (case.plate.as_ref(), &case.frame.mask);
             let picture = at_plate(field.relight(weights)?, at, weights);
-            relit[number].push(Pair::of(
+            relit[number].push(Pair::new(
                 &case,
                 vec![picture],
                 vec![judge.relit(index, number).clone()],
@@ -220,7 +220,7 @@ pub fn measure(
                 Ok(at_plate(picture, (case.plate.as_ref(), &case.frame.mask), &weights))
             };
             let pictures = (0..field.lamps()).map(alone).collect::<Result<_>>()?;
-            olats.push(Pair::of(&case, pictures, truths.to_vec()));
+            olats.push(Pair::new(&case, pictures, truths.to_vec()));
         }
         if index == 0 {
             let (bases, _) = predicted_case(base, judge, index)?;
@@ -297,7 +297,7 @@ struct Pair {
 }
 
 impl Pair {
-    fn of(case: &Case, mut pictures: Vec<Image>, truths: Vec<Image>) -> Self {
+    fn new(case: &Case, mut pictures: Vec<Image>, truths: Vec<Image>) -> Self {
         let mut mask = case.matte().clone();
         if let Some(truth) = truths.first() {
             at_truths_size(&mut pictures, &mut mask, truth.size());
@@ -437,9 +437,9 @@ fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
         bases.push(base.picture(Effects::default())?.0);
     }
     Ok(Timed {
-        frame: Spread::of(times),
-        base_ms: Spread::of(bases).median,
-        predict_ms: Spread::of(predictions).median,
+        frame: Spread::from_times(times),
+        base_ms: Spread::from_times(bases).median,
+        predict_ms: Spread::from_times(predictions).median,
         changes_db,
     })
 }

@@ -79,7 +79,7 @@ impl<'a> Climb<'a> {
         progress: &Progress,
     ) -> Result<Self> {
         let lpips = settings.lpips.as_deref().map(Lpips::open).transpose()?;
-        let against = Against::of(project, settings)?;
+        let against = Against::new(project, settings)?;
         let mut ledger = Self::ledger(project, settings, against, compute, progress)?;
         let base = ledger.base.project(project);
         if !base.calibration_path().exists() {

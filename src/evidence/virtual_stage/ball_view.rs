@@ -93,9 +93,12 @@ impl Surroundings<'_> {
         let irradiance = if self.trouble.dust > 0.0 {
             pixels
                 .par_iter()
-                .map(|p| match p.covered > 0.0 {
-                    true => self.light.irradiance(self.dome, p.normal.normalize_or_zero()),
-                    false => Vec3::ZERO,
+                .map(|p| {
+                    if p.covered > 0.0 {
+                        self.light.irradiance(self.dome, p.normal.normalize_or_zero())
+                    } else {
+                        Vec3::ZERO
+                    }
                 })
                 .collect()
         } else {

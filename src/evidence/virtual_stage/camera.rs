@@ -68,7 +68,8 @@ impl Sensor {
     }
 
     fn expose(&self, light: &Image, name: &str) -> Encoded {
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ base::Fnv::of(name.as_bytes()).0);
+        let mut random =
+            ChaCha8Rng::seed_from_u64(self.seed ^ base::Fnv::from_bytes(name.as_bytes()).0);
         let mut spare = None;
         Encoded(light.map(|pixel| {
             pixel.map(|level| {

@@ -66,9 +66,10 @@ impl<'a> Session<'a> {
         reseat(&mut poses, &mut frames, &trouble, seed);
         let like_frames = settings.like_frames.iter().map(|&frame| frames[frame]);
         let poses: Vec<Pose> = poses.into_iter().take(settings.poses).chain(like_frames).collect();
-        let sways = match trouble.sway > 0.0 {
-            true => (0..poses.len()).map(|i| Sway::draw(trouble.sway, seed, i)).collect(),
-            false => vec![],
+        let sways = if trouble.sway > 0.0 {
+            (0..poses.len()).map(|i| Sway::draw(trouble.sway, seed, i)).collect()
+        } else {
+            vec![]
         };
         Self {
             folder,

@@ -66,7 +66,7 @@ impl LampResponses {
     ///
     /// # Errors
     /// Passes on the error of `olat`, which gets the lamp's index.
-    pub fn of<E>(
+    pub fn new<E>(
         rig: &Rig,
         matte: &Mask,
         mut olat: impl FnMut(usize) -> Result<Image, E>,
@@ -78,7 +78,7 @@ impl LampResponses {
             }
             let olat = olat(i)?;
             if olat.size() == matte.size() {
-                lamps.push(LampResponse::of((i, lamp), matte, &olat));
+                lamps.push(LampResponse::new((i, lamp), matte, &olat));
             }
         }
         Ok(Self { matte: matte.clone(), lamps })
@@ -173,7 +173,7 @@ impl LampResponses {
 }
 
 impl LampResponse {
-    fn of((index, lamp): (usize, &Lamp), matte: &Mask, olat: &Image) -> Self {
+    fn new((index, lamp): (usize, &Lamp), matte: &Mask, olat: &Image) -> Self {
         let light = olat.map(|pixel| {
             let light = luminance(std::array::from_fn(|c| pixel[c] / lamp.energy[c]));
             if light.is_finite() { light.max(0.0) } else { 0.0 }
@@ -182,9 +182,10 @@ impl LampResponse {
         let mut covered: Vec<f32> =
             covered.filter(|(_, matte)| **matte >= LEAST_MATTE).map(|(light, _)| *light).collect();
         let rank = covered.len() / BRIGHTEST;
-        let peak = match covered.is_empty() {
-            true => 0.0,
-            false => *covered.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1,
+        let peak = if covered.is_empty() {
+            0.0
+        } else {
+            *covered.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1
         };
         Self { index, direction: lamp.direction.normalize(), light, peak }
     }
@@ -286,7 +287,7 @@ mod tests {
 
     fn responses(rig: &Rig, olat: impl Fn(&Lamp) -> Image) -> LampResponses {
         let olat = |i: usize| Ok::<_, ()>(olat(&rig.lamps[i]));
-        LampResponses::of(rig, &matte(), olat).unwrap()
+        LampResponses::new(rig, &matte(), olat).unwrap()
     }
 
     fn spacing_deg(rig: &Rig) -> f32 {
@@ -396,7 +397,7 @@ mod tests {
         let olat = |_| Ok::<_, ()>(Image::filled(2, 2, [1.0; 3]));
         for matte in [0.0, 0.49, f32::NAN] {
             let matte = Mask::filled(2, 2, matte);
-            let responses = LampResponses::of(&rig, &matte, olat).unwrap();
+            let responses = LampResponses::new(&rig, &matte, olat).unwrap();
             assert_eq!(responses.aim([0, 0]), Err(NoAim::Outside));
         }
     }

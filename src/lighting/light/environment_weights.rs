@@ -18,7 +18,7 @@ pub struct EnvironmentWeights {
 impl EnvironmentWeights {
     /// Prepares an environment (any size) for a rig.
     pub fn new(environment: &Environment, rig: &Rig, weighting: Weighting) -> Self {
-        let partition = Partition::of(weighting, rig);
+        let partition = Partition::new(weighting, rig);
         let reduced = environment.reduced(Partition::WIDTH);
         Self {
             weighting,
@@ -135,7 +135,7 @@ mod tests {
             let (rig, sky) = (rig(), sky());
             let mut lit = EnvironmentWeights::new(&sky, &rig, weighting);
             let plain = Lighting { weighting, ..Lighting::default() };
-            let table = YawTable::new(&Partition::of(weighting, &rig), &sky);
+            let table = YawTable::new(&Partition::new(weighting, &rig), &sky);
             assert_eq!(lit.weights(&plain, 33.0, 1.0), table.at(33.0));
             let all = energy(&lit.weights(&plain, 0.0, 1.0));
             for (pitch_deg, roll_deg) in [(30.0, 0.0), (0.0, -75.0), (180.0, 20.0)] {

@@ -37,9 +37,10 @@ impl LightGroup {
     /// Factor on the intensity of the group's lights; NaN counts as 0 stops.
     pub fn gain(&self) -> f32 {
         let stops = super::Lighting::STOPS;
-        match self.gain_stops.is_nan() {
-            true => 1.0,
-            false => (self.gain_stops).clamp(*stops.start(), *stops.end()).exp2(),
+        if self.gain_stops.is_nan() {
+            1.0
+        } else {
+            (self.gain_stops).clamp(*stops.start(), *stops.end()).exp2()
         }
     }
 }

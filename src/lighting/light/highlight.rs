@@ -19,7 +19,7 @@ pub struct Highlights {
 
 impl Highlights {
     /// Aims from points of the subject. Costs several hundred calls of [`LampResponses::aim`].
-    pub fn of(responses: &LampResponses) -> Self {
+    pub fn from_responses(responses: &LampResponses) -> Self {
         let (width, height) = responses.size();
         let step = width.max(height).div_ceil(ALONG).max(1);
         let places = |length: usize| (step / 2..length).step_by(step);
@@ -78,7 +78,7 @@ mod tests {
             let facing = move |x, y| normal(x, y).map_or(0.0, |normal| normal.dot(to).max(0.0));
             Ok::<_, ()>(Image::from_fn(SIDE, SIDE, |x, y| [facing(x, y); 3]))
         };
-        Highlights::of(&LampResponses::of(rig, &matte, olat).unwrap())
+        Highlights::from_responses(&LampResponses::new(rig, &matte, olat).unwrap())
     }
 
     fn rig(lamps: usize) -> Rig {

@@ -89,10 +89,7 @@ impl Default for PlacedLight {
 impl PlacedLight {
     /// Display name: the given name, or one numbered by the light's index from 0.
     pub fn title(&self, index: usize) -> String {
-        match self.name.is_empty() {
-            true => format!("Light {}", index + 1),
-            false => self.name.clone(),
-        }
+        if self.name.is_empty() { format!("Light {}", index + 1) } else { self.name.clone() }
     }
 
     /// Gain in stops: 0 is intensity π, at which white facing the light has radiance 1. −∞ without light.

@@ -174,7 +174,7 @@ impl<'a> Cost<'a> {
         for _ in 0..lamps {
             let nearest: Vec<Nearest> = (0..self.far[0].len())
                 .into_par_iter()
-                .map(|sample| Nearest::of(sample, &self.far, chosen))
+                .map(|sample| Nearest::new(sample, &self.far, chosen))
                 .collect();
             // Change of the cost from removing each chosen lamp without a replacement.
             let closeness = |&lamp: &usize| -> f64 {
@@ -251,7 +251,7 @@ struct Nearest {
 }
 
 impl Nearest {
-    fn of(sample: usize, costs: &[Vec<f32>], chosen: &[usize]) -> Self {
+    fn new(sample: usize, costs: &[Vec<f32>], chosen: &[usize]) -> Self {
         let (mut place, mut first, mut second) = (0, f32::INFINITY, f32::INFINITY);
         for (candidate, &lamp) in chosen.iter().enumerate() {
             let cost = costs[lamp][sample];

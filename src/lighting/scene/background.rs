@@ -61,9 +61,8 @@ impl BackgroundFile {
 
     /// Offset to the right, offset up, scale and exposure, each within its range.
     fn numbers(&self) -> [f32; 4] {
-        let within = |value: f32, range: RangeInclusive<f32>, otherwise| match value.is_nan() {
-            true => otherwise,
-            false => value.clamp(*range.start(), *range.end()),
+        let within = |value: f32, range: RangeInclusive<f32>, otherwise| {
+            if value.is_nan() { otherwise } else { value.clamp(*range.start(), *range.end()) }
         };
         let [x, y] = self.offset.map(|share| within(share, Self::OFFSETS, 0.0));
         let scale = within(self.scale, Self::SCALES, 1.0);
@@ -161,11 +160,12 @@ fn file(text: &str) -> Result<BackgroundFile, String> {
             ));
         }
     };
-    match placed.clone().bounded() == placed {
-        true => Ok(placed),
-        false => Err(format!(
+    if placed.clone().bounded() == placed {
+        Ok(placed)
+    } else {
+        Err(format!(
             "expected offsets from -2 to 2, a scale from 0.1 to 10 and an exposure from -10 to 10 stops, found {text:?}"
-        )),
+        ))
     }
 }
 

@@ -39,9 +39,8 @@ impl Viewing {
     /// Copy with numbers clamped to their ranges; NaN becomes neutral.
     #[must_use]
     pub fn bounded(self) -> Self {
-        let within = |value: f32, range: RangeInclusive<f32>, neutral: f32| match value.is_nan() {
-            true => neutral,
-            false => value.clamp(*range.start(), *range.end()),
+        let within = |value: f32, range: RangeInclusive<f32>, neutral: f32| {
+            if value.is_nan() { neutral } else { value.clamp(*range.start(), *range.end()) }
         };
         Self {
             exposure_stops: within(self.exposure_stops, super::EXPOSURE_STOPS, 0.0),

@@ -29,7 +29,7 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
         if context.scene.background != Background::Environment {
             return key(&context.scene.background);
         }
-        let Backdrop { yaw_deg, tilt, level } = Backdrop::of(context.scene, 1.0);
+        let Backdrop { yaw_deg, tilt, level } = Backdrop::new(context.scene, 1.0);
         let turn = (yaw_deg.to_bits(), tilt.to_array().map(f32::to_bits));
         let level = level.map(f32::to_bits);
         key((turn, level, draws_whole(&context.effects)))
@@ -122,7 +122,7 @@ pub struct Backdrop {
 
 impl Backdrop {
     /// Backdrop of a scene, in an environment whose level in the picture is `level`.
-    pub fn of(scene: &Scene, level: f32) -> Self {
+    pub fn new(scene: &Scene, level: f32) -> Self {
         let further = scene.lighting.background_yaw_deg;
         Self {
             yaw_deg: scene.yaw_deg + if further.is_finite() { further } else { 0.0 },
@@ -145,7 +145,7 @@ pub fn draw_background(
     view: CameraView,
 ) {
     let (width, height) = picture.size();
-    let sampling = Sampling::of(height, panorama.height, backdrop.yaw_deg, view);
+    let sampling = Sampling::new(height, panorama.height, backdrop.yaw_deg, view);
     let Sampling { pixel, turn, .. } = sampling;
     let untilt = backdrop.tilt.inverse();
     // Background at a place in pixels.
@@ -158,7 +158,7 @@ pub fn draw_background(
     let add = |out: &mut [f32; 3], open: f32, color: [f32; 3]| {
         (0..3).for_each(|c| out[c] += open * backdrop.level[c] * color[c]);
     };
-    let lattice = (sampling.step > 1).then(|| Lattice::of(mask, sampling.step, &seen));
+    let lattice = (sampling.step > 1).then(|| Lattice::new(mask, sampling.step, &seen));
     let samples = sampling.samples;
     let rows = picture.pixels.par_chunks_mut(width.max(1)).enumerate();
     rows.for_each(|(y, row)| {
@@ -193,7 +193,7 @@ struct Lattice {
 
 impl Lattice {
     /// Samples only where a nearby pixel of `mask` is open.
-    fn of(mask: &Mask, step: usize, see: &(impl Fn(f32, f32) -> [f32; 3] + Sync)) -> Self {
+    fn new(mask: &Mask, step: usize, see: &(impl Fn(f32, f32) -> [f32; 3] + Sync)) -> Self {
         let (width, height) = mask.size();
         // One beyond the last pixel.
         let [columns, rows] = [width, height].map(|length| (length - 1) / step + 2);
@@ -215,9 +215,12 @@ impl Lattice {
             if !open.contains(&true) {
                 return;
             }
-            let look = |i: usize| match open[around(i, width)].contains(&true) {
-                true => see((i * step) as f32 + 0.5, (j * step) as f32 + 0.5),
-                false => [0.0; 3],
+            let look = |i: usize| {
+                if open[around(i, width)].contains(&true) {
+                    see((i * step) as f32 + 0.5, (j * step) as f32 + 0.5)
+                } else {
+                    [0.0; 3]
+                }
             };
             let points: Vec<[f32; 3]> = (0..columns).map(look).collect();
             let pixels = line.iter_mut().zip(&along);
@@ -259,7 +262,7 @@ impl Recording<'_> {
         view: CameraView,
         laid: bool,
     ) -> Result<GpuPicture> {
-        let sampling = Sampling::of(subject.height, panorama.height, backdrop.yaw_deg, view);
+        let sampling = Sampling::new(subject.height, panorama.height, backdrop.yaw_deg, view);
         let [x, y, z] = Mat3::from_quat(backdrop.tilt.inverse())
             .to_cols_array_2d()
             .map(|[x, y, z]| [x, y, z, 0.0]);
@@ -296,7 +299,7 @@ const APART: f32 = 0.2;
 
 impl Sampling {
     /// `rows` and `panorama_rows` are the heights of picture and panorama.
-    fn of(rows: usize, panorama_rows: usize, yaw_deg: f32, view: CameraView) -> Self {
+    fn new(rows: usize, panorama_rows: usize, yaw_deg: f32, view: CameraView) -> Self {
         let half_height = (view.vertical_fov_deg.to_radians() / 2.0).tan();
         let pixel = 2.0 * half_height / rows as f32;
         let texel = std::f32::consts::PI / panorama_rows as f32;
@@ -425,7 +428,7 @@ mod tests {
         let backdrop =
             Backdrop { yaw_deg: 7.0, tilt: Quat::from_rotation_x(0.1), level: [1e-6, 2e-6, 3e-6] };
         let view = CameraView::default();
-        let sampling = Sampling::of(height, 32, 7.0, view);
+        let sampling = Sampling::new(height, 32, 7.0, view);
         assert_eq!((sampling.samples, sampling.step), (1, 8));
         let mut picture = Image::filled(width, height, [0.0; 3]);
         draw_background(&mut picture, &mask, &panorama, &backdrop, view);

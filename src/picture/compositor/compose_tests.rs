@@ -225,9 +225,12 @@ fn plate_colour_and_checker_stand_behind_the_subject_and_follow_their_frame() {
         of.levels.background = light;
         let made = scene(background.clone(), Output::Linear, 0.0);
         let made = compose_reusing(&made, &of, &mut reuse).unwrap();
-        let filmed = |x: i32, y: i32| match (0..32).contains(&x) && (0..32).contains(&y) {
-            true => plates[frame].at(x as usize, y as usize),
-            false => [0.0; 3],
+        let filmed = |x: i32, y: i32| {
+            if (0..32).contains(&x) && (0..32).contains(&y) {
+                plates[frame].at(x as usize, y as usize)
+            } else {
+                [0.0; 3]
+            }
         };
         let behind = |p: usize| match &background {
             Background::File(placed) => {

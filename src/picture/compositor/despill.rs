@@ -60,9 +60,8 @@ pub fn rim(mask: &Mask) -> Mask {
     let open = defocused(open, reach(height)).pixels;
     let inside = open.iter().zip(&mask.pixels);
     // Along a straight edge half of the disc is open; nearly all of the reach counts fully.
-    let weight = |(open, &alpha): (&[f32; 4], &f32)| match alpha > 0.0 {
-        true => (6.0 * open[0]).min(1.0),
-        false => 0.0,
+    let weight = |(open, &alpha): (&[f32; 4], &f32)| {
+        if alpha > 0.0 { (6.0 * open[0]).min(1.0) } else { 0.0 }
     };
     Mask { width, height, pixels: inside.map(weight).collect() }
 }
@@ -103,7 +102,7 @@ pub fn spill(subject: &Image, guide: &Image) -> Spill {
             light += f64::from(guide[0] * luminance(*pixel));
         }
     }
-    Spill::of(excess, light)
+    Spill::new(excess, light)
 }
 
 /// Removes `amount` (`[0, 1]`) of a screen's spill from a subject, by its [`guide`].
@@ -139,7 +138,7 @@ impl Recording<'_> {
         let spill = self.plain((&SHADER, "spill"), [0; 2], subject, Some(&guide))?;
         let parts = self.parts("total", &spill)?;
         let sum = |c: usize| parts.iter().map(|part| f64::from(part[c])).sum::<f64>();
-        Ok((guide, Spill::of([sum(0), sum(1)], sum(2))))
+        Ok((guide, Spill::new([sum(0), sum(1)], sum(2))))
     }
 
     /// [`despill`] on the GPU.

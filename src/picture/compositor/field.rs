@@ -185,7 +185,7 @@ impl FieldEncoder {
                 return kept;
             }
         }
-        let basis = LampBasis::of(&[field]).expect("a single field is consistent");
+        let basis = LampBasis::from_fields(&[field]).expect("a single field is consistent");
         let count = basis.components_for(chosen);
         let own = basis.compress(field, count);
         self.error = self.error.max(basis.error(count));

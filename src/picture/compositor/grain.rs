@@ -72,11 +72,11 @@ impl Grain {
     /// Grain of a plate under a scene's view transform, where the matte is solid. One frame represents a clip: grain belongs
     /// to the camera, not to the frame.
     pub fn of_plate(plate: &Image, mask: &Mask, scene: &Scene) -> Self {
-        Self::of(&viewed(plate, scene), mask)
+        Self::new(&viewed(plate, scene), mask)
     }
 
     /// Grain of a picture where the matte is solid; 0 without enough flat places.
-    pub fn of(codes: &Encoded, mask: &Mask) -> Self {
+    pub fn new(codes: &Encoded, mask: &Mask) -> Self {
         if mask.size() != codes.0.size() {
             return Self::default();
         }
@@ -238,7 +238,7 @@ impl Recording<'_> {
         self.run(shader, bytes_of(&params), codes, Some(matte), size)
     }
 
-    /// Grain of codes where the matte is solid, as in [`Grain::of`]: from the same places, at most 40,000,
+    /// Grain of codes where the matte is solid, as in [`Grain::new`]: from the same places, at most 40,000,
     /// which are 1.9 MB.
     ///
     /// # Errors
@@ -311,7 +311,7 @@ mod tests {
     fn the_grain_of_a_plate_is_measured_through_texture_and_slopes() {
         let solid = Mask::filled(256, 256, 1.0);
         for wanted in [0.0, 0.02, 0.06] {
-            let grain = Grain::of(&grainy(256, wanted), &solid);
+            let grain = Grain::new(&grainy(256, wanted), &solid);
             for bin in 1..7 {
                 let code = (bin as f32 + 0.5) / BINS as f32;
                 for c in 0..3 {
@@ -329,12 +329,12 @@ mod tests {
     #[test]
     fn a_clean_picture_gets_the_plate_s_grain_and_a_grainy_one_no_more() {
         let solid = Mask::filled(256, 256, 1.0);
-        let plate = Grain::of(&grainy(256, 0.05), &solid);
+        let plate = Grain::new(&grainy(256, 0.05), &solid);
         for own in [0.0, 0.03, 0.05] {
             let mut picture = grainy(256, own);
-            let had = Grain::of(&picture, &solid);
+            let had = Grain::new(&picture, &solid);
             grain(&mut picture, [&solid; 2], [&plate, &had], 1.0, 3);
-            let has = Grain::of(&picture, &solid);
+            let has = Grain::new(&picture, &solid);
             for bin in 1..7 {
                 let ratio = has.deviation[bin][1] / plate.deviation[bin][1];
                 assert!((ratio - 1.0).abs() < 0.1, "{own}: {ratio}");

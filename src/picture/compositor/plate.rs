@@ -170,7 +170,7 @@ impl Plate {
         pixels.with_min_len(4096).for_each(|(pixel, &alpha)| {
             *pixel = pixel.map(|v| alpha * (v.max(0.0) + floor));
         });
-        let nodes = Arc::new(Nodes::of(&lit, &matte, square, working));
+        let nodes = Arc::new(Nodes::new(&lit, &matte, square, working));
         let own = enlarged(&nodes.own_ratio(floor), size, square, &lit);
         let pixels = lit.pixels.par_iter_mut().zip(&own.pixels).zip(&matte.pixels);
         pixels.with_min_len(4096).for_each(|((pixel, own), &alpha)| {
@@ -199,7 +199,7 @@ impl Plate {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn of(filmed: FilmedFrame, frame: &Frame) -> Result<Self> {
+    pub fn from_filmed(filmed: FilmedFrame, frame: &Frame) -> Result<Self> {
         let FilmedFrame { plate, mask, framing } = filmed;
         let square =
             PlateSquare { x: framing.x as f32, y: framing.y as f32, side: framing.side as f32 };
@@ -354,7 +354,7 @@ fn floor(radiance: &Image, matte: &Mask) -> f32 {
 }
 
 impl Nodes {
-    fn of(lit: &Image, matte: &Mask, square: PlateSquare, working: &Mask) -> Self {
+    fn new(lit: &Image, matte: &Mask, square: PlateSquare, working: &Mask) -> Self {
         let size = working.width;
         let PlateSquare { x, y, side } = square;
         let columns = covered(matte.width, x, side, size);

@@ -173,9 +173,8 @@ fn even_light_changes_every_pixel_alike_whatever_is_at_the_edge() {
     let inside = |x: usize, y: usize| (30..90).contains(&x) && (20..110).contains(&y);
     let thin = |x: usize, y: usize| (x + y) % 23 < 3 && (18..110).contains(&x) && y > 10;
     let matte = Mask::from_fn(side, side, |x, y| f32::from(inside(x, y) || thin(x, y)));
-    let plate = Raster::from_fn(side, side, |x, y| match inside(x, y) {
-        true => albedo(x, y).map(|v| 0.1 * v),
-        false => [0.9, 0.8, 0.2],
+    let plate = Raster::from_fn(side, side, |x, y| {
+        if inside(x, y) { albedo(x, y).map(|v| 0.1 * v) } else { [0.9, 0.8, 0.2] }
     });
     let working = resize_area(&matte, SIZE, SIZE);
     let half = plate.map(|pixel| pixel.map(|v| 0.5 * v));

@@ -352,7 +352,7 @@ pub(super) mod tests {
     #[test]
     fn all_components_of_a_field_give_its_pictures() {
         let field = noise_field(71, 61, 5);
-        let compressed = CompressedField::of(&field, 0.0);
+        let compressed = CompressedField::new(&field, 0.0);
         let weights = [[1e4, 0.0, 2.0], [0.0; 3], [1.0; 3], [0.5; 3], [0.0, 3.0, 0.0]];
         let here = relight_compressed(&compressed, &weights);
         let full = relight(&field, &weights, &all(&weights));

@@ -23,7 +23,7 @@ impl ShownPicture {
         Self { picture, texture: None, unread: None }
     }
 
-    pub(super) fn of(mut picture: Picture, finished: FinishedPicture) -> Self {
+    pub(super) fn new(mut picture: Picture, finished: FinishedPicture) -> Self {
         let (texture, unread) = match finished {
             FinishedPicture::OnGpu(texture, unread) => (Some(texture), Some(unread)),
             FinishedPicture::InMemory(read) => {
@@ -46,7 +46,7 @@ impl ShownPicture {
     pub fn read(&mut self) -> Result<()> {
         if let Some(unread) = &self.unread {
             // A picture on the GPU has codes, since it is shown.
-            take(&mut self.picture, ReadPicture::of(unread.read()?, true));
+            take(&mut self.picture, ReadPicture::new(unread.read()?, true));
             self.unread = None;
         }
         Ok(())

@@ -65,11 +65,11 @@ mod tests {
         let mut fields = vec![
             Field::from(field.clone()),
             Field::from(field.clone()).halved(),
-            Field::from(CompressedField::of(&field, 0.0)),
+            Field::from(CompressedField::new(&field, 0.0)),
         ];
         if let Some((device, queue)) = any_device() {
             let passes = Arc::new(PicturePasses::new(&device, &queue));
-            let compressed = CompressedField::of(&field, 0.0);
+            let compressed = CompressedField::new(&field, 0.0);
             let buffers = [
                 FieldBuffer::upload(&field, &device),
                 FieldBuffer::upload_half(&HalfField::from(&field), &device),

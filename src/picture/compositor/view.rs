@@ -37,9 +37,10 @@ pub(crate) const VIEW: Descriptor = Descriptor {
             ViewTransform::Filmic => "the display is sRGB; highlights roll off as on film",
             ViewTransform::Aces => "the display is sRGB, by way of ACES",
         };
-        Ok(match viewing.is_neutral() {
-            true => curve.to_owned(),
-            false => format!("{curve}; changed for viewing"),
+        Ok(if viewing.is_neutral() {
+            curve.to_owned()
+        } else {
+            format!("{curve}; changed for viewing")
         })
     })
 };

@@ -23,7 +23,7 @@ pub fn adapters() -> Vec<Adapter> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     found.sort_by_key(|adapter| super::slowness(adapter.get_info().device_type));
-    found.iter().map(Adapter::of).collect()
+    found.iter().map(Adapter::from_adapter).collect()
 }
 
 impl Adapter {
@@ -32,7 +32,7 @@ impl Adapter {
         self.kind.contains("GPU")
     }
 
-    fn of(adapter: &wgpu::Adapter) -> Self {
+    fn from_adapter(adapter: &wgpu::Adapter) -> Self {
         let (info, limits) = (adapter.get_info(), adapter.limits());
         Self {
             backend: info.backend.to_string(),

@@ -40,7 +40,7 @@ impl LampBasis {
     /// The best basis in the mean square for all of `fields`, such as frames of one clip: the
     /// eigenvectors of their planes' products, by descending eigenvalue. Pixels with NaN are left out.
     /// `None` if the fields differ in their number of lamps.
-    pub fn of(fields: &[&ReflectanceField]) -> Option<Self> {
+    pub fn from_fields(fields: &[&ReflectanceField]) -> Option<Self> {
         let lamps = fields.first()?.lamps;
         if fields.iter().any(|field| field.lamps != lamps) {
             return None;
@@ -118,8 +118,8 @@ impl LampBasis {
 
 impl CompressedField {
     /// A field in the fewest of its own components with an error of at most `error` of its root mean square.
-    pub fn of(field: &ReflectanceField, error: f64) -> Self {
-        let compressed = LampBasis::of(&[field])
+    pub fn new(field: &ReflectanceField, error: f64) -> Self {
+        let compressed = LampBasis::from_fields(&[field])
             .and_then(|basis| basis.compress(field, basis.components_for(error)));
         compressed.expect("a field fits its own basis")
     }

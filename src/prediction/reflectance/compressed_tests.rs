@@ -46,7 +46,7 @@ fn relative_error(kept: &[f32], values: &[f32]) -> f64 {
 #[test]
 fn all_components_are_the_field() {
     let field = field(37, 6, noise);
-    let basis = LampBasis::of(&[&field]).unwrap();
+    let basis = LampBasis::from_fields(&[&field]).unwrap();
     let compressed = basis.compress(&field, 18).unwrap();
     assert!(relative_error(&expanded(&compressed), &field.values) < 1e-6);
 }
@@ -54,7 +54,7 @@ fn all_components_are_the_field() {
 #[test]
 fn each_component_takes_error_away_and_the_basis_knows_how_much() {
     let field = lobes(24, 9);
-    let basis = LampBasis::of(&[&field]).unwrap();
+    let basis = LampBasis::from_fields(&[&field]).unwrap();
     let mut before = f64::INFINITY;
     for count in 0..=27 {
         let kept = expanded(&basis.compress(&field, count).unwrap());
@@ -70,44 +70,44 @@ fn each_component_takes_error_away_and_the_basis_knows_how_much() {
 #[test]
 fn the_wanted_error_is_kept_with_the_fewest_components() {
     let field = lobes(24, 9);
-    let basis = LampBasis::of(&[&field]).unwrap();
+    let basis = LampBasis::from_fields(&[&field]).unwrap();
     for wanted in [0.3, 0.1, 0.01, 1e-3] {
-        let compressed = CompressedField::of(&field, wanted);
+        let compressed = CompressedField::new(&field, wanted);
         let count = compressed.basis.len();
         assert_eq!(count, basis.components_for(wanted));
         assert!(relative_error(&expanded(&compressed), &field.values) <= wanted + 1e-6);
         assert!(basis.error(count - 1) > wanted);
     }
-    assert!(CompressedField::of(&field, 0.01).bytes() < 4 * field.values.len() / 2);
+    assert!(CompressedField::new(&field, 0.01).bytes() < 4 * field.values.len() / 2);
 }
 
 #[test]
 fn a_basis_of_several_frames_serves_each_of_them() {
     let frames = [lobes(16, 7), field(16, 7, noise)];
-    let basis = LampBasis::of(&[&frames[0], &frames[1]]).unwrap();
+    let basis = LampBasis::from_fields(&[&frames[0], &frames[1]]).unwrap();
     for frame in &frames {
         let kept = basis.compress(frame, basis.len()).unwrap();
         assert!(relative_error(&expanded(&kept), &frame.values) < 1e-6);
     }
-    assert!(LampBasis::of(&[&frames[0], &lobes(16, 6)]).is_none());
-    assert!(LampBasis::of(&[]).is_none());
+    assert!(LampBasis::from_fields(&[&frames[0], &lobes(16, 6)]).is_none());
+    assert!(LampBasis::from_fields(&[]).is_none());
     assert!(basis.compress(&lobes(16, 6), 3).is_none());
 }
 
 #[test]
 fn equal_lamps_are_one_component_and_black_needs_none() {
     let equal = field(20, 41, |i| noise(i % 400));
-    let compressed = CompressedField::of(&equal, 1e-4);
+    let compressed = CompressedField::new(&equal, 1e-4);
     assert_eq!(compressed.basis.len(), 1);
     assert!(relative_error(&expanded(&compressed), &equal.values) < 1e-6);
-    let black = CompressedField::of(&field(20, 41, |_| 0.0), 0.01);
+    let black = CompressedField::new(&field(20, 41, |_| 0.0), 0.01);
     assert!(black.basis.is_empty() && black.planes.is_empty());
     assert!(expanded(&black).iter().all(|&v| v == 0.0));
     for empty in [field(0, 3, noise), field(4, 0, noise)] {
-        assert!(CompressedField::of(&empty, 0.01).planes.is_empty());
+        assert!(CompressedField::new(&empty, 0.01).planes.is_empty());
     }
     let one = field(1, 41, noise);
-    let compressed = CompressedField::of(&one, 1e-5);
+    let compressed = CompressedField::new(&one, 1e-5);
     assert!(relative_error(&expanded(&compressed), &one.values) < 1e-5);
     test_support::shown!(Pictures, "Components of lamps that are all alike, and of black",
  bound: "one component; none", measured: "one; none");
@@ -120,14 +120,14 @@ fn suns_denormals_and_what_is_no_number_leave_the_rest_finite() {
     hard.values[100] = 1e-42;
     hard.values[5] = f32::NAN;
     hard.values[2 * 81 + 7] = f32::INFINITY;
-    let basis = LampBasis::of(&[&hard]).unwrap();
+    let basis = LampBasis::from_fields(&[&hard]).unwrap();
     assert!(basis.error(1) < 0.01, "the sun is the first component");
     let compressed = basis.compress(&hard, 12).unwrap();
     let bad = |i: &usize| (0..12).any(|k| !compressed.plane(k)[*i].is_finite());
     assert_eq!((0..81).filter(bad).collect::<Vec<_>>(), [5, 7]);
     for unit in [1e-30, 1e30] {
         let scaled = field(9, 4, |i| unit * noise(i));
-        let kept = expanded(&CompressedField::of(&scaled, 1e-5));
+        let kept = expanded(&CompressedField::new(&scaled, 1e-5));
         let ratio = |v: &f32| v / unit;
         let kept: Vec<f32> = kept.iter().map(ratio).collect();
         let values: Vec<f32> = scaled.values.iter().map(ratio).collect();

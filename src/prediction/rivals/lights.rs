@@ -22,7 +22,7 @@ pub struct Lights {
 
 impl Lights {
     pub fn new(rig: &Rig) -> Self {
-        let partition = Partition::of(Weighting::default(), rig);
+        let partition = Partition::new(Weighting::default(), rig);
         let mut environments = Vec::new();
         for own in built_in::all() {
             let environment = Environment::from_radiance(own.name, (own.make)(WIDTH));
@@ -104,7 +104,7 @@ pub struct Shares {
 }
 
 impl Shares {
-    pub fn of(weights: &[[f32; 3]], levels: &[[f32; 3]]) -> Self {
+    pub fn new(weights: &[[f32; 3]], levels: &[[f32; 3]]) -> Self {
         let given = |(weight, level): (&[f32; 3], &[f32; 3])| -> [f32; 3] {
             std::array::from_fn(|c| weight[c].max(0.0) * level[c])
         };

@@ -62,7 +62,7 @@ impl Portrait {
         let lights = Lights::new(&poses.rig);
         let (scale, mean) = level(poses, &lights, &levels, effort.seed)?;
         let learner = Learner {
-            interview: Shares::of(&poses.interview, &levels),
+            interview: Shares::new(&poses.interview, &levels),
             poses: (poses.poses.iter()).map(|pose| pose.tensors(&autodiff)).collect(),
             brightness: poses.poses.iter().map(brightness).collect(),
             levels,
@@ -107,7 +107,7 @@ impl Portrait {
         let inside = tensor_from_mask(&frame.mask, &self.device).greater_elem(0.0).float();
         let mut pictures = Vec::with_capacity(lights.len());
         for lights in lights.chunks(AT_ONCE) {
-            let shares: Vec<Shares> = lights.iter().map(|l| Shares::of(l, &self.levels)).collect();
+            let shares: Vec<Shares> = lights.iter().map(|l| Shares::new(l, &self.levels)).collect();
             let totals: Vec<f32> = shares.iter().flat_map(|s| s.total).collect();
             let totals = Tensor::<1>::from_floats(totals.as_slice(), &self.device).reshape([
                 lights.len(),
@@ -166,7 +166,7 @@ impl Learner {
         let other = step % OTHER_SOURCE == OTHER_SOURCE - 1;
         let source = other.then(|| {
             let weights = self.lights.draw_surrounding(&mut rng);
-            (pose.relit(&weights), Shares::of(&weights, &self.levels))
+            (pose.relit(&weights), Shares::new(&weights, &self.levels))
         });
         let (plate, source) = match &source {
             Some((plate, shares)) => (self.exposed(plate.clone(), number), shares),
@@ -177,7 +177,7 @@ impl Learner {
         let (mut truths, mut wanted) = (Vec::new(), Vec::new());
         for _ in 0..TARGETS {
             let weights = self.lights.draw(&mut rng);
-            let shares = Shares::of(&weights, &self.levels);
+            let shares = Shares::new(&weights, &self.levels);
             truths.push(pose.relit(&shares.normal(&weights)));
             wanted.push(shares);
         }
@@ -229,7 +229,7 @@ fn level(poses: &Poses, lights: &Lights, levels: &[[f32; 3]], seed: u64) -> Resu
     for light in 0..MEASURED {
         let weights = lights.draw(&mut draw(seed, light, 13));
         let pose = &poses.poses[light as usize % poses.poses.len()];
-        let picture = pose.relit(&Shares::of(&weights, levels).normal(&weights));
+        let picture = pose.relit(&Shares::new(&weights, levels).normal(&weights));
         values.extend(subject(&pose.mask).step_by(4).flat_map(|i| picture.pixels[i]));
     }
     let mean = values.iter().sum::<f32>() / values.len().max(1) as f32;

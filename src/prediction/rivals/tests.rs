@@ -114,7 +114,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     assert!((ratio - 2.0).abs() < 0.35, "{ratio}");
 
     // Light of the plate.
-    let truth = Shares::of(&poses.interview, &poses.levels());
+    let truth = Shares::new(&poses.interview, &poses.levels());
     let seen = learnt.source(&frame).unwrap();
     let off: f32 = (seen.iter().flatten().zip(&truth.roots))
         .map(|(share, root)| (share.sqrt() - root).abs())
@@ -171,7 +171,7 @@ fn lights_at_random_are_light() {
         let weights = lights.draw(&mut draw(3, step, 1));
         assert!(weights.iter().flatten().all(|w| w.is_finite() && *w >= 0.0));
         single += usize::from(weights.iter().filter(|w| **w != [0.0; 3]).count() == 1);
-        let shares = Shares::of(&weights, &levels);
+        let shares = Shares::new(&weights, &levels);
         assert!(shares.roots.iter().all(|r| (0.0..=1.0).contains(r)));
         let normal = shares.normal(&weights);
         let total: f32 = normal.iter().zip(&levels).map(|(w, l)| w[0] * l[0]).sum();
@@ -179,6 +179,6 @@ fn lights_at_random_are_light() {
         assert!(normal.iter().all(|w| w[2] == 0.0));
     }
     assert!((150..=250).contains(&single), "{single}");
-    let dark = Shares::of(&[[0.0; 3]; 2], &levels[..2]);
+    let dark = Shares::new(&[[0.0; 3]; 2], &levels[..2]);
     assert!(dark.roots.iter().all(|r| *r == 0.0));
 }

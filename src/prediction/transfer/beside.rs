@@ -41,7 +41,7 @@ pub struct Beside {
 }
 
 impl Beside {
-    pub fn of(project: &Project, response: Response) -> Self {
+    pub fn new(project: &Project, response: Response) -> Self {
         Self { project: project.clone(), response, kept: Mutex::default() }
     }
 

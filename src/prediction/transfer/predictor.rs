@@ -101,7 +101,7 @@ impl OlatPredictor {
     /// The same for frames of the interview, whose places in the exemplars follow the motion from frame to frame.
     #[must_use]
     pub fn steady(self, project: &Project, calibration: &Calibration) -> Self {
-        let beside = Beside::of(project, calibration.response);
+        let beside = Beside::new(project, calibration.response);
         Self { beside: Some(Arc::new(beside)), ..self }
     }
 

@@ -59,11 +59,11 @@ pub(super) struct ResponseTable(Vec<f32>);
 
 impl ResponseTable {
     pub fn new(response: &DualGamma) -> Self {
-        Self::of(&Response::Dual(*response))
+        Self::from_response(&Response::Dual(*response))
     }
 
     /// Table of a response.
-    pub fn of(response: &Response) -> Self {
+    pub fn from_response(response: &Response) -> Self {
         Self(
             (0..=STEPS)
                 .map(|code| response.decode_value(f32::from(code) / f32::from(STEPS)))

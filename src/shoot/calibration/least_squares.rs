@@ -18,7 +18,7 @@ impl NormalEquations {
     }
 
     /// A system from its matrix AᵀA, row by row, and AᵀY.
-    pub fn of(gram: Vec<f64>, target: Vec<f64>) -> Self {
+    pub fn from_gram(gram: Vec<f64>, target: Vec<f64>) -> Self {
         Self { unknowns: target.len(), gram, target }
     }
 

@@ -190,7 +190,7 @@ fn calibrate_within(
     if let Some(sentence) = found.evidence.same_poses_sentence() {
         progress.say(sentence);
     }
-    let table = ResponseTable::of(&found.response);
+    let table = ResponseTable::from_response(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy, two_balls) = second_ball::rig(project, &probes, &table, progress)?;
     if let Some(two) = &two_balls {
@@ -329,7 +329,7 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
     let learnt = shoot.lamps.len();
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
-        let table = ResponseTable::of(&PROVISIONAL);
+        let table = ResponseTable::from_response(&PROVISIONAL);
         let (rig, ..) = second_ball::rig(project, &probes, &table, progress)?;
         let lamps = rig.lamps.iter().enumerate().take(learnt);
         let usable = lamps.filter(|(_, lamp)| lamp.is_usable());

@@ -151,9 +151,12 @@ impl Pictures {
                     &shoot.poses[pose],
                 );
                 let lamps = (0..shoot.all_lamps().len()).into_par_iter();
-                let olats = lamps.map(|lamp| match project.has_olat(pose, lamp) {
-                    true => small(&project.olat_picture(pose, lamp)),
-                    false => Ok(Image::filled(SIDE, SIDE, [0.0; 3])),
+                let olats = lamps.map(|lamp| {
+                    if project.has_olat(pose, lamp) {
+                        small(&project.olat_picture(pose, lamp))
+                    } else {
+                        Ok(Image::filled(SIDE, SIDE, [0.0; 3]))
+                    }
                 });
                 let mut olats = olats.collect::<Result<Vec<_>>>()?;
                 footage::fill_missing(project, response, pose, &mut olats)?;
@@ -252,7 +255,7 @@ impl Pictures {
                 let size = SMOOTH * trace / lamps as f64;
                 gram.iter_mut().zip(&self.smooth).for_each(|(g, s)| *g += size * s);
             }
-            let solution = NormalEquations::of(gram, sums).solve();
+            let solution = NormalEquations::from_gram(gram, sums).solve();
             weights.iter_mut().zip(solution).for_each(|(weight, x)| weight[c] = x as f32);
         }
         let (mut off, mut all) = (0.0, 0.0);
@@ -289,7 +292,7 @@ impl Pictures {
         let mut surfaces: Vec<Option<Surface>> = vec![];
         for _ in 0..ROUNDS {
             surfaces = (lights.par_iter())
-                .map(|light| Surface::of(light, &energies, directions))
+                .map(|light| Surface::new(light, &energies, directions))
                 .collect();
             energies = energies_by(&lights, &surfaces, directions, |_, light| luminance(light));
         }
@@ -358,7 +361,7 @@ const GRAZING: f64 = 0.2;
 
 impl Surface {
     /// Least squares over the lamps that light a pixel (Lambert), without outliers; None if fewer than four do.
-    fn of(light: &[[f32; 3]], energies: &[f32], directions: &[Vec3]) -> Option<Self> {
+    fn new(light: &[[f32; 3]], energies: &[f32], directions: &[Vec3]) -> Option<Self> {
         let values: Vec<f64> =
             light.iter().zip(energies).map(|(l, e)| f64::from(luminance(*l) / e)).collect();
         let mut sorted = values.clone();
@@ -421,9 +424,8 @@ fn energies_by(
     let found: Vec<(f32, f32)> = (0..directions.len()).into_par_iter().map(energy).collect();
     let is_lit = |(energy, share): &&(f32, f32)| *energy > 0.0 && *share > 0.5;
     let typical = median(found.iter().filter(is_lit).map(|(energy, _)| *energy));
-    let relative = |(energy, share): (f32, f32)| match energy > 0.0 && typical > 0.0 {
-        true => (energy / typical).powf(share),
-        false => 1.0,
+    let relative = |(energy, share): (f32, f32)| {
+        if energy > 0.0 && typical > 0.0 { (energy / typical).powf(share) } else { 1.0 }
     };
     found.into_iter().map(relative).collect()
 }
@@ -469,7 +471,7 @@ impl Curve {
             return Ok(assumed);
         }
         let cost = |response: &Response| {
-            INDEPENDENT * samples.distance(&ResponseTable::of(response)).max(1e-5).ln()
+            INDEPENDENT * samples.distance(&ResponseTable::from_response(response)).max(1e-5).ln()
         };
         let powers: Vec<(f64, f64)> = (0..=60)
             .into_par_iter()
@@ -518,7 +520,7 @@ impl Curve {
         Evidence {
             comparison,
             same_poses: if self.is_fitted { vec![names] } else { vec![] },
-            intervals: Interval::of(&[case]),
+            intervals: Interval::from_cases(&[case]),
             ..Evidence::default()
         }
     }

@@ -58,7 +58,7 @@ fn changed(picture: &Picture) -> Option<SystemTime> {
 /// # Errors
 /// When a movie or sequence cannot be opened.
 pub fn picture_behind(file: &Path, frame: usize, rate: f64) -> Result<Picture> {
-    let is_dpx = FileFormat::of(file) == Some(FileFormat::Dpx);
+    let is_dpx = FileFormat::from_path(file) == Some(FileFormat::Dpx);
     if file.is_file() && !movies::is_movie(file) && !is_dpx {
         return Ok(Picture::File(file.to_path_buf()));
     }

@@ -107,7 +107,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    fn of(path: &Path) -> Self {
+    fn from_path(path: &Path) -> Self {
         Self {
             path: path.to_path_buf(),
             found: String::new(),
@@ -127,15 +127,16 @@ impl Candidate {
 
     /// A candidate that could not be read.
     pub fn failed(path: &Path, failure: String) -> Self {
-        Self { failure: Some(failure), ..Self::of(path) }
+        Self { failure: Some(failure), ..Self::from_path(path) }
     }
 
     /// Inspects a file, folder or pattern.
     pub fn look(path: &Path) -> Self {
-        let mut candidate = Self::of(path);
-        let looked = match has_extension(path, "lp") {
-            true => candidate.look_at_list(),
-            false => candidate.look_at_frames(),
+        let mut candidate = Self::from_path(path);
+        let looked = if has_extension(path, "lp") {
+            candidate.look_at_list()
+        } else {
+            candidate.look_at_frames()
         };
         candidate.failure = looked.err().map(|e| e.to_string());
         candidate
@@ -208,13 +209,11 @@ impl Candidate {
         }
         .to_owned();
         if (self.jumps == Some(true) || spot_moves) && self.frames <= MOST_OF_ROUND {
-            self.light = match some == self.frames {
-                true => light,
-                false => {
-                    let all = 0..self.frames;
-                    all.map(|frame| mean_light(source, self.first + frame))
-                        .collect::<Result<_>>()?
-                }
+            self.light = if some == self.frames {
+                light
+            } else {
+                let all = 0..self.frames;
+                all.map(|frame| mean_light(source, self.first + frame)).collect::<Result<_>>()?
             };
             let found = match round::find(&self.light, self.first, None) {
                 Ok(round) => {
@@ -246,9 +245,10 @@ impl Candidate {
         let reasons = [std::mem::take(&mut self.reason), by_light];
         let reasons: Vec<String> =
             reasons.into_iter().filter(|reason| !reason.is_empty()).collect();
-        self.reason = match reasons.is_empty() {
-            true => "neither name nor brightness is conclusive".to_owned(),
-            false => reasons.join("; "),
+        self.reason = if reasons.is_empty() {
+            "neither name nor brightness is conclusive".to_owned()
+        } else {
+            reasons.join("; ")
         };
         Ok(())
     }
@@ -263,10 +263,7 @@ pub fn expand(path: &Path) -> Vec<PathBuf> {
             |path: &PathBuf| path.is_dir() || movies::is_movie(path) || has_extension(path, "lp");
         let parts: Vec<PathBuf> =
             names.iter().map(|name| path.join(name)).filter(is_part).collect();
-        return match parts.is_empty() {
-            true => vec![path.to_path_buf()],
-            false => parts,
-        };
+        return if parts.is_empty() { vec![path.to_path_buf()] } else { parts };
     }
     let is_sequence = |pattern: &PathBuf| {
         movies::open(pattern).is_ok_and(|all| all.count().is_ok_and(|count| count > 1))

@@ -35,9 +35,10 @@ pub fn stand_in(project: &Project, index: usize) -> Result<Option<StandIn>> {
         return Err(error);
     };
     let is_black = choice == DamagedFrames::Black;
-    let instead = match is_black {
-        true => "it is black".to_owned(),
-        false => format!("frame {held} is shown in its place"),
+    let instead = if is_black {
+        "it is black".to_owned()
+    } else {
+        format!("frame {held} is shown in its place")
     };
     let cause = error.to_string();
     Ok(Some(StandIn {

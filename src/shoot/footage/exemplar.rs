@@ -102,7 +102,7 @@ impl<'a> OlatReader<'a> {
     /// # Errors
     /// When the calibration or the pose's matte cannot be read, or a picture that stands in for a missing one.
     pub fn new(project: &'a Project, response: &'a Response, pose: usize) -> Result<Self> {
-        let correction = Correction::of(project, pose)?;
+        let correction = Correction::new(project, pose)?;
         let missing = missing_olats::find(project, response, pose)?;
         Ok(Self { project, response, pose, correction, missing })
     }

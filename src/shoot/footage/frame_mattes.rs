@@ -63,7 +63,7 @@ impl FrameMattes {
     ///
     /// # Errors
     /// When the clean plate cannot be read.
-    pub fn of(
+    pub fn new(
         project: &Project,
         settings: &MatteSettings,
         person: Option<FindPerson>,
@@ -76,7 +76,7 @@ impl FrameMattes {
             person,
             is_guessed: false,
             screen: None,
-            movement: Movement::of(project.clone()),
+            movement: Movement::from_project(project.clone()),
             neighbour: None,
             first: None,
             start: None,
@@ -133,9 +133,10 @@ impl FrameMattes {
                 follows = true;
                 let matte = flow.warped_mask(&matte);
                 let found = followed(&picture, &matte, flow.trust(), &told).map_err(named)?;
-                match seeds.is_empty() {
-                    true => found,
-                    false => corrected(&picture, &found, &told).map_err(named)?.matte,
+                if seeds.is_empty() {
+                    found
+                } else {
+                    corrected(&picture, &found, &told).map_err(named)?.matte
                 }
             }
         };

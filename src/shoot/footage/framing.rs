@@ -130,9 +130,10 @@ pub(super) fn fitted(project: &Project, sizes: [(usize, usize); 2]) -> Result<Ve
     let frames: Vec<Matte> = frames.map(|frame| project.frame_matte(frame)).collect();
     let poses: Vec<Matte> =
         (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose)).collect();
-    let groups = match sizes[0] == sizes[1] {
-        true => vec![(sizes[0], [frames, poses].concat())],
-        false => vec![(sizes[0], frames), (sizes[1], poses)],
+    let groups = if sizes[0] == sizes[1] {
+        vec![(sizes[0], [frames, poses].concat())]
+    } else {
+        vec![(sizes[0], frames), (sizes[1], poses)]
     };
     let fitted = groups.into_iter().map(|(size, mattes)| {
         let mut held: Option<Extent> = None;

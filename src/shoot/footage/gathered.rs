@@ -249,10 +249,8 @@ mod tests {
             for i in 0..41 {
                 let [x, y] = spot(i);
                 let near = |u: usize, v: usize| u.abs_diff(x) < 2 && v.abs_diff(y) < 2;
-                let picture = Raster::from_fn(96, 64, |u, v| match near(u, v) {
-                    true => [0.9; 3],
-                    false => [0.02; 3],
-                });
+                let picture =
+                    Raster::from_fn(96, 64, |u, v| if near(u, v) { [0.9; 3] } else { [0.02; 3] });
                 let path = folder.join(format!("{i:02}.png"));
                 imaging::file::write_png(&path, &Encoded(picture)).unwrap();
             }

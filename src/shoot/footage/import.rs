@@ -212,12 +212,13 @@ fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &P
     }
     for (what, (width, height)) in [("frames", sizes[0]), ("poses", sizes[1])] {
         let framing = project.settings.framing.of((width, height));
-        let square = match framing == Framing::largest((width, height)) {
-            true => "The network sees the largest square in their middle".to_owned(),
-            false => format!(
+        let square = if framing == Framing::largest((width, height)) {
+            "The network sees the largest square in their middle".to_owned()
+        } else {
+            format!(
                 "The network sees the {} pixels from {}, {} around the subject",
                 framing.side, framing.x, framing.y
-            ),
+            )
         };
         if width != height {
             progress.advise(

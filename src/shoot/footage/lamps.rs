@@ -67,10 +67,7 @@ impl LampSettings {
     pub fn run(&self, project: &mut Project) -> Result<LampReport> {
         let mut corrected = project.clone();
         self.correct(&mut corrected)?;
-        let aside = match corrected == *project {
-            true => None,
-            false => project.put_aside()?,
-        };
+        let aside = if corrected == *project { None } else { project.put_aside()? };
         *project = corrected;
         let shoot = &project.settings.shoot;
         let corrections = shoot.corrections.clone();

@@ -88,9 +88,10 @@ impl MattesReport {
             counts.map(|(count, name)| counted(count, name)).collect::<Vec<_>>().join(" and ")
         };
         let made = counts([(self.frames, "interview matte"), (self.poses, "pose matte")]);
-        let mut text = match made.is_empty() {
-            true => "No matte is missing.".to_owned(),
-            false => format!("{made} made."),
+        let mut text = if made.is_empty() {
+            "No matte is missing.".to_owned()
+        } else {
+            format!("{made} made.")
         };
         if let Some(screen) = self.screen {
             text += &format!(" {}{} screen found.", screen[..1].to_uppercase(), &screen[1..]);
@@ -158,7 +159,7 @@ pub fn make_mattes(
         flicker_before: None,
     };
     let mut uncertain = 0.0;
-    let mut mattes = FrameMattes::of(&project, settings, person)?;
+    let mut mattes = FrameMattes::new(&project, settings, person)?;
     frames(&project, (settings, &mut mattes), progress, &mut report, &mut uncertain)?;
     let settings = (settings, mattes.person.as_ref());
     poses(&project, settings, progress, &mut report, &mut uncertain)?;
@@ -212,7 +213,7 @@ fn frames(
         Some(&painted) if !mattes.is_told(first)? => painted,
         _ => 0,
     };
-    let mut steady = Steady::of(project, !settings.no_steady);
+    let mut steady = Steady::new(project, !settings.no_steady);
     let mut done = 0;
     for frame in (start..count).chain((0..start).rev()) {
         if !wanted[frame] {

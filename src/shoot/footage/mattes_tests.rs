@@ -98,7 +98,7 @@ struct Stage {
 }
 
 impl Stage {
-    fn of(seed: u64, frames: usize) -> Self {
+    fn new(seed: u64, frames: usize) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
         let stage = StageSettings { frames, size: 128, lamps: 6, seed, ..StageSettings::default() };
@@ -205,7 +205,7 @@ fn wall((x, y): (usize, usize)) -> [f32; 3] {
 fn every_frame_of_two_stages_has_its_matte_and_little_flicker() {
     let mut said = Vec::new();
     for seed in [5, 23] {
-        let stage = Stage::of(seed, 6);
+        let stage = Stage::new(seed, 6);
         let plain = MatteSettings { no_steady: true, replace: true, ..MatteSettings::default() };
         let (raw, ..) = stage.made(&plain);
         assert_eq!(raw.flicker, raw.flicker_before);
@@ -225,7 +225,7 @@ fn every_frame_of_two_stages_has_its_matte_and_little_flicker() {
 fn a_box_serves_a_whole_project() {
     let mut worst = (1.0_f32, 0.0_f32);
     for seed in [5, 23] {
-        let stage = Stage::of(seed, 3);
+        let stage = Stage::new(seed, 3);
         let settings =
             MatteSettings { within: Some(stage.subject_box()), ..MatteSettings::default() };
         let (report, iou, off) = stage.made(&settings);
@@ -242,7 +242,7 @@ fn a_box_serves_a_whole_project() {
 fn a_clean_plate_serves_a_whole_project() {
     let mut worst = (1.0_f32, 0.0_f32);
     for seed in [5, 23] {
-        let stage = Stage::of(seed, 3);
+        let stage = Stage::new(seed, 3);
         let settings =
             MatteSettings { clean_plate: Some(stage.before_a_wall()), ..MatteSettings::default() };
         let said =
@@ -262,7 +262,7 @@ fn a_clean_plate_serves_a_whole_project() {
 #[test]
 fn strokes_on_one_frame_serve_the_others() {
     // A patch of the subject has the screen's colour and moves along.
-    let stage = Stage::of(5, 5);
+    let stage = Stage::new(5, 5);
     let screen = read_picture(&stage.project.frame_picture(0)).unwrap();
     let screen = screen.0.at(3, 3).map(linear_from_srgb);
     let faces: Vec<_> = (0..5).map(|frame| stage.face(frame)).collect();
@@ -296,7 +296,7 @@ fn strokes_on_one_frame_serve_the_others() {
 fn frames_before_a_wall_follow_the_painted_one() {
     let mut worst = (1.0_f32, 0.0_f32);
     for seed in [5, 23] {
-        let stage = Stage::of(seed, 5);
+        let stage = Stage::new(seed, 5);
         stage.before_a_wall();
         let [x, y] = stage.face(2);
         let stroke = |side, points| Stroke { frame: 2, side, radius: 3.0, points };
@@ -327,7 +327,7 @@ fn frames_before_a_wall_follow_the_painted_one() {
 
 #[test]
 fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
-    let stage = Stage::of(5, 1);
+    let stage = Stage::new(5, 1);
     let path = Strokes::path(&stage.project);
     assert_eq!(Strokes::load(&stage.project).unwrap(), Strokes::default());
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();

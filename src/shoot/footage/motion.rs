@@ -89,7 +89,7 @@ impl Correction {
     ///
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
-    pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
+    pub fn new(project: &Project, pose: usize) -> Result<Option<Self>> {
         const REMEDY: (&str, &str) =
             ("Calibrate the project again", "afterlight calibrate PROJECT");
         let path = project.calibration_path();
@@ -137,14 +137,14 @@ impl Correction {
 /// Head weight of each place, 0 to 1, from the matte only. It fades out at the neck. Without a neck above
 /// shoulders, the full subject counts as head.
 pub fn head_share(matte: &Mask) -> Mask {
-    let Outline { head, .. } = Outline::of(matte);
+    let Outline { head, .. } = Outline::from_matte(matte);
     Raster::from_fn(matte.width, matte.height, |_, y| head[y])
 }
 
 /// Weight of the face's shift at each place when the head rotates, 0 to 1, from the matte only: depth as if each
 /// row of the head were the front of an ellipse, times [`head_share`].
 pub fn head_turn(matte: &Mask) -> Mask {
-    let Outline { rows, head, widest } = Outline::of(matte);
+    let Outline { rows, head, widest } = Outline::from_matte(matte);
     Raster::from_fn(matte.width, matte.height, |x, y| {
         let Some([left, right]) = rows[y] else {
             return 0.0;
@@ -167,7 +167,7 @@ struct Outline {
 }
 
 impl Outline {
-    fn of(matte: &Mask) -> Self {
+    fn from_matte(matte: &Mask) -> Self {
         let rows: Vec<_> = (0..matte.height).map(|y| extent(matte, y)).collect();
         let half = |row: &Option<[f32; 2]>| row.map_or(0.0, |[left, right]| 0.5 * (right - left));
         let (neck, widest) = neck(&rows.iter().map(half).collect::<Vec<_>>());

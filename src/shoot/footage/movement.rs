@@ -19,7 +19,7 @@ pub struct Movement {
 }
 
 impl Movement {
-    pub fn of(project: Project) -> Self {
+    pub fn from_project(project: Project) -> Self {
         Self { project, pictures: VecDeque::new(), flows: VecDeque::new() }
     }
 

@@ -97,7 +97,7 @@ fn compare(files: &Project, movies: &Project) {
     for pose in 0..movies.settings.shoot.poses.len() {
         let [a, b] = [files, movies].map(|p| Exemplar::load(p, &Response::Srgb, pose).unwrap());
         assert!(a.olats.iter().zip(&b.olats).all(|(a, b)| near(a, b)), "pose {pose}");
-        let [a, b] = [files, movies].map(|p| TrackingFrames::of(p, pose).unwrap().unwrap());
+        let [a, b] = [files, movies].map(|p| TrackingFrames::new(p, pose).unwrap().unwrap());
         assert_eq!((a.times.len(), b.times), (3, vec![0.0, 0.5, 1.0]));
         let seen = |pictures: &[Picture]| read_picture(&pictures[1]).unwrap().0;
         assert!(near(&seen(&a.pictures), &seen(&b.pictures)));
@@ -297,7 +297,7 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
         assert!(off < 0.01 && a.mask == b.mask, "frame {frame}: {off}");
     }
     for pose in 0..6 {
-        assert_eq!(TrackingFrames::of(&movies, pose).unwrap().unwrap().times, [0.0, 0.5, 1.0]);
+        assert_eq!(TrackingFrames::new(&movies, pose).unwrap().unwrap().times, [0.0, 0.5, 1.0]);
         let [a, b] = [&files, &movies].map(|p| Exemplar::load(p, &Response::Srgb, pose).unwrap());
         for (lamp, (a, b)) in a.olats.iter().zip(&b.olats).enumerate() {
             let off = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());

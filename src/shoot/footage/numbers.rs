@@ -31,7 +31,7 @@ fn of_clip(clip: &Clip, path: &Path) -> Result<Option<i64>> {
         let stems = names.map(|name| stem(name));
         return Ok(common_number(&stems.collect::<Vec<_>>()));
     }
-    let is_sequence = FileFormat::of(path).is_some_and(FileFormat::is_sequence);
+    let is_sequence = FileFormat::from_path(path).is_some_and(FileFormat::is_sequence);
     let number = i64::try_from(clip.first).ok();
     Ok(number.filter(|number| is_sequence && FRAME_NUMBERS.contains(number)))
 }

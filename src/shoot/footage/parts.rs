@@ -72,9 +72,10 @@ impl Parts {
             ));
         }
         // A camera's folder has none.
-        let manifest = match folder.join(super::shoot::MANIFEST).exists() {
-            true => Manifest::read(folder)?,
-            false => Manifest::default(),
+        let manifest = if folder.join(super::shoot::MANIFEST).exists() {
+            Manifest::read(folder)?
+        } else {
+            Manifest::default()
         };
         let listing = Listing::with_interview(folder, movie)?;
         Self::of_folder(folder, manifest, listing, progress)
@@ -93,14 +94,12 @@ impl Parts {
         let mut names: Vec<String> = list.iter().flatten().map(|(name, _)| name.clone()).collect();
         let name_lamps = |listing: &mut Listing, count: usize| {
             if listing.lamps.is_empty() {
-                listing.lamps = match names.len() == count {
-                    true => names.clone(),
-                    false => map::lamp_names(count),
-                };
+                listing.lamps =
+                    if names.len() == count { names.clone() } else { map::lamp_names(count) };
             }
         };
         if let Some(movie) = listing.ball_movie.clone() {
-            let rounds = Rounds::of(movie);
+            let rounds = Rounds::from_movie(movie);
             let found = rounds.find(shoot, expected, &names, progress)?;
             expected = Some(found.0.lamps.len());
             name_lamps(&mut listing, found.0.lamps.len());
@@ -110,7 +109,7 @@ impl Parts {
             takes.interview_ball = Some(map::still(shoot, file, None)?);
         }
         for (pose, movie) in listing.pose_movies.clone() {
-            let rounds = Rounds::of(movie);
+            let rounds = Rounds::from_movie(movie);
             let found = rounds.find(shoot, expected, &names, progress)?;
             expected = Some(found.0.lamps.len());
             name_lamps(&mut listing, found.0.lamps.len());

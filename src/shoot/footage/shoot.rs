@@ -534,7 +534,7 @@ pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<
 /// When the folder cannot be read, or two pictures differ only in their endings.
 pub fn picture_names(folder: &Path) -> Result<Vec<String>> {
     let files = entries(folder, |path| {
-        let is_picture = FileFormat::of(path).is_some_and(FileFormat::is_picture);
+        let is_picture = FileFormat::from_path(path).is_some_and(FileFormat::is_picture);
         is_picture.then(|| name_of(path))
     })?;
     if let Some(pair) = files.windows(2).find(|pair| stem(&pair[0]) == stem(&pair[1])) {
@@ -557,9 +557,10 @@ pub fn contents(folder: &Path) -> String {
         *kinds.entry(kind).or_insert(0) += 1;
     }
     let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
-    match kinds.is_empty() {
-        true => "is empty".to_owned(),
-        false => format!("has {}; PNG, JPEG, TIFF and EXR are read", kinds.join(", ")),
+    if kinds.is_empty() {
+        "is empty".to_owned()
+    } else {
+        format!("has {}; PNG, JPEG, TIFF and EXR are read", kinds.join(", "))
     }
 }
 

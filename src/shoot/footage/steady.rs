@@ -45,7 +45,7 @@ impl Mean {
 
 impl<'a> Steady<'a> {
     /// Writer of this project's mattes, averaged over time if `average`.
-    pub fn of(project: &'a Project, average: bool) -> Self {
+    pub fn new(project: &'a Project, average: bool) -> Self {
         Self {
             project,
             average,

@@ -153,7 +153,7 @@ impl Strokes {
                 // Carried seeds are never as certain as painted ones.
                 *value *= fade * trust;
             }
-            let here = Seeds::of(here);
+            let here = Seeds::from_values(here);
             match &mut all {
                 Some(all) => all.join(&here),
                 None => all = Some(here),

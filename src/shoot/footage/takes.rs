@@ -28,7 +28,7 @@ pub struct Rounds {
 
 impl Rounds {
     /// All frames of a movie.
-    pub fn of(movie: impl Into<PathBuf>) -> Self {
+    pub fn from_movie(movie: impl Into<PathBuf>) -> Self {
         Self { movie: movie.into(), ..Self::default() }
     }
 
@@ -219,7 +219,7 @@ mod tests {
         }
         let find = |names: &[&str]| {
             let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
-            let found = Rounds::of("pose").find(
+            let found = Rounds::from_movie("pose").find(
                 folder.path(),
                 Some(names.len()),
                 &names,

@@ -19,7 +19,7 @@ impl TrackingFrames {
     ///
     /// # Errors
     /// When the manifest or the folder cannot be read.
-    pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
+    pub fn new(project: &Project, pose: usize) -> Result<Option<Self>> {
         let shoot = &project.settings.shoot;
         let lamps = shoot.all_lamps().len().max(1);
         let in_movie = project.tracking_pictures(pose);
@@ -30,23 +30,19 @@ impl TrackingFrames {
             return Ok(Some(Self { pictures, times }));
         }
         let folder = project.shoot_path(format!("tracking/{}", shoot.poses[pose]));
-        let names = match folder.is_dir() {
-            true => picture_names(&folder)?,
-            false => vec![],
-        };
+        let names = if folder.is_dir() { picture_names(&folder)? } else { vec![] };
         if names.len() < 2 {
             return Ok(None);
         }
         let root = project.shoot_path("");
-        let said = match root.join(MANIFEST).is_file() {
-            true => Manifest::read(&root)?.tracking,
-            false => None,
-        };
+        let said =
+            if root.join(MANIFEST).is_file() { Manifest::read(&root)?.tracking } else { None };
         let before = said.map_or_else(Vec::new, |tracking| tracking.before_lamp);
         let rises = before.windows(2).all(|pair| pair[0] < pair[1]);
-        let times = match before.len() == names.len() && rises {
-            true => (before.iter()).map(|&lamp| lamp.min(lamps) as f32 / lamps as f32).collect(),
-            false => (0..names.len()).map(|i| i as f32 / (names.len() - 1) as f32).collect(),
+        let times = if before.len() == names.len() && rises {
+            (before.iter()).map(|&lamp| lamp.min(lamps) as f32 / lamps as f32).collect()
+        } else {
+            (0..names.len()).map(|i| i as f32 / (names.len() - 1) as f32).collect()
         };
         let file = |name: &String| Picture::File(with_ending(&folder.join(name)));
         Ok(Some(Self { pictures: names.iter().map(file).collect(), times }))

@@ -28,7 +28,7 @@ pub fn reduced_box(
 /// If the box is empty or contains the full picture, or nothing in it differs from the outside.
 pub fn boxed(picture: &Encoded, [left, top, columns, rows]: [usize; 4]) -> Result<Matte> {
     let size = picture.0.size();
-    let reduced = Reduced::of(picture);
+    let reduced = Reduced::from_picture(picture);
     let small = reduced.small.0.size();
     let marks = rectangle(small, reduced_box([left, top, columns, rows], size, small));
     let found = grab_cut(&reduced.small, &marks, ROUNDS).map_err(|_| {

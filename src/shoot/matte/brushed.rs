@@ -47,7 +47,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
             "Remake the matte of this picture",
         ));
     }
-    let reduced = Reduced::of(picture);
+    let reduced = Reduced::from_picture(picture);
     let small = reduced.small.0.size();
     let told = seeds.resized(small);
     let told = &told.values().pixels;
@@ -60,9 +60,10 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     let known = Known { odds: Some(&odds), ..Known::default() };
     let sides = |subject| marks.pixels.iter().any(|m| m.is_subject() == subject);
     // An empty side leaves nothing to cut.
-    let cut = match sides(true) && sides(false) {
-        true => grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?.subject.pixels,
-        false => supposed,
+    let cut = if sides(true) && sides(false) {
+        grab_cut_knowing(&reduced.small, &marks, &known, ROUNDS)?.subject.pixels
+    } else {
+        supposed
     };
     let mut after = before.clone();
     for part in parts(small, |i| cut[i] != before[i]) {
@@ -72,25 +73,21 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
         }
     }
     let changed = |i: usize| after[i] != before[i];
-    let mut matte = match (0..after.len()).any(changed) {
-        true => {
-            let new = reduced.matte(&after, None);
-            // Moved edges, over the width of their softness.
-            let places: Vec<[f32; 1]> =
-                (0..after.len()).map(|i| [f32::from(u8::from(changed(i)))]).collect();
-            let near = window::sums(&places, small, 3);
-            let zone: Vec<bool> = near.iter().map(|n| n[0] > 0.5).collect();
-            let zone = reduced.enlarged(&zone);
-            let mixed = |i: usize| match zone[i] {
-                true => new.mask.pixels[i],
-                false => start.mask.pixels[i],
-            };
-            Matte {
-                mask: Mask { pixels: (0..zone.len()).map(mixed).collect(), ..start.mask },
-                uncertain: start.uncertain.max(new.uncertain),
-            }
+    let mut matte = if (0..after.len()).any(changed) {
+        let new = reduced.matte(&after, None);
+        // Moved edges, over the width of their softness.
+        let places: Vec<[f32; 1]> =
+            (0..after.len()).map(|i| [f32::from(u8::from(changed(i)))]).collect();
+        let near = window::sums(&places, small, 3);
+        let zone: Vec<bool> = near.iter().map(|n| n[0] > 0.5).collect();
+        let zone = reduced.enlarged(&zone);
+        let mixed = |i: usize| if zone[i] { new.mask.pixels[i] } else { start.mask.pixels[i] };
+        Matte {
+            mask: Mask { pixels: (0..zone.len()).map(mixed).collect(), ..start.mask },
+            uncertain: start.uncertain.max(new.uncertain),
         }
-        false => start.clone(),
+    } else {
+        start.clone()
     };
     force(&mut matte.mask, seeds);
     let kept = (0..after.len()).map(|i| match (told[i].abs() >= 1.0, changed(i)) {
@@ -106,7 +103,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     });
     Ok(Correction {
         matte,
-        seeds: Seeds::of(Mask { width: small.0, height: small.1, pixels: kept.collect() }),
+        seeds: Seeds::from_values(Mask { width: small.0, height: small.1, pixels: kept.collect() }),
     })
 }
 
@@ -118,7 +115,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
 pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> Result<Matte> {
     let size = picture.0.size();
     seeds.check(size)?;
-    let reduced = Reduced::of(picture);
+    let reduced = Reduced::from_picture(picture);
     let small = reduced.small.0.size();
     let mut told = seeds.resized(small).values().pixels.clone();
     if let Some(within) = within {
@@ -167,7 +164,7 @@ pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> 
 pub fn followed(picture: &Encoded, start: &Mask, trusted: &Mask, seeds: &Seeds) -> Result<Matte> {
     let size = picture.0.size();
     seeds.check(size)?;
-    let reduced = Reduced::of(picture);
+    let reduced = Reduced::from_picture(picture);
     let small = reduced.small.0.size();
     let told = seeds.resized(small);
     let told = &told.values().pixels;

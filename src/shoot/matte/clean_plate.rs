@@ -43,14 +43,14 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
             "Use a clean plate from the same camera at the same size",
         ));
     }
-    let reduced = Reduced::of(picture);
+    let reduced = Reduced::from_picture(picture);
     let small = reduced.small.0.size();
     let light = resize_area(&reduced.light, small.0, small.1);
     let plate = Raster { width: size.0, height: size.1, pixels: linear(plate) };
     let small_plate = resize_area(&plate, small.0, small.1);
-    let exposure = Exposure::of(&light, &small_plate)?;
+    let exposure = Exposure::new(&light, &small_plate)?;
     let behind = Raster { pixels: exposure.exposed(&small_plate.pixels), ..small_plate };
-    let difference = Difference::of(&reduced.small, &behind);
+    let difference = Difference::new(&reduced.small, &behind);
     let different: Vec<bool> = difference.squares.iter().map(|&d| d > DIFFERENT).collect();
     let shown = different.iter().filter(|d| !**d).count() as f32 / different.len().max(1) as f32;
     if shown < LEAST_SHOWN {
@@ -63,10 +63,7 @@ pub fn by_clean_plate(picture: &Encoded, plate: &Encoded) -> Result<Matte> {
             width: small.0,
             height: small.1,
             pixels: (cut.iter())
-                .map(|&subject| match subject {
-                    true => Mark::MaybeSubject,
-                    false => Mark::MaybeBackground,
-                })
+                .map(|&subject| if subject { Mark::MaybeSubject } else { Mark::MaybeBackground })
                 .collect(),
         };
         let known = Known { behind: Some(&difference.costs), ..Known::default() };
@@ -88,7 +85,7 @@ fn unlike(shown: f32) -> Error {
 struct Exposure([[f32; 2]; 3]);
 
 impl Exposure {
-    fn of(light: &Raster<[f32; 3]>, plate: &Raster<[f32; 3]>) -> Result<Self> {
+    fn new(light: &Raster<[f32; 3]>, plate: &Raster<[f32; 3]>) -> Result<Self> {
         let log = |p: [f32; 3]| p.map(|v| v.max(DARK).ln());
         let pairs: Vec<Option<[[f32; 3]; 2]>> = (light.pixels.iter().zip(&plate.pixels))
             .map(|(&a, &b)| {
@@ -160,7 +157,7 @@ struct Difference {
 }
 
 impl Difference {
-    fn of(picture: &Encoded, behind: &Raster<[f32; 3]>) -> Self {
+    fn new(picture: &Encoded, behind: &Raster<[f32; 3]>) -> Self {
         let size = picture.0.size();
         let codes = behind.map(|p| p.map(|v| 255.0 * srgb_from_linear(v)));
         let errors: Vec<[f32; 3]> = (picture.0.pixels.iter().zip(&codes.pixels))
@@ -171,7 +168,7 @@ impl Difference {
                 })
             })
             .collect();
-        let noise = Noise::of(&errors, &codes.pixels);
+        let noise = Noise::new(&errors, &codes.pixels);
         let (width, height) = size;
         let variance = |i: usize| -> [f32; 3] {
             let (x, y) = (i % width, i / width);
@@ -209,7 +206,7 @@ impl Noise {
         ((code / 256.0 * LEVELS as f32) as usize).min(LEVELS - 1)
     }
 
-    fn of(errors: &[[f32; 3]], codes: &[[f32; 3]]) -> Self {
+    fn new(errors: &[[f32; 3]], codes: &[[f32; 3]]) -> Self {
         let mut levels = vec![Vec::new(); LEVELS];
         let mut all = Vec::new();
         for (error, code) in errors.iter().zip(codes) {

@@ -22,15 +22,14 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    pub fn of(picture: &Encoded) -> Self {
+    pub fn from_picture(picture: &Encoded) -> Self {
         let size = picture.0.size();
         let light = Raster { width: size.0, height: size.1, pixels: linear(picture) };
         let small = reduced_size(size);
-        let small = match small == size {
-            true => picture.clone(),
-            false => {
-                Encoded(resize_area(&light, small.0, small.1).map(|p| p.map(srgb_from_linear)))
-            }
+        let small = if small == size {
+            picture.clone()
+        } else {
+            Encoded(resize_area(&light, small.0, small.1).map(|p| p.map(srgb_from_linear)))
         };
         Self { light, small }
     }
@@ -80,10 +79,8 @@ fn soft(
     let around = |certain: &[bool], side: bool| {
         // A subject thinner than the reach has no core, so all of its side is used.
         let some = certain.contains(&true);
-        let known: Vec<bool> = match some {
-            true => certain.to_vec(),
-            false => inside.iter().map(|&i| i == side).collect(),
-        };
+        let known: Vec<bool> =
+            if some { certain.to_vec() } else { inside.iter().map(|&i| i == side).collect() };
         let total = known.iter().filter(|k| **k).count().max(1) as f32;
         let mut mean = [0.0_f32; 3];
         for (_, p) in known.iter().zip(light).filter(|(known, _)| **known) {
@@ -104,9 +101,10 @@ fn soft(
             let along: f32 = (0..3).map(|c| (at[c] - from[c]) * (to[c] - from[c])).sum();
             let length: f32 = (0..3).map(|c| (to[c] - from[c]).powi(2)).sum();
             // Where both sides have the same colour, the cut decides.
-            match length > 1e-4 {
-                true => (along / length).clamp(0.0, 1.0),
-                false => f32::from(u8::from(inside[i])),
+            if length > 1e-4 {
+                (along / length).clamp(0.0, 1.0)
+            } else {
+                f32::from(u8::from(inside[i]))
             }
         })
         .collect();

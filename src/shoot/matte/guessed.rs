@@ -21,13 +21,13 @@ const LEAST: f32 = 0.01;
 /// # Errors
 /// When no person is found, and the errors of `find`.
 pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Result<Matte> {
-    let shown = Shown::of(picture);
+    let shown = Shown::from_picture(picture);
     let (left, top) = (shown.columns.start, shown.rows.start);
     let without_bars = Encoded(Raster::from_fn(shown.columns.len(), shown.rows.len(), |x, y| {
         picture.0.at(left + x, top + y)
     }));
     let found = find(&without_bars)?;
-    let reduced = Reduced::of(&without_bars);
+    let reduced = Reduced::from_picture(&without_bars);
     let small = reduced.small.0.size();
     let guess = resize(&found, small.0, small.1);
     let share = |wanted: &dyn Fn(f32) -> bool| {

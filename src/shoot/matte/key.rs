@@ -27,7 +27,7 @@ impl Key {
     /// When the picture does not show the screen.
     pub fn matte(&self, picture: &Encoded) -> Result<Matte> {
         let size = picture.0.size();
-        let shown = Shown::of(picture);
+        let shown = Shown::from_picture(picture);
         let light = linear(picture);
         // A bar continues its neighbouring pixels: no edge of the subject is searched there.
         let light: Vec<[f32; 3]> = (0..light.len()).map(|i| light[shown.nearest(i)]).collect();
@@ -35,11 +35,11 @@ impl Key {
         let share: Vec<f32> = (light.par_iter().zip(&screen))
             .map(|(&p, &s)| self.hue.difference(p) / self.hue.difference(s).max(1e-4))
             .collect();
-        let cut = Cut::of(&share);
+        let cut = Cut::from_share(&share);
         let mut inside: Vec<bool> = share.iter().map(|&s| s < cut.middle).collect();
         clean(&mut inside, size, |i| share[i] > cut.screen);
         let reach = (size.0.min(size.1) / 128).clamp(2, 8);
-        let places = Places::of(&share, &inside, &cut, size, reach);
+        let places = Places::new(&share, &inside, &cut, size, reach);
         let mut alpha = self.unmixed(&light, &screen, &places, size, reach);
         let smooth = guided(&light, &alpha, size, 2);
         for (i, alpha) in alpha.iter_mut().enumerate() {
@@ -73,7 +73,7 @@ impl Key {
             .collect();
         let mut fitted = Vec::new();
         for _ in 0..3 {
-            let fit = Surface::of(light, &certain, size).ok_or_else(|| self.gone())?;
+            let fit = Surface::new(light, &certain, size).ok_or_else(|| self.gone())?;
             fitted = (0..light.len()).into_par_iter().map(|i| fit.at(i, size)).collect();
             let off =
                 |i: usize| self.hue.difference(light[i]) / self.hue.difference(fitted[i]) - 1.0;
@@ -143,7 +143,7 @@ struct Cut {
 }
 
 impl Cut {
-    fn of(share: &[f32]) -> Self {
+    fn from_share(share: &[f32]) -> Self {
         let (middle, _) = otsu(share, (-0.5, 1.5)).unwrap_or((0.5, 0.0));
         let noise = spread(share.iter().copied().filter(|&s| s > 0.75), 1.0).max(LEAST_NOISE);
         let screen = (1.0 - SIGMAS * noise).max(0.5);
@@ -160,7 +160,7 @@ struct Places {
 impl Places {
     /// The subject's core is `reach` away from its edge and, for wider soft edges, no greener than the inside of
     /// the subject.
-    fn of(share: &[f32], inside: &[bool], cut: &Cut, size: (usize, usize), reach: usize) -> Self {
+    fn new(share: &[f32], inside: &[bool], cut: &Cut, size: (usize, usize), reach: usize) -> Self {
         let of_subject: Vec<[f32; 1]> = inside.iter().map(|&i| [f32::from(u8::from(i))]).collect();
         let near = window::sums(&of_subject, size, reach);
         let far = window::sums(&of_subject, size, 3 * reach);
@@ -193,7 +193,7 @@ impl Surface {
 
     /// Least-squares fit over the `certain` pixels; None without any. A weak pull towards a uniform screen decides
     /// undetermined terms.
-    fn of(light: &[[f32; 3]], certain: &[bool], size: (usize, usize)) -> Option<Self> {
+    fn new(light: &[[f32; 3]], certain: &[bool], size: (usize, usize)) -> Option<Self> {
         let mut matrix = [[0.0; 6]; 6];
         let mut right = [[0.0; 6]; 3];
         let mut count = 0.0;
@@ -254,7 +254,7 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    pub fn of(picture: &Encoded) -> Self {
+    pub fn from_picture(picture: &Encoded) -> Self {
         let (width, height) = picture.0.size();
         let black = |x: usize, y: usize| picture.0.at(x, y).iter().all(|&v| v <= BAR);
         let row = |y: &usize| (0..width).all(|x| black(x, *y));
@@ -266,9 +266,8 @@ impl Shown {
         let left = bar((0..width).take_while(column).count());
         let right = bar((0..width).rev().take_while(column).count());
         // A fully black picture has no bars.
-        let within = |from: usize, to: usize, length: usize| match from + to < length {
-            true => from..length - to,
-            false => 0..length,
+        let within = |from: usize, to: usize, length: usize| {
+            if from + to < length { from..length - to } else { 0..length }
         };
         Self { columns: within(left, right, width), rows: within(top, bottom, height), width }
     }

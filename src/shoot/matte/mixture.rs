@@ -95,7 +95,7 @@ pub struct Mixture(Vec<Normal>);
 impl Mixture {
     /// Mixture of the groups of [`split`]. None without colours.
     pub fn split(colors: &[[f64; 3]]) -> Option<Self> {
-        Self::of(&split(colors))
+        Self::from_groups(&split(colors))
     }
 
     /// Mixture refitted after assigning each colour to its currently most likely component. None without colours.
@@ -108,10 +108,10 @@ impl Mixture {
                 groups[place].add(color);
             }
         }
-        Self::of(&groups)
+        Self::from_groups(&groups)
     }
 
-    fn of(groups: &[Moments]) -> Option<Self> {
+    fn from_groups(groups: &[Moments]) -> Option<Self> {
         let total: f64 = groups.iter().map(|group| group.count).sum();
         let normals: Vec<_> = (groups.iter().filter(|group| group.count > 0.0))
             .map(|group| Normal::new(group, total))

@@ -83,10 +83,7 @@ pub fn key(picture: &Encoded) -> Result<Key> {
     let median = |c: usize| quantile(screen.iter().map(|p| p[c]).collect(), 0.5).unwrap_or(0.0);
     let median = [median(0), median(1), median(2)];
     let share = screen.len() as f32 / colors.len() as f32;
-    let hue = match median[1] >= median[2] {
-        true => Hue::Green,
-        false => Hue::Blue,
-    };
+    let hue = if median[1] >= median[2] { Hue::Green } else { Hue::Blue };
     let sum: f32 = median.iter().sum();
     if hue.difference(median) < LEAST_DIFFERENCE * sum {
         let [r, g, b] = median.map(|v| (255.0 * srgb_from_linear(v)).round());

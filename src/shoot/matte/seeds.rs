@@ -24,7 +24,7 @@ impl Seeds {
     }
 
     /// Seeds from values, clamped to `[-1, 1]`; NaN becomes unknown.
-    pub fn of(values: Mask) -> Self {
+    pub fn from_values(values: Mask) -> Self {
         Self(values.map(|v| if v.is_nan() { 0.0 } else { v.clamp(-1.0, 1.0) }))
     }
 
@@ -80,9 +80,10 @@ impl Seeds {
         for y in range(1, height) {
             for x in range(0, width) {
                 let at = [x as f32 + 0.5 - from[0], y as f32 + 0.5 - from[1]];
-                let share = match length > 0.0 {
-                    true => ((at[0] * along[0] + at[1] * along[1]) / length).clamp(0.0, 1.0),
-                    false => 0.0,
+                let share = if length > 0.0 {
+                    ((at[0] * along[0] + at[1] * along[1]) / length).clamp(0.0, 1.0)
+                } else {
+                    0.0
                 };
                 let off = [at[0] - share * along[0], at[1] - share * along[1]];
                 if off[0] * off[0] + off[1] * off[1] <= radius * radius {

@@ -71,10 +71,7 @@ pub fn means<const N: usize>(
     const ENOUGH: f32 = 4.0;
     let weighted: Vec<([f32; N], [f32; 1])> = (0..certain.len())
         .into_par_iter()
-        .map(|i| match certain[i] {
-            true => (value(i), [1.0]),
-            false => ([0.0; N], [0.0]),
-        })
+        .map(|i| if certain[i] { (value(i), [1.0]) } else { ([0.0; N], [0.0]) })
         .collect();
     let (values, weights): (Vec<_>, Vec<_>) = weighted.into_iter().unzip();
     let mut means = prior;

@@ -261,14 +261,12 @@ fn bars_that_fill_the_picture_up_are_not_looked_at() {
     write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
     let (picture, truth) = frame(folder.path(), 0);
     let bars = |x: usize, y: usize| !(20..148).contains(&x) || y >= 128;
-    let wide = Encoded(Raster::from_fn(168, 150, |x, y| match bars(x, y) {
-        true => [0.0; 3],
-        false => picture.0.at(x - 20, y),
+    let wide = Encoded(Raster::from_fn(168, 150, |x, y| {
+        if bars(x, y) { [0.0; 3] } else { picture.0.at(x - 20, y) }
     }));
     // The line next to a bar counts as bar.
-    let truth = Raster::from_fn(168, 150, |x, y| match !(21..147).contains(&x) || y >= 127 {
-        true => 0.0,
-        false => truth.at(x - 20, y),
+    let truth = Raster::from_fn(168, 150, |x, y| {
+        if !(21..147).contains(&x) || y >= 127 { 0.0 } else { truth.at(x - 20, y) }
     });
     let found = guessed(&wide, |p| segmenter.probability(p)).unwrap();
     let [iou, off] = scores(&found.mask, &truth);

@@ -297,9 +297,12 @@ impl Project {
         let shoot = &moved.settings.shoot;
         let frames =
             [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_picture(frame));
-        let poses = (0..shoot.poses.len()).map(|pose| match shoot.lamps.is_empty() {
-            true => moved.exemplar_matte(pose).picture().clone(),
-            false => moved.first_olat(pose),
+        let poses = (0..shoot.poses.len()).map(|pose| {
+            if shoot.lamps.is_empty() {
+                moved.exemplar_matte(pose).picture().clone()
+            } else {
+                moved.first_olat(pose)
+            }
         });
         let mut needed = frames.into_iter().chain(poses);
         if let Some(missing) = needed.find(|picture| !picture.is_there()) {

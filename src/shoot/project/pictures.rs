@@ -78,9 +78,10 @@ impl Project {
         };
         let own = self.frame_matte_path(frame);
         if let Some(movie) = &self.settings.shoot.takes.interview_mattes {
-            return Matte::Grey(match own.is_file() {
-                true => Picture::File(own),
-                false => self.of_movie(movie, frame as u64),
+            return Matte::Grey(if own.is_file() {
+                Picture::File(own)
+            } else {
+                self.of_movie(movie, frame as u64)
             });
         }
         let shoots = self.found(format!("{INTERVIEW_MATTES}/{}", frames.name(frame)));
@@ -181,10 +182,7 @@ impl Project {
 
     /// The shoot's matte, unless only the project has one. For a movie, the project's is the default.
     fn grey(&self, shoots: PathBuf, own: PathBuf, of_movie: bool) -> Matte {
-        let is_own = match of_movie {
-            true => !shoots.is_file(),
-            false => !shoots.is_file() && own.is_file(),
-        };
+        let is_own = if of_movie { !shoots.is_file() } else { !shoots.is_file() && own.is_file() };
         Matte::Grey(Picture::File(if is_own { own } else { shoots }))
     }
 }

@@ -58,7 +58,7 @@ fn use_project(root: &Path) -> Outcome {
         Frame::load(&project, &response, last)?;
         let reader = OlatReader::new(&project, &response, 0)?;
         reader.read(project.settings.shoot.all_lamps().len() - 1)?;
-        TrackingFrames::of(&project, 0)?;
+        TrackingFrames::new(&project, 0)?;
         Probes::load(&project, &Progress::silent())?;
         Calibration::load(&project)
     };
@@ -129,7 +129,7 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
         let imported = import(&root, &shoot, &settings, &Progress::silent())
             .map_err(|e| format!("{}: {e}", path.display()))?;
         assert_eq!(Project::open(&root).unwrap(), imported);
-        TrackingFrames::of(&imported, 0).map(drop).map_err(|e| e.to_string())
+        TrackingFrames::new(&imported, 0).map(drop).map_err(|e| e.to_string())
     });
     shown!(Strangers, "A `manifest.json` with arbitrary content",
         bound: "4 GiB at once", measured: measured);

@@ -19,7 +19,7 @@ pub struct Moments {
 
 impl Moments {
     /// As many moments as the environment sets, a dozen by default; `name` makes each test's moments its own.
-    pub fn of(name: &str) -> Self {
+    pub fn from_name(name: &str) -> Self {
         let number = |key| std::env::var(key).ok()?.parse().ok();
         let seed: u64 = number(SEED).unwrap_or(1);
         Self {

@@ -28,9 +28,12 @@ pub fn openjd() -> Option<PathBuf> {
     let program = named.map(PathBuf::from).ok_or_else(|| {
         "AFTERLIGHT_OPENJD does not name openjd-cli; `make openjd` installs it".to_owned()
     });
-    let program = program.and_then(|program| match starts(&program.to_string_lossy(), "--help") {
-        true => Ok(program),
-        false => Err(format!("{} does not start", program.display())),
+    let program = program.and_then(|program| {
+        if starts(&program.to_string_lossy(), "--help") {
+            Ok(program)
+        } else {
+            Err(format!("{} does not start", program.display()))
+        }
     });
     found(Need::OpenJobDescription, program)
 }

@@ -127,7 +127,7 @@ impl Autosave {
             None => SavedLook::load(project, mine),
         };
         let loaded = loaded.map(|saved| saved.into_iter().for_each(|saved| saved.apply(look)));
-        self.look = SavedLook::of(&at_first_frame(look));
+        self.look = SavedLook::from_look(&at_first_frame(look));
         let unwritten = self.saver.unwritten(&saved_history::path(project));
         let history = History::load(project, unwritten.as_deref(), look);
         let history = history.map(|history| state.remember(history));
@@ -138,7 +138,7 @@ impl Autosave {
     /// Saves a project's look and its undo steps if they changed. The steps are written first: see [`saved_history`].
     pub fn save_look(&mut self, project: &Project, state: &State) {
         let present = at_first_frame(&state.look);
-        let (look, history) = (SavedLook::of(&present), state.history());
+        let (look, history) = (SavedLook::from_look(&present), state.history());
         let steps = history.map(<[_]>::len);
         let is_changed = look != self.look;
         if (is_changed || steps != self.steps)

@@ -158,9 +158,10 @@ impl StudioApp {
                     // The field was closed meanwhile.
                     return;
                 };
-                match is_there {
-                    true => entry.existing = Some(path),
-                    false => app.apply(Command::Chosen(dialog, vec![path])),
+                if is_there {
+                    entry.existing = Some(path)
+                } else {
+                    app.apply(Command::Chosen(dialog, vec![path]))
                 }
             },
         );

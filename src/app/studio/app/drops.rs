@@ -111,5 +111,5 @@ pub(super) fn folder_of(path: PathBuf) -> PathBuf {
 fn is_part(path: &Path) -> bool {
     let is_read =
         |format: FileFormat| format.is_movie() || format.is_picture() || format.is_sequence();
-    path.is_dir() || has_extension(path, "lp") || FileFormat::of(path).is_some_and(is_read)
+    path.is_dir() || has_extension(path, "lp") || FileFormat::from_path(path).is_some_and(is_read)
 }

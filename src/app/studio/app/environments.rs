@@ -110,7 +110,7 @@ impl StudioApp {
 
 /// True for a file that may be a panorama.
 pub(super) fn is_panorama(path: &Path) -> bool {
-    FileFormat::of(path).is_some_and(FileFormat::is_picture)
+    FileFormat::from_path(path).is_some_and(FileFormat::is_picture)
 }
 
 /// At most `most` panoramas in a folder and below, in order of their paths, those of upper folders first: EXR and HDR,
@@ -118,7 +118,7 @@ pub(super) fn is_panorama(path: &Path) -> bool {
 /// read have none.
 fn panoramas_in(folder: &Path, most: usize) -> Vec<PathBuf> {
     let is_hdr = |path: &PathBuf| {
-        matches!(FileFormat::of(path), Some(FileFormat::OpenExr | FileFormat::Radiance))
+        matches!(FileFormat::from_path(path), Some(FileFormat::OpenExr | FileFormat::Radiance))
     };
     let mut found = Vec::new();
     let mut open = VecDeque::from([(folder.to_path_buf(), 0)]);

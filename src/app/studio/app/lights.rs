@@ -17,11 +17,11 @@ impl StudioApp {
         match command {
             LightsCommand::Add => self.add_light(lighting.another_light().into()),
             LightsCommand::Duplicate => {
-                let copied = CopiedLight::of(look, self.chosen_light()?);
+                let copied = CopiedLight::new(look, self.chosen_light()?);
                 copied.into_iter().for_each(|copied| self.add_light(copied));
             }
             LightsCommand::Copy => {
-                let copied = CopiedLight::of(look, self.chosen_light()?);
+                let copied = CopiedLight::new(look, self.chosen_light()?);
                 let text = copied.map(|copied| copied.text());
                 self.ctx.copy_text(text.unwrap_or_default());
             }

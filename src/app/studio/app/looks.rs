@@ -113,7 +113,7 @@ impl StudioApp {
 
     fn store_look(&mut self, shelf: Shelf, name: LookName) -> Result<(), String> {
         self.writable(shelf)?;
-        let look = StoredLook::of(&self.state.look);
+        let look = StoredLook::from_look(&self.state.look);
         (self.looks).act(shelf, move |shelf| shelf.store(&name, &look).map(Some));
         Ok(())
     }

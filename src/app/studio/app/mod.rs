@@ -119,11 +119,11 @@ pub(super) fn title(project: Option<&Project>) -> String {
 impl StudioApp {
     /// A window on a project or on the start page, without preferences of a person.
     pub fn new(ctx: &Context, project: Option<Project>, device: DeviceChoice) -> Self {
-        Self::of(ctx, Preferences::default(), project, device)
+        Self::with_preferences(ctx, Preferences::default(), project, device)
     }
 
     /// A person's window, on a project or on the start page.
-    pub fn of(
+    pub fn with_preferences(
         ctx: &Context,
         preferences: Preferences,
         project: Option<Project>,

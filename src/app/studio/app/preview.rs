@@ -86,11 +86,12 @@ impl Preview {
         let Some(environment) = library.environment(&entry.listed.origin) else {
             return;
         };
-        let compared = match state.four.on {
-            true => [None, None],
-            false => (state.compare).pictures(state, stored, library.entries()),
+        let compared = if state.four.on {
+            [None, None]
+        } else {
+            (state.compare).pictures(state, stored, library.entries())
         };
-        let look = |slot| match FourPicture::of(slot, state, stored, library.entries()) {
+        let look = |slot| match FourPicture::new(slot, state, stored, library.entries()) {
             FourPicture::View(view) if state.four.on => Some(*view),
             _ => None,
         };

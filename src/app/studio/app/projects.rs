@@ -35,7 +35,7 @@ impl StudioApp {
             ProjectCommand::Forget(folder) => self.autosave.forget(&folder),
             ProjectCommand::New(shoot) => {
                 let begun = || self.picker.wizard.plan().cloned().unwrap_or_default();
-                let plan = shoot.map_or_else(begun, |shoot| Plan::of(&shoot));
+                let plan = shoot.map_or_else(begun, |shoot| Plan::from_shoot(&shoot));
                 self.picker.wizard.set(Some(plan));
                 if self.session.project.is_some() {
                     self.apply_to_window(WindowCommand::Workspace(Workspace::Calibrate));
@@ -131,7 +131,7 @@ impl StudioApp {
     pub(super) fn open(&mut self, project: Project, worker: Worker) {
         self.save_look();
         let gain = self.state.gain;
-        self.state = State::of(&project);
+        self.state = State::from_project(&project);
         self.state.gain = gain;
         self.autosave.remember(&project.root);
         self.picker.opened();

@@ -58,10 +58,7 @@ impl StudioApp {
     pub(super) fn travel_marks(&mut self, back: bool) {
         let done = self.session.writable();
         if done.is_ok() {
-            let (done, undo) = match back {
-                true => ("Undone", "undo"),
-                false => ("Redone", "redo"),
-            };
+            let (done, undo) = if back { ("Undone", "undo") } else { ("Redone", "redo") };
             self.status.mention(match self.readers.review.travel(back) {
                 // May be a different cell than the selected one.
                 Some([case, lamp]) => format!("{done}: mark of {case}, {}", lamp_title(&lamp)),

@@ -112,9 +112,10 @@ impl StudioApp {
                 let sentence = format!("Not saved: {why}");
                 self.status.refuse(sentence);
             }
-            (None, None) => self.status.mention(match waits {
-                true => "Saving now. Everything is saved as you work, with undo".to_owned(),
-                false => "Everything is saved as you work, with undo".to_owned(),
+            (None, None) => self.status.mention(if waits {
+                "Saving now. Everything is saved as you work, with undo".to_owned()
+            } else {
+                "Everything is saved as you work, with undo".to_owned()
             }),
         }
     }

@@ -25,7 +25,7 @@ impl From<PlacedLight> for CopiedLight {
 
 impl CopiedLight {
     /// A copy of the light with this index.
-    pub fn of(look: &LookSettings, index: usize) -> Option<Self> {
+    pub fn new(look: &LookSettings, index: usize) -> Option<Self> {
         let light = look.lighting.placed.get(index)?.clone();
         let mut keys = look.animation.clone();
         keys.retain(|setting| matches!(setting, Setting::Light(of, _) if of == light.id));
@@ -132,7 +132,7 @@ mod tests {
         let mut s = lit();
         s.show(ViewCommand::Frame(5));
         let before = s.look.clone();
-        let copied = CopiedLight::of(&s.look, 0).unwrap();
+        let copied = CopiedLight::new(&s.look, 0).unwrap();
         for _ in 0..2 {
             add(&mut s, copied.clone());
         }
@@ -143,7 +143,7 @@ mod tests {
         let yaw = |id| Setting::Light(id, LightSetting::Yaw);
         assert_eq!(s.look.keys(yaw(3)), s.look.keys(yaw(1)));
         // A copy of a copy continues the numbers.
-        let third = CopiedLight::of(&s.look, 2).unwrap();
+        let third = CopiedLight::new(&s.look, 2).unwrap();
         add(&mut s, third);
         assert_eq!(s.look.lighting.placed[3].name, "Key 4");
         for _ in 0..3 {
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn a_light_goes_through_the_clipboard_into_another_look() {
-        let copied = CopiedLight::of(&lit().look, 0).unwrap();
+        let copied = CopiedLight::new(&lit().look, 0).unwrap();
         let pasted = CopiedLight::of_text(&copied.text()).unwrap();
         assert_eq!(pasted, copied);
         let mut other = State::new(11, 24.0);

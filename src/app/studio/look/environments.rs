@@ -92,7 +92,7 @@ mod tests {
         let mut s = state();
         apply(&mut s, LookCommand::Yaw(25.0));
         for tool in Tool::ALL {
-            let front = Front::of(tool);
+            let front = Front::from_tool(tool);
             let mut turned = s.clone();
             apply(&mut turned, LookCommand::Yaw(25.0 + front.yaw_deg()));
             apply(&mut s, LookCommand::Front(0, Some(front)));

@@ -32,7 +32,7 @@ impl Group {
     }
 
     /// The group of a setting.
-    pub fn of(setting: Setting) -> Self {
+    pub fn from_setting(setting: Setting) -> Self {
         match setting {
             Setting::Yaw | Setting::Pitch | Setting::Roll | Setting::BackgroundYaw => {
                 Self::Environment
@@ -55,7 +55,7 @@ impl LookSettings {
 
     /// Resets a group to its defaults and removes its keys.
     pub(crate) fn restore(&mut self, group: Group) {
-        self.animation.retain(|setting| Group::of(setting) != group);
+        self.animation.retain(|setting| Group::from_setting(setting) != group);
         let lighting = &mut self.lighting;
         let default = Lighting::default();
         match group {

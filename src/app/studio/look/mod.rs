@@ -44,9 +44,10 @@ pub struct LookSettings {
 
 /// The same angle, above −180° and up to 180°.
 pub fn within_a_turn(degrees: f32) -> f32 {
-    match degrees > -180.0 && degrees <= 180.0 {
-        true => degrees,
-        false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
+    if degrees > -180.0 && degrees <= 180.0 {
+        degrees
+    } else {
+        180.0 - (180.0 - degrees).rem_euclid(360.0)
     }
 }
 
@@ -63,10 +64,7 @@ impl LookSettings {
         if !degrees.is_finite() {
             return;
         }
-        self.yaw_deg = match self.is_keyed(Setting::Yaw) {
-            true => degrees,
-            false => within_a_turn(degrees),
-        };
+        self.yaw_deg = if self.is_keyed(Setting::Yaw) { degrees } else { within_a_turn(degrees) };
     }
 
     /// First and last of `frames` frames to play and export.

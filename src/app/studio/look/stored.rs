@@ -39,7 +39,10 @@ mod tests {
     use std::path::PathBuf;
 
     fn applied(look: &LookSettings, adds: bool) -> LookCommand {
-        LookCommand::Apply(Box::new(AppliedLook { look: Arc::new(StoredLook::of(look)), adds }))
+        LookCommand::Apply(Box::new(AppliedLook {
+            look: Arc::new(StoredLook::from_look(look)),
+            adds,
+        }))
     }
 
     #[test]

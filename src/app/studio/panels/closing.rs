@@ -14,9 +14,10 @@ pub fn closing_ui(ui: &Ui, ends: &[String], out: &mut Vec<Command>) {
 /// Asks whether to stop running work and open a project.
 pub fn leaving_ui(ui: &Ui, leaving: &Leaving, out: &mut Vec<Command>) {
     let open = ("Stop and open", Command::Project(ProjectCommand::Leave));
-    let heading = match leaving.again {
-        true => "Open the project again while work is running?",
-        false => "Open another project while work is running?",
+    let heading = if leaving.again {
+        "Open the project again while work is running?"
+    } else {
+        "Open another project while work is running?"
     };
     question_ui(ui, heading, &leaving.ends, open, out);
 }

@@ -91,7 +91,7 @@ pub fn within_ui(
 pub fn animated_ui(ui: &mut Ui, context: &PanelContext, group: Group) {
     let look = &context.state.look;
     let lanes = look.animation.lanes().map(|(setting, _)| setting);
-    let names = lanes.filter(|of| Group::of(*of) == group);
+    let names = lanes.filter(|of| Group::from_setting(*of) == group);
     let names: Vec<String> = names.map(|of| of.title(&look.lighting)).collect();
     let Some((last, others)) = names.split_last() else {
         return;

@@ -335,11 +335,10 @@ fn cross_ui(ui: &Ui, name: &str, place: Rect) -> Response {
 /// The star over a row's picture; returns whether it was clicked.
 fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = &entry.listed.name;
-    let (called, hint) = match entry.favourite {
-        true => (format!("Unstar {name}"), "Removes it from the favourites"),
-        false => {
-            (format!("Star {name}"), "A favourite: first in the list, in every project. Key: S")
-        }
+    let (called, hint) = if entry.favourite {
+        (format!("Unstar {name}"), "Removes it from the favourites")
+    } else {
+        (format!("Star {name}"), "A favourite: first in the list, in every project. Key: S")
     };
     let place = Rect::from_min_size(row.min + vec2(8.0, 5.0), Vec2::splat(STAR));
     let response = ui.interact(place, ui.scope_id().with(("star", i)), Sense::click());
@@ -348,9 +347,10 @@ fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
     });
     let painter = ui.painter();
     painter.rect_filled(place, 3.0, Color32::from_black_alpha(160));
-    let color = match entry.favourite || response.hovered() || response.has_focus() {
-        true => Color32::WHITE,
-        false => theme::QUIET,
+    let color = if entry.favourite || response.hovered() || response.has_focus() {
+        Color32::WHITE
+    } else {
+        theme::QUIET
     };
     if entry.favourite {
         painter.add(star(place.center(), 0.4 * STAR, color));

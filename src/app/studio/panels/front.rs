@@ -14,7 +14,7 @@ use light::latlong;
 fn choices() -> Vec<(Front, String)> {
     let mut choices = vec![(Front::default(), "Afterlight".to_owned())];
     for tool in Tool::ALL {
-        let front = Front::of(tool);
+        let front = Front::from_tool(tool);
         match choices.iter_mut().find(|(known, _)| *known == front) {
             Some((_, names)) => *names += &format!(", {}", tool.title()),
             None => choices.push((front, tool.title().to_owned())),

@@ -24,7 +24,7 @@ pub struct Heading {
 
 impl Heading {
     /// The heading of a group of settings.
-    pub fn of(group: Group, context: &PanelContext) -> Self {
+    pub fn new(group: Group, context: &PanelContext) -> Self {
         Self {
             name: group.name(),
             changed: context.state.look.is_changed(group),
@@ -71,9 +71,10 @@ impl Heading {
 
 /// The name with an arrow; a click folds or unfolds the group.
 fn fold_ui(ui: &mut Ui, name: &str, folded: bool) -> Response {
-    let (arrow, hint) = match folded {
-        true => (icons::NEXT, "Show these settings"),
-        false => (icons::DOWN, "Fold these settings"),
+    let (arrow, hint) = if folded {
+        (icons::NEXT, "Show these settings")
+    } else {
+        (icons::DOWN, "Fold these settings")
     };
     let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
     let heading = Button::new((arrow, RichText::new(name).strong()))

@@ -117,10 +117,8 @@ pub fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
             },
         );
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            let note = match job.held.is_some() || job.note.is_empty() {
-                true => job.stage,
-                false => &job.note,
-            };
+            let note =
+                if job.held.is_some() || job.note.is_empty() { job.stage } else { &job.note };
             let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
             let response = ui.add(note);
             if let Some(said) = job.held.as_ref().or(job.said.as_ref()) {
@@ -168,10 +166,7 @@ fn stop_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
 
 /// Icon and name of the button that pauses or resumes a job.
 pub fn pause_name(job: &RunningJob) -> (&'static str, &'static str) {
-    match job.is_paused() {
-        true => (icons::PLAY, "Resume"),
-        false => (icons::PAUSE, "Pause"),
-    }
+    if job.is_paused() { (icons::PLAY, "Resume") } else { (icons::PAUSE, "Pause") }
 }
 
 fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {

@@ -45,7 +45,7 @@ impl LightPanel {
             front::question_ui(ui, context, out);
         }
         ui.add_space(GAP);
-        Heading::of(Group::Lights, context).ui(
+        Heading::new(Group::Lights, context).ui(
             ui,
             out,
             |_, _| {},
@@ -55,7 +55,7 @@ impl LightPanel {
             },
         );
         let mut picks = false;
-        Heading::of(Group::Environment, context).ui(
+        Heading::new(Group::Environment, context).ui(
             ui,
             out,
             |_, _| {},
@@ -66,7 +66,7 @@ impl LightPanel {
         if picks {
             self.asked = listed.map(|listed| listed.origin.clone());
         }
-        Heading::of(Group::Grade, context).ui(
+        Heading::new(Group::Grade, context).ui(
             ui,
             out,
             |_, _| {},

@@ -168,9 +168,10 @@ fn toggle_ui(ui: &mut Ui, on: bool, icon: &str, name: &str, hint: &str) -> Respo
 
 /// The mute and solo icons; they change `muted` and `solo`.
 fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo: &mut bool) {
-    let (icon, hint) = match *muted {
-        true => (icons::HIDDEN, format!("Turns {what} on")),
-        false => (icons::SEEN, format!("Mutes {what}")),
+    let (icon, hint) = if *muted {
+        (icons::HIDDEN, format!("Turns {what} on"))
+    } else {
+        (icons::SEEN, format!("Mutes {what}"))
     };
     if toggle_ui(ui, *muted, icon, &format!("Mute {title}"), &hint).clicked() {
         *muted = !*muted;
@@ -183,9 +184,10 @@ fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo
 
 /// The arrow that shows or hides the content under a line.
 fn arrow_ui(ui: &mut Ui, is_open: bool, name: &str, what: &str) -> Response {
-    let (arrow, hint) = match is_open {
-        true => (icons::DOWN, format!("Hide {what}")),
-        false => (icons::NEXT, format!("Show {what}")),
+    let (arrow, hint) = if is_open {
+        (icons::DOWN, format!("Hide {what}"))
+    } else {
+        (icons::NEXT, format!("Show {what}"))
     };
     let arrow = Button::new(RichText::new(arrow).size(12.0).color(theme::QUIET));
     let arrow = arrow.frame_when_inactive(false).min_size(vec2(18.0, 22.0));

@@ -100,10 +100,7 @@ fn row_ui(ui: &mut Ui, line: &str, head: bool) {
     }
     for cell in line.trim_matches('|').split('|') {
         let cell = plain(cell.trim());
-        ui.label(match head {
-            true => quiet(&cell),
-            false => RichText::new(cell).size(13.0),
-        });
+        ui.label(if head { quiet(&cell) } else { RichText::new(cell).size(13.0) });
     }
     ui.end_row();
 }

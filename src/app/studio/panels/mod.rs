@@ -181,17 +181,16 @@ fn bar_ui(
     out: &mut Vec<Command>,
     reset: impl FnOnce() -> Command,
 ) -> egui::Response {
-    let label = match name.chars().count() > rows::MOST_LETTERS {
+    let label = if name.chars().count() > rows::MOST_LETTERS {
         // A name given by a person: cut to the room.
-        true => {
-            let text = egui::Label::new(name).truncate();
-            let narrow = |ui: &mut Ui| {
-                ui.set_max_width(rows::MOST_NAME);
-                ui.add(text)
-            };
-            ui.scope(narrow).inner
-        }
-        false => ui.label(name),
+        let text = egui::Label::new(name).truncate();
+        let narrow = |ui: &mut Ui| {
+            ui.set_max_width(rows::MOST_NAME);
+            ui.add(text)
+        };
+        ui.scope(narrow).inner
+    } else {
+        ui.label(name)
     };
     let width = (ui.available_width() - beside).max(rows::FIELD);
     let response = numbers::over_bar(ui, range, value, |ui| {

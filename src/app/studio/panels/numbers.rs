@@ -65,10 +65,8 @@ fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
         if last.take().is_some_and(is_again) {
             return Some(now);
         }
-        let found = computed(text, now).map(|found| match N::INTEGRAL {
-            true => found.round(),
-            false => found,
-        });
+        let found =
+            computed(text, now).map(|found| if N::INTEGRAL { found.round() } else { found });
         *last = found.map(|found| (text.to_owned(), [now, N::from_f64(found).to_f64()]));
         found
     })
@@ -77,10 +75,8 @@ fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
 /// The result of a text if the number is `now`; None if the text is not a computation.
 fn computed(text: &str, now: f64) -> Option<f64> {
     let plain: String = text.trim().replace('−', "-").replace(',', ".");
-    let (first, rest) = match plain.starts_with(['+', '*', '/']) {
-        true => (now, plain.as_str()),
-        false => number(&plain)?,
-    };
+    let (first, rest) =
+        if plain.starts_with(['+', '*', '/']) { (now, plain.as_str()) } else { number(&plain)? };
     let Some(sign) = rest.chars().next().filter(|sign| "+-*/".contains(*sign)) else {
         return rest.is_empty().then_some(first);
     };

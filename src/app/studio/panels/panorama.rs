@@ -63,9 +63,10 @@ impl Preview {
         let sense = if asked { Sense::click_and_drag() } else { Sense::drag() };
         let (rect, response) = ui.allocate_exact_size(vec2(width, STRETCHED * width), sense);
         // The front is picked on the panorama, not on the ball.
-        let map = match self.is_ball && !asked {
-            true => LightMap::Sphere(rect.shrink(DOT)),
-            false => LightMap::Panorama(rect),
+        let map = if self.is_ball && !asked {
+            LightMap::Sphere(rect.shrink(DOT))
+        } else {
+            LightMap::Panorama(rect)
         };
         response
             .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment map"));
@@ -123,10 +124,7 @@ impl Preview {
         let turned = match self.turned.take().filter(is_this) {
             Some(turned) => turned,
             None => {
-                let small = match is_ball {
-                    true => of.mirror_ball(turn, BALL),
-                    false => of.turned(turn),
-                };
+                let small = if is_ball { of.mirror_ball(turn, BALL) } else { of.turned(turn) };
                 let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                 Turned {
                     of: of.clone(),

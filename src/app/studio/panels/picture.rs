@@ -21,7 +21,7 @@ pub struct PicturePanel;
 
 impl PicturePanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        Heading::of(Group::Picture, context).ui(
+        Heading::new(Group::Picture, context).ui(
             ui,
             out,
             |_, _| {},
@@ -33,7 +33,7 @@ impl PicturePanel {
                 animated_ui(ui, context, Group::Picture);
             },
         );
-        Heading::of(Group::Effects, context).ui(
+        Heading::new(Group::Effects, context).ui(
             ui,
             out,
             |_, _| {},

@@ -232,12 +232,12 @@ impl State {
     }
 
     /// State of a new window on a project.
-    pub fn of(project: &Project) -> Self {
+    pub fn from_project(project: &Project) -> Self {
         let shoot = &project.settings.shoot;
         Self {
             shoot_lamps: shoot.lamps.len(),
             photographed_lamps: shoot.all_lamps().len(),
-            export_options: ExportOptions::of(project),
+            export_options: ExportOptions::from_project(project),
             ..Self::new(shoot.frames.len(), shoot.frame_rate)
         }
     }
@@ -270,9 +270,10 @@ impl State {
     /// Image shown instead of the picture: a difference has priority over a channel.
     pub fn shown_inspection(&self) -> Inspection {
         let compares = self.compare.on && !self.four.on;
-        match compares && self.compare.mode == CompareMode::Difference {
-            true => Inspection::Difference { gain: self.gain },
-            false => self.inspection,
+        if compares && self.compare.mode == CompareMode::Difference {
+            Inspection::Difference { gain: self.gain }
+        } else {
+            self.inspection
         }
     }
 

@@ -93,10 +93,8 @@ impl State {
                 self.color_view = choice;
             }
             ViewCommand::Inspect(inspection) => {
-                self.inspection = match self.inspection == inspection {
-                    true => Inspection::Picture,
-                    false => inspection,
-                };
+                self.inspection =
+                    if self.inspection == inspection { Inspection::Picture } else { inspection };
             }
             ViewCommand::ResetView => {
                 self.view = View::FITTED;

@@ -52,7 +52,7 @@ impl Job {
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
                 project.save()?;
-                Ok(Outcome::Imported(ImportReport::of(&project, subset.as_ref())))
+                Ok(Outcome::Imported(ImportReport::new(&project, subset.as_ref())))
             }
             Self::Environments { project, change } => {
                 let environments = Project::change(&project, |project| {
@@ -150,7 +150,7 @@ impl Job {
             }
             Self::Demo { folder, prepare: true, .. } => {
                 let project = demo::prepare(&folder, progress)?;
-                Ok(Outcome::Imported(ImportReport::of(&project, None)))
+                Ok(Outcome::Imported(ImportReport::new(&project, None)))
             }
             Self::Demo { folder, minutes, device, .. } => {
                 let report = demo::run(&folder, minutes, device, progress)?;

@@ -91,7 +91,7 @@ pub struct ImportReport {
 }
 
 impl ImportReport {
-    pub(crate) fn of(project: &Project, subset: Option<&Subset>) -> Self {
+    pub(crate) fn new(project: &Project, subset: Option<&Subset>) -> Self {
         let shoot = &project.settings.shoot;
         Self {
             project: project.root.clone(),

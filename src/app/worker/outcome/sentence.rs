@@ -87,9 +87,10 @@ pub(super) fn listed(report: &EnvironmentsReport) -> String {
         }
     });
     let lines: Vec<String> = lines.collect();
-    match lines.is_empty() {
-        true => "The project has no environments of its own yet".to_owned(),
-        false => lines.join("\n"),
+    if lines.is_empty() {
+        "The project has no environments of its own yet".to_owned()
+    } else {
+        lines.join("\n")
     }
 }
 

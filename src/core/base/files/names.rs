@@ -71,9 +71,10 @@ fn pieces(name: &str) -> impl Iterator<Item = Piece<'_>> {
             rest = &rest[first.len_utf8()..];
             takes_sign = matches!(first, '.' | '_');
             let lower = first.to_lowercase().next().unwrap_or(first);
-            return Some(match lower < '0' {
-                true => Piece::BeforeDigits(lower),
-                false => Piece::AfterDigits(lower),
+            return Some(if lower < '0' {
+                Piece::BeforeDigits(lower)
+            } else {
+                Piece::AfterDigits(lower)
             });
         }
         let is_negative = unsigned.len() < rest.len();
@@ -81,10 +82,7 @@ fn pieces(name: &str) -> impl Iterator<Item = Piece<'_>> {
         takes_sign = false;
         let digits = digits.trim_start_matches('0');
         let digits = Digits { count: digits.len(), digits };
-        Some(match is_negative {
-            true => Piece::Negative(Reverse(digits)),
-            false => Piece::Number(digits),
-        })
+        Some(if is_negative { Piece::Negative(Reverse(digits)) } else { Piece::Number(digits) })
     })
 }
 

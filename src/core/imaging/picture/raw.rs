@@ -12,7 +12,7 @@ use tiff::tags::Tag;
 /// # Errors
 /// Then.
 pub(super) fn refuse(path: &Path, head: &[u8], file: &mut (impl BufRead + Seek)) -> Result<()> {
-    let is_raw = FileFormat::of(path) == Some(FileFormat::RawStill)
+    let is_raw = FileFormat::from_path(path) == Some(FileFormat::RawStill)
         || head.starts_with(b"FUJIFILMCCD-RAW")
         || head.get(4..12) == Some(b"ftypcrx ")
         || head.get(8..10) == Some(b"CR") && is_tiff(head)

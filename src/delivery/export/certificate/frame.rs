@@ -88,7 +88,7 @@ impl Frame {
         Self {
             number,
             file: named(bytes, hex(Sha256::digest(&file.bytes))),
-            picture: Content::of(path, &file).map_err(|e| e.to_string()),
+            picture: Content::new(path, &file).map_err(|e| e.to_string()),
         }
     }
 }
@@ -98,7 +98,7 @@ impl Content {
     ///
     /// # Errors
     /// When the file cannot be decoded.
-    pub fn of(path: &Path, file: &ExrFile) -> Result<Self> {
+    pub fn new(path: &Path, file: &ExrFile) -> Result<Self> {
         let image = file.decode(path, REMEDY)?;
         let no_part = || Error::invalid(format!("{} has no part", path.display()), REMEDY);
         let first = image.layer_data.first().ok_or_else(no_part)?;

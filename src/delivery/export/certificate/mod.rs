@@ -147,10 +147,10 @@ impl Certificate {
                 format!("an export is writing here or was killed: {}", shot.unfinished.join(", ")),
             );
         }
-        Ok(Self::of(&shot, &frames, found))
+        Ok(Self::new(&shot, &frames, found))
     }
 
-    fn of(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
+    fn new(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
         let whole: Vec<(i64, &Content)> = (frames.iter())
             .filter_map(|frame| Some((frame.number, frame.picture.as_ref().ok()?)))
             .collect();
@@ -192,7 +192,7 @@ impl Certificate {
             layers: layers.max_by(|a, b| a.residual.total_cmp(&b.residual)),
             made_of: made_of.unwrap_or_default(),
             sha256: String::new(),
-            files: frames.iter().map(CertifiedFrame::of).collect(),
+            files: frames.iter().map(CertifiedFrame::from_frame).collect(),
         };
         certificate.sha256 = certificate.hash();
         certificate.sentence = certificate.words();
@@ -296,7 +296,7 @@ impl Certificate {
 }
 
 impl CertifiedFrame {
-    fn of(frame: &Frame) -> Self {
+    fn from_frame(frame: &Frame) -> Self {
         let content = frame.picture.as_ref().ok();
         let rebuild = content.and_then(|content| content.layers.as_ref()?.as_ref().ok());
         Self {

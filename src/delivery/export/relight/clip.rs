@@ -80,7 +80,7 @@ impl<'a> Clip<'a> {
         if predictor.network().is_some() {
             progress.say(format!("The network runs on the {}", compute.description));
         }
-        let interview = Interview::of(project)?;
+        let interview = Interview::from_project(project)?;
         let size = picture_size(project, settings.files.at)?;
         let writer = Writer::open(&settings.files, look.frames, size, &interview, part, progress)?;
         let clip = Self {
@@ -243,13 +243,13 @@ fn light_layers(
                 alone[index] = [1.0; 3];
                 (lamp.name.clone(), alone, scaled(weight))
             });
-            LightLayers::of(of, LayersBy::Lamp, lamps)?
+            LightLayers::new(of, LayersBy::Lamp, lamps)?
         }
         Some(parts) => {
             let lights = parts.par_iter().map(|(name, per_lamp)| {
                 (name.clone(), per_lamp.iter().map(scaled).collect(), [1.0; 3])
             });
-            LightLayers::of(of, LayersBy::Light, lights)?
+            LightLayers::new(of, LayersBy::Light, lights)?
         }
     };
     let extra = Extra { plate: of.extra.plate, ..Extra::default() };

@@ -91,7 +91,7 @@ fn run(
             }
             let (frame, filmed) = Frame::load_filmed(project, &response, plan.frame)?;
             let filmed = filmed.shown(settings.files.at);
-            let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+            let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
             let made_of = match (&plan.made_of, &provenance) {
                 (None, Some(provenance)) if plan.write => {
                     let sources = sources(project, plan.frame, &plan.scene.background)?;

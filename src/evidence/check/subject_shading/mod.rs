@@ -118,10 +118,7 @@ impl Fault {
         };
         match self.kind {
             Kind::Black(lamp) => {
-                let though = match lamps[lamp].is_usable() {
-                    true => "the lamp was found",
-                    false => "other poses show the lamp",
-                };
+                let though = if lamps[lamp].is_usable() { "the lamp was found" } else { "other poses show the lamp" };
                 format!("{place}, {}: the OLAT is black, though {though}", name(lamp))
             }
             Kind::Exchanged(a, b) => {

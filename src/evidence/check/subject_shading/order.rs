@@ -137,9 +137,12 @@ impl Kernel {
         let n = self.count();
         let filled = |i: usize| black[i] || products[i * n + i] <= 0.0;
         let norm = |i: usize| products[i * n + i].sqrt();
-        let value = |i: usize, j: usize| match filled(i) || filled(j) {
-            true => self.correlations[i * n + j],
-            false => products[i * n + j] / (norm(i) * norm(j)),
+        let value = |i: usize, j: usize| {
+            if filled(i) || filled(j) {
+                self.correlations[i * n + j]
+            } else {
+                products[i * n + j] / (norm(i) * norm(j))
+            }
         };
         (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| value(i, j)).collect()
     }

@@ -127,7 +127,7 @@ pub(super) fn make(
             progress.step("making clips", done, total, format!("frame {index}"));
             let (frame, filmed) = Frame::load_filmed(project, &calibration.response, index)?;
             let filmed = filmed.shown(settings.at);
-            let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+            let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
             let (lit, fine) = maker.lit(&frame, &lamps)?;
             let plate = plate.map(|plate| FineField::on(fine, plate));
             let matte = plate.as_ref().map_or(&frame.mask, |plate| &plate.matte);
@@ -154,7 +154,7 @@ fn maker(
     compute: &ComputeDevice,
     progress: &Progress,
 ) -> Result<Maker> {
-    if let Some(nearest) = Nearest::of(method, project, calibration)? {
+    if let Some(nearest) = Nearest::new(method, project, calibration)? {
         return Ok(Maker::Nearest(nearest));
     }
     match method {

@@ -70,7 +70,7 @@ pub struct AnswersReport {
 
 impl Share {
     /// `chosen` out of `of`, with its interval.
-    pub fn of(chosen: u64, of: u64) -> Self {
+    pub fn new(chosen: u64, of: u64) -> Self {
         let [low, high] = exact_interval(chosen, of);
         Self { chosen, of, share: (of > 0).then(|| chosen as f64 / of as f64), low, high }
     }
@@ -153,10 +153,10 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
             question,
             text: question.text(),
             methods: (counts.into_values())
-                .map(|(method, chosen, of)| MethodShare { method, share: Share::of(chosen, of) })
+                .map(|(method, chosen, of)| MethodShare { method, share: Share::new(chosen, of) })
                 .collect(),
             pairs: (pairs.into_values())
-                .map(|(methods, chosen, of)| PairShare { methods, first: Share::of(chosen, of) })
+                .map(|(methods, chosen, of)| PairShare { methods, first: Share::new(chosen, of) })
                 .collect(),
         });
     }
@@ -167,7 +167,7 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
         people: people.len(),
         answers: mine.len(),
         questions,
-        left: Share::of(left as u64, mine.len() as u64),
+        left: Share::new(left as u64, mine.len() as u64),
     })
 }
 

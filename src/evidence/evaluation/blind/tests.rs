@@ -128,7 +128,7 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
             let mut all = question.pairs.iter();
             all.find(|p| p.methods == methods).unwrap().first
         };
-        assert_eq!(pair([Method::Network, Method::Sun]), Share::of(6, 8));
+        assert_eq!(pair([Method::Network, Method::Sun]), Share::new(6, 8));
         assert_eq!(question.pairs.len(), 3);
         let sum: u64 = question.methods.iter().map(|m| m.share.chosen).sum();
         assert_eq!(sum, 24);

@@ -18,12 +18,12 @@ impl Fingerprint {
     ///
     /// # Errors
     /// When the project has no calibration.
-    pub fn of(project: &Project) -> Result<Self> {
+    pub fn from_project(project: &Project) -> Result<Self> {
         let read = |path: std::path::PathBuf, remedy: (&str, &str)| {
             let text = files::read_text(&path, files::MOST_TEXT);
             text.map_err(|e| Error::io("open", path, e, remedy))
         };
-        let mark = |text: &str| base::Fnv::of(text.as_bytes()).to_string();
+        let mark = |text: &str| base::Fnv::from_bytes(text.as_bytes()).to_string();
         let table = project.checkpoint_path().join("checkpoint.toml");
         Ok(Self {
             // The table counts seconds, so it changes with every checkpoint. Empty before any training.
@@ -69,28 +69,28 @@ mod tests {
     fn what_changed_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let mut project = project::Project::without_shoot(folder.path());
-        let missing = Fingerprint::of(&project).unwrap_err().for_terminal();
+        let missing = Fingerprint::from_project(&project).unwrap_err().for_terminal();
         assert!(missing.contains("afterlight calibrate"), "{missing}");
         project.save().unwrap();
         std::fs::create_dir(project.checkpoint_path()).unwrap();
         let table = project.checkpoint_path().join("checkpoint.toml");
         std::fs::write(&table, "seconds = 1.0").unwrap();
         std::fs::write(project.calibration_path(), "exposure = 1.0").unwrap();
-        let first = Fingerprint::of(&project).unwrap();
-        assert_eq!(first.difference(&Fingerprint::of(&project).unwrap()), None);
+        let first = Fingerprint::from_project(&project).unwrap();
+        assert_eq!(first.difference(&Fingerprint::from_project(&project).unwrap()), None);
         std::fs::write(&table, "seconds = 2.0").unwrap();
-        let trained = Fingerprint::of(&project).unwrap();
+        let trained = Fingerprint::from_project(&project).unwrap();
         assert_eq!(first.difference(&trained), Some("the network"));
         std::fs::write(project.calibration_path(), "exposure = 1.1").unwrap();
-        let calibrated = Fingerprint::of(&project).unwrap();
+        let calibrated = Fingerprint::from_project(&project).unwrap();
         assert_eq!(trained.difference(&calibrated), Some("the calibration"));
         project.settings.color_config = Some("ocio://default".into());
         project.save().unwrap();
-        assert_eq!(calibrated.difference(&Fingerprint::of(&project).unwrap()), None);
+        assert_eq!(calibrated.difference(&Fingerprint::from_project(&project).unwrap()), None);
         project.settings.size += 16;
         project.save().unwrap();
-        let resized = Fingerprint::of(&project).unwrap();
+        let resized = Fingerprint::from_project(&project).unwrap();
         assert_eq!(calibrated.difference(&resized), Some("the project"));
-        assert_eq!(base::Fnv::of(b"").to_string(), "cbf29ce484222325");
+        assert_eq!(base::Fnv::from_bytes(b"").to_string(), "cbf29ce484222325");
     }
 }

@@ -69,7 +69,7 @@ pub fn review(
     settings: &ReviewSettings,
     progress: &Progress,
 ) -> Result<ReviewReport> {
-    let basis = Fingerprint::of(project)?;
+    let basis = Fingerprint::from_project(project)?;
     let folder = settings.truth.as_ref().map(|folder| {
         // The project may be opened from another working directory next time.
         std::path::absolute(folder).unwrap_or_else(|_| folder.clone())
@@ -106,8 +106,8 @@ pub fn review(
     let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
     let worst = review.worst(Metric::Flip).into_iter().take(WORST);
     Ok(ReviewReport {
-        unseen: Means::of(&unseen),
-        seen: Means::of(&seen),
+        unseen: Means::from_cases(&unseen),
+        seen: Means::from_cases(&seen),
         worst: worst
             .map(|(case, lamp)| WorstOlat {
                 case: review.cases[case].name.clone(),

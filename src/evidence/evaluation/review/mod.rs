@@ -80,7 +80,7 @@ pub struct Means {
 
 impl Means {
     /// Means over all OLATs of `cases`; None without a case.
-    pub fn of(cases: &[&CaseScores]) -> Option<Self> {
+    pub fn from_cases(cases: &[&CaseScores]) -> Option<Self> {
         Some(Self {
             cases: cases.len(),
             over_cells: OlatScore {

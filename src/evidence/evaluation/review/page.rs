@@ -114,7 +114,7 @@ fn summary(review: &Review) -> String {
     }
     out += "</tr>\n";
     for (what, cases) in [("Held out of training", unseen), ("Seen in training", seen)] {
-        let Some(Means { cases, over_cells }) = Means::of(&cases) else {
+        let Some(Means { cases, over_cells }) = Means::from_cases(&cases) else {
             continue;
         };
         let _ = write!(out, "<tr><td>{what}</td><td class=\"n\">{cases}</td>");

@@ -112,7 +112,7 @@ impl Front {
     }
 
     /// Front of files made for a tool: its camera's view without rotation.
-    pub fn of(tool: Tool) -> Self {
+    pub fn from_tool(tool: Tool) -> Self {
         Self::new(tool.yaw_of_value(0.0))
     }
 
@@ -169,13 +169,14 @@ impl FromStr for Front {
                     "afterlight, openexr, usd, nuke, mitsuba, threejs, blender or degrees of yaw",
                 )?;
                 let yaw_deg = yaw_deg as f32;
-                return match numbers::ANGLES.contains(&yaw_deg) {
-                    true => Ok(Self::new(yaw_deg)),
-                    false => Err(format!("{text:?} is not an angle within 100000°")),
+                return if numbers::ANGLES.contains(&yaw_deg) {
+                    Ok(Self::new(yaw_deg))
+                } else {
+                    Err(format!("{text:?} is not an angle within 100000°"))
                 };
             }
         };
-        Ok(Self::of(tool))
+        Ok(Self::from_tool(tool))
     }
 }
 
@@ -268,7 +269,7 @@ mod tests {
             let (u, _) = looked_up(tool, in_axes_of(tool, DVec3::NEG_Z), 0.0);
             assert!((u - front + 0.5).rem_euclid(1.0) - 0.5 < 1e-9, "{tool:?}: {u}");
             // That column moves to the middle.
-            assert_eq!(Front::of(tool), Front::at_column(front as f32), "{tool:?}");
+            assert_eq!(Front::from_tool(tool), Front::at_column(front as f32), "{tool:?}");
         }
     }
 
@@ -276,7 +277,7 @@ mod tests {
     fn what_is_pointed_to_comes_to_the_front() {
         assert_eq!(Front::at_column(0.75).turned(0.0), -90.0);
         assert_eq!(Front::at_column(0.75).column(), 0.75);
-        assert_eq!(Front::of(Tool::Nuke).column(), 0.0);
+        assert_eq!(Front::from_tool(Tool::Nuke).column(), 0.0);
         assert_eq!(Front::at_column(0.5).turned(720.0), 720.0);
         assert_eq!(Front::at_direction(glam::Vec3::X).yaw_deg(), -90.0);
         assert_eq!(Front::new(f32::NAN), Front::default());

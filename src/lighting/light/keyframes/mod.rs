@@ -273,10 +273,7 @@ impl Cubic {
         let slope = 6.0 * t * (1.0 - t) * (b.value - a.value) / span
             + (1.0 - t) * (1.0 - 3.0 * t) * from
             + t * (3.0 * t - 2.0) * to;
-        match slope.is_finite() {
-            true => slope.clamp(-LARGEST, LARGEST),
-            false => 0.0,
-        }
+        if slope.is_finite() { slope.clamp(-LARGEST, LARGEST) } else { 0.0 }
     }
 }
 

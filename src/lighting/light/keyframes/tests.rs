@@ -255,10 +255,7 @@ fn a_file_has_no_more_than_it_needs_and_is_refused_if_a_number_is_none() {
     assert!(text.contains("interpolation = \"bezier\"") && text.contains("out = 0.5"), "{text}");
     for broken in ["in = nan", "out = inf", "interpolation = \"wavy\"", "frame = 1e300"] {
         let text = format!("[[keys]]\nvalue = 1.0\n{broken}\n");
-        let text = match broken.starts_with("frame") {
-            true => text,
-            false => text + "frame = 3.0\n",
-        };
+        let text = if broken.starts_with("frame") { text } else { text + "frame = 3.0\n" };
         assert!(toml::from_str::<Keyframes>(&text).is_err(), "{text}");
     }
 }

@@ -80,9 +80,12 @@ pub fn resample(
         .zip(&plan.shown_angles)
         .map(|(sum, &angle)| {
             // The mean over the visible part is its energy divided by its solid angle.
-            std::array::from_fn(|c| match angle > 0.0 {
-                true => ((correction[c] * sum[c] + sum[3 + c]) / angle) as f32,
-                false => 0.0,
+            std::array::from_fn(|c| {
+                if angle > 0.0 {
+                    ((correction[c] * sum[c] + sum[3 + c]) / angle) as f32
+                } else {
+                    0.0
+                }
             })
         })
         .collect();

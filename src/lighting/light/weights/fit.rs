@@ -96,7 +96,7 @@ impl Reach {
 
 impl Fit {
     /// Lamps of the non-empty directions.
-    pub fn of(rig: &Rig, nodes: &Nodes) -> Self {
+    pub fn new(rig: &Rig, nodes: &Nodes) -> Self {
         let directions: Vec<DVec3> = nodes.real().copied().collect();
         let blurred = time_of(BLUR_DEG.to_radians());
         // A Gaussian of half the spacing: footprints overlap just enough to close the gaps. 30° already blurs a

@@ -18,7 +18,7 @@ pub(super) struct Facet {
 impl Hull {
     /// The hull of distinct unit vectors that leave no half of the sphere empty, so there are at least four and the
     /// origin is strictly inside. Built point by point.
-    pub fn of(points: &[DVec3]) -> Self {
+    pub fn from_points(points: &[DVec3]) -> Self {
         // Lamps often stand in rings, so four or more may lie in one plane, where "above the plane" is undefined. A
         // displacement by a millionth of a radian decides the facets; shares come from the points themselves. Points
         // on a sphere are all corners of their hull.
@@ -126,14 +126,14 @@ mod tests {
     #[test]
     fn a_hull_has_the_facets_that_euler_counts() {
         for points in [cube(), lattice(4), lattice(41), lattice(200)] {
-            assert_eq!(Hull::of(&points).facets.len(), 2 * points.len() - 4);
+            assert_eq!(Hull::from_points(&points).facets.len(), 2 * points.len() - 4);
         }
     }
 
     #[test]
     fn every_direction_is_the_mean_of_its_corners() {
         for points in [cube(), lattice(41)] {
-            let hull = Hull::of(&points);
+            let hull = Hull::from_points(&points);
             for direction in lattice(1000) {
                 let (facet, shares) = hull.locate(direction);
                 assert!(
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_point_has_its_own_direction_to_itself() {
         let points = lattice(146);
-        let hull = Hull::of(&points);
+        let hull = Hull::from_points(&points);
         for (i, point) in points.iter().enumerate() {
             let (facet, shares) = hull.locate(*point);
             let own =

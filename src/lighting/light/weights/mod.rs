@@ -98,7 +98,7 @@ pub(super) struct NodeEnergies {
 
 impl Partition {
     /// The partition of a kind, at [`Self::WIDTH`].
-    pub fn of(weighting: Weighting, rig: &Rig) -> Self {
+    pub fn new(weighting: Weighting, rig: &Rig) -> Self {
         let kind = match weighting {
             Weighting::Cells => Self::cells,
             Weighting::Smooth => Self::smooth,
@@ -114,7 +114,7 @@ impl Partition {
     /// Barycentric shares on the convex hull of the lamps' directions. Lamps in one direction share equally. Energy
     /// from a gap in the rig goes to the lamps around it and counts as uncovered.
     pub fn smooth(rig: &Rig, width: usize) -> Self {
-        let nodes = Nodes::of(rig);
+        let nodes = Nodes::from_rig(rig);
         Self::build(rig, width, &nodes, None, |_, _, corners, shares| {
             [0, 1, 2].map(|i| (corners[i] as u16, shares[i] as f32)).to_vec()
         })
@@ -123,7 +123,7 @@ impl Partition {
     /// Spherical Voronoi cells of the lamps' directions: a texel goes fully to the nearest lamp. A small sun jumps
     /// from lamp to lamp as it turns.
     pub fn cells(rig: &Rig, width: usize) -> Self {
-        let nodes = Nodes::of(rig);
+        let nodes = Nodes::from_rig(rig);
         Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
             let nearest = nodes
                 .real()
@@ -138,9 +138,9 @@ impl Partition {
     /// is a round blur of its spread around its direction. Unlike the other kinds it is linear only in the
     /// environment's brightness.
     pub fn fit(rig: &Rig, width: usize) -> Self {
-        let nodes = Nodes::of(rig);
+        let nodes = Nodes::from_rig(rig);
         let reach = Reach::new();
-        let fit = Fit::of(rig, &nodes);
+        let fit = Fit::new(rig, &nodes);
         Self::build(rig, width, &nodes, Some(fit), |_, direction, _, _| reach.of(direction))
     }
 
@@ -157,7 +157,7 @@ impl Partition {
         let (shares, ends, covered, rule) = if nodes.lamps.is_empty() {
             (vec![], vec![], vec![], Rule::Shares(vec![]))
         } else {
-            let hull = Hull::of(&nodes.directions);
+            let hull = Hull::from_points(&nodes.directions);
             let (texels, covered): (Vec<_>, Vec<_>) = (0..width * height)
                 .into_par_iter()
                 .map(|i| {

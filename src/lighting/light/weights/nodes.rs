@@ -17,7 +17,7 @@ impl Nodes {
     /// Lamps closer than this count as one direction, because the ball cannot resolve them.
     const SAME_DEG: f64 = 0.5;
 
-    pub fn of(rig: &Rig) -> Self {
+    pub fn from_rig(rig: &Rig) -> Self {
         let mut nodes = Self { directions: vec![], lamps: vec![] };
         let same = Self::SAME_DEG.to_radians().cos();
         for (i, lamp) in rig.lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable()) {

@@ -130,7 +130,7 @@ pub(crate) struct ReadPicture {
 
 impl ReadPicture {
     /// Light and codes, as far as requested, in this order.
-    pub fn of(mut read: Readback, has_codes: bool) -> Self {
+    pub fn new(mut read: Readback, has_codes: bool) -> Self {
         let display = has_codes.then(|| read.pictures.pop()).flatten();
         Self {
             display: display.map(Encoded),

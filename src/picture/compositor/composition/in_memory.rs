@@ -193,7 +193,7 @@ impl Backend for InMemory<'_> {
     }
 
     fn grain_of(&mut self, codes: &Encoded) -> Result<Grain> {
-        Ok(Grain::of(codes, self.of.matte()))
+        Ok(Grain::new(codes, self.of.matte()))
     }
 
     fn finish(

@@ -221,7 +221,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         if is_cut_out(self.scene) {
             return Ok(false);
         }
-        let backdrop = Backdrop::of(self.scene, self.of.levels.background);
+        let backdrop = Backdrop::new(self.scene, self.of.levels.background);
         if draws_whole(&self.effects) || self.scene.background != Background::Environment {
             let found = self.found(Pass::BackgroundBlur, keys[0]);
             let reused = found.is_some();
@@ -341,6 +341,6 @@ impl<'a, B: Backend> Composition<'a, B> {
             steady: self.steady,
             spill: self.facts.spill,
         };
-        Ok(ShownPicture::of(picture, finished))
+        Ok(ShownPicture::new(picture, finished))
     }
 }

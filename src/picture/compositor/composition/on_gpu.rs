@@ -246,7 +246,7 @@ impl Backend for OnGpu<'_> {
             }
             None => {
                 let read = self.recording.finish(&wanted)?;
-                FinishedPicture::InMemory(ReadPicture::of(read, codes.is_some()))
+                FinishedPicture::InMemory(ReadPicture::new(read, codes.is_some()))
             }
         };
         Ok((finished, self.uploads))

@@ -147,7 +147,7 @@ fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
         let codes = cpu::view(&set.image, ViewTransform::Srgb);
         let grain = recording.grain_of(&set.upload(&codes.0), &set.mask).unwrap();
         let deviations = grain.deviation.iter().flatten();
-        let own = Grain::of(&codes, &set.mask);
+        let own = Grain::new(&codes, &set.mask);
         for (there, here) in deviations.zip(own.deviation.iter().flatten()) {
             near(*there, *here, 1e-5);
         }
@@ -271,7 +271,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         let there = set.there(|recording| recording.scale(&set.on_gpu, 1.5f32.exp2()));
         set.assert_same("exposure", &there, &here, 1e-6);
         // Channels depend on each other, and all entries differ.
-        let table = Arc::new(DisplayTable::of("film".to_owned(), |pixels| {
+        let table = Arc::new(DisplayTable::new("film".to_owned(), |pixels| {
             for [r, g, b] in pixels {
                 let sum = *r + *g + *b;
                 (*r, *g, *b) = [*g, *b, *r].map(|v| (v + 0.2 * sum).sqrt() / 2.0).into();

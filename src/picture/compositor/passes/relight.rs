@@ -476,7 +476,7 @@ pub(crate) mod tests {
         let field = noise_field(67, 45, 5);
         let weights = [[1e4, 0.0, 2.0], [0.0; 3], [1.0; 3], [0.5; 3], [0.0, 3.0, 0.0]];
         for error in [0.0, 0.2, 2.0] {
-            let field = CompressedField::of(&field, error);
+            let field = CompressedField::new(&field, error);
             let here = relight_compressed(&field, &weights);
             let there = FieldBuffer::upload_components(field, &pass.device);
             let there = pass.sum(&there, &weights).unwrap();

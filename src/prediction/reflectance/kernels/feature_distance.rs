@@ -51,7 +51,7 @@ impl<'a> FeatureDistance<'a> {
 /// Part of the loss from the difference `x`, `[3, h, w]`, and the `scales` from there
 /// on. The gradient takes the place of `x`.
 fn distance(x: &mut [f32], [h, w]: [usize; 2], norms: Norms, scales: usize) -> f64 {
-    let sums = SquareSums::of(x, [h, w]);
+    let sums = SquareSums::new(x, [h, w]);
     let (mut distance, per_value) = norms.of(sums.values);
     if h < 2 || w < 2 {
         into_gradient(x, [h, w], [per_value, 0.0], &[]);
@@ -135,7 +135,7 @@ struct SquareSums {
 
 impl SquareSums {
     /// Of `x`, `[3, h, w]`.
-    fn of(x: &[f32], [h, w]: [usize; 2]) -> Self {
+    fn new(x: &[f32], [h, w]: [usize; 2]) -> Self {
         let mut sums = Self::default();
         let rows_in_band = (BLOCK / w).max(1);
         vectorized(

@@ -51,7 +51,7 @@ impl GroupNorm<'_> {
             #[inline(always)]
             |index, y| {
                 let x = &x[index * size..][..size];
-                let moments = Moments::of(x);
+                let moments = Moments::from_values(x);
                 let channels = self.channels_of(index);
                 each_chunk(
                     y,
@@ -257,7 +257,7 @@ impl Moments {
     /// the block is still in the nearest cache. Blocks are combined as in Chan et al.,
     /// "Algorithms for computing the sample variance".
     #[inline(always)]
-    fn of(x: &[f32]) -> Self {
+    fn from_values(x: &[f32]) -> Self {
         let blocks = each_index(
             x.len().div_ceil(BLOCK),
             BLOCK,

@@ -18,7 +18,7 @@ struct Unfolded {
 }
 
 impl Unfolded {
-    fn of(shape: &Shape, x: Sources, picture: usize) -> Self {
+    fn new(shape: &Shape, x: Sources, picture: usize) -> Self {
         let band = Band::new(shape, 0, shape.height);
         let mut copy = Vec::new();
         band.fill(shape, shape.inputs, &mut copy, |c, y, into| {
@@ -53,7 +53,7 @@ pub fn forward(
 ) {
     let (columns, pixels) = (shape.columns(), shape.plane());
     for (picture, out) in out.chunks_exact_mut(shape.outputs * pixels).enumerate() {
-        let unfolded = Unfolded::of(shape, x, picture);
+        let unfolded = Unfolded::new(shape, x, picture);
         let blocks = out.par_chunks_mut(ROWS * pixels).enumerate();
         let least = (WORTH_A_THREAD / (ROWS * columns)).max(1);
         blocks.with_min_len(least).for_each(|(block, out)| {
@@ -148,7 +148,7 @@ pub fn by_weights(
         for (bias, plane) in bias.iter_mut().zip(gradient.chunks_exact(pixels)) {
             *bias += plane.iter().sum::<f32>();
         }
-        let unfolded = Unfolded::of(shape, x, picture);
+        let unfolded = Unfolded::new(shape, x, picture);
         let parts = weight.par_chunks_mut(part * columns);
         let parts = parts.zip(gradient.par_chunks(part * pixels));
         parts.for_each(|(weight, gradient)| {

@@ -42,7 +42,7 @@ impl Features {
     /// When the file cannot be read, or holds a network other than VGG-16, VGG-19 or SqueezeNet 1.1.
     pub fn open(path: &Path, device: &Device) -> Result<Self> {
         let file = WeightFile::open(path)?;
-        let architecture = Architecture::of(&file)?;
+        let architecture = Architecture::from_file(&file)?;
         let network = FeatureNetwork::load(architecture, &file, device)?;
         let level = |layer: Tensor<4>| layer.square().mean().sqrt().into_scalar::<f32>();
         let levels = network.forward(reference(device)).into_iter().map(level);

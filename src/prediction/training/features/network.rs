@@ -30,7 +30,7 @@ impl Architecture {
     ///
     /// # Errors
     /// When the file holds none of these networks.
-    pub fn of(file: &WeightFile) -> Result<Self> {
+    pub fn from_file(file: &WeightFile) -> Result<Self> {
         // VGG-19 has its eighth convolution where the others have their third pooling.
         let known = [
             ("features.3.squeeze.weight", Self::SqueezeNet),

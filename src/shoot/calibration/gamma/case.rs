@@ -48,7 +48,7 @@ impl Interval {
     const LEVELS: [f32; 3] = [0.5, 0.9, 0.99];
 
     /// The intervals of 50, 90 and 99 %; empty without cases.
-    pub(crate) fn of(cases: &[Case]) -> Vec<Self> {
+    pub(crate) fn from_cases(cases: &[Case]) -> Vec<Self> {
         if cases.is_empty() {
             return vec![];
         }
@@ -122,17 +122,17 @@ mod tests {
 
     #[test]
     fn intervals_of_one_case_are_those_of_the_normal_distribution() {
-        let intervals = Interval::of(&[case(1.0, 2.0, 0.1)]);
+        let intervals = Interval::from_cases(&[case(1.0, 2.0, 0.1)]);
         for (interval, reach) in intervals.iter().zip([0.674_49, 1.644_85, 2.575_83]) {
             assert!((interval.gamma1[0] - (2.0 - 0.1 * reach)).abs() < 1e-4);
             assert!((interval.gamma2[1] - (2.0 + 0.1 * reach)).abs() < 1e-4);
         }
-        assert!(Interval::of(&[]).is_empty());
+        assert!(Interval::from_cases(&[]).is_empty());
     }
 
     #[test]
     fn intervals_of_two_cases_reach_over_both() {
-        let intervals = Interval::of(&[case(0.7, 2.8, 0.05), case(0.3, 1.6, 0.05)]);
+        let intervals = Interval::from_cases(&[case(0.7, 2.8, 0.05), case(0.3, 1.6, 0.05)]);
         let [low, high] = intervals[1].gamma1;
         assert!((1.5..1.65).contains(&low) && (2.8..2.95).contains(&high));
         let [low, high] = intervals[0].gamma1;

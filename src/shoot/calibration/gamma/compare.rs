@@ -28,7 +28,7 @@ pub struct CurveFit {
 
 impl CurveFit {
     /// A curve's score relative to the least cost.
-    pub(super) fn of(response: Response, parameters: usize, score: &Score, least: f64) -> Self {
+    pub(super) fn new(response: Response, parameters: usize, score: &Score, least: f64) -> Self {
         Self {
             response,
             parameters,
@@ -63,7 +63,7 @@ impl InspectableFit<'_> {
         let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
             .map(|prior| self.objective.score_under(prior, &linear));
         let score = if changed.cost < alone.cost { changed } else { alone };
-        (CurveFit::of(response, parameters, &score, least), score.cost)
+        (CurveFit::new(response, parameters, &score, least), score.cost)
     }
 
     /// Returns the dual gamma first, then a fitted power, sRGB, Rec. 709, linear, and the log curve with the usual

@@ -97,7 +97,7 @@ impl Evidence {
                 log @ imaging::Response::Log(_) => log.to_string(),
                 standard => standard.name().to_owned(),
             }),
-            intervals: Interval::of(&fit.accounts()),
+            intervals: Interval::from_cases(&fit.accounts()),
             cases,
         }
     }

@@ -245,7 +245,7 @@ impl<'a> Objective<'a> {
 
     /// Pictures under any response.
     pub fn linearize_by(&self, response: &Response) -> LinearPictures {
-        let table = ResponseTable::of(response);
+        let table = ResponseTable::from_response(response);
         let (weights, ball) = rayon::join(
             || self.probes.weights(&table),
             || self.probes.profile(&table, self.remainder),

@@ -56,7 +56,7 @@ impl Posterior {
         // Where the valley is longer than its curvature implies, the grid grows along it.
         for _ in 0..3 {
             let places = grid(objective, middle, axes);
-            let Some((found, covariance)) = Self::of(&places, axes) else {
+            let Some((found, covariance)) = Self::new(&places, axes) else {
                 break;
             };
             posterior = Some(found);
@@ -102,7 +102,7 @@ impl Posterior {
     }
 
     /// Mean, deviation and probability over all places of a grid with these axes, and the exponents' covariance.
-    fn of(places: &[Place], axes: DMat2) -> Option<(Self, DMat2)> {
+    fn new(places: &[Place], axes: DMat2) -> Option<(Self, DMat2)> {
         let best = places
             .iter()
             .min_by(|a, b| a.cost.total_cmp(&b.cost))

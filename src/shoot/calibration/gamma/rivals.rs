@@ -64,7 +64,7 @@ impl Rival {
         let [gamma1, gamma2] = nearest(&response);
         let [alone, changed] = scores(objective, &response);
         [(EXPOSURES[0], alone), (EXPOSURES[1], changed)].map(|(exposure, score)| Self {
-            fit: CurveFit::of(response, 0, &score, 0.0),
+            fit: CurveFit::new(response, 0, &score, 0.0),
             score,
             exposure,
             cost: score.cost - 2.0 * chance.ln(),
@@ -108,7 +108,7 @@ impl Rival {
             let half = |i: usize| (0.5 * (beside[1][i] - beside[0][i])).hypot(STANDARD_DEVIATION);
             let density = STEP / (deviation * (2.0 * std::f64::consts::PI).sqrt());
             Some(Self {
-                fit: CurveFit::of(response, 1, &score, 0.0),
+                fit: CurveFit::new(response, 1, &score, 0.0),
                 score,
                 exposure: EXPOSURES[exposure],
                 cost: least - 2.0 * (LOG * density).ln(),

@@ -118,7 +118,7 @@ impl GammaStudy {
         exposure: f32,
         weights: &[[f32; 3]],
     ) -> Histogram {
-        let table = ResponseTable::of(response);
+        let table = ResponseTable::from_response(response);
         let relit = self.subject.all_relit(&table, weights);
         histogram(relit.into_iter().map(|light| light.map(|l| table.encode(exposure * l))))
     }
@@ -127,7 +127,7 @@ impl GammaStudy {
     /// are picked, not averaged, so each is a sum of real code values.
     pub fn relit(&self, response: &Response, exposure: f32, weights: &[[f32; 3]]) -> Encoded {
         let PosePicture { codes, lamps, mask } = &self.picture;
-        let table = ResponseTable::of(response);
+        let table = ResponseTable::from_response(response);
         let pixels = codes
             .par_chunks_exact(*lamps)
             .zip(&mask.pixels)

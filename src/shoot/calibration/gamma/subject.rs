@@ -56,7 +56,8 @@ impl Subject {
     /// When a file cannot be read or differs in size from its matte, the job was stopped, the mattes show no
     /// subject, or the subject is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
-        let provisional = PROVISIONAL.map(|gamma| ResponseTable::of(&Response::Power(gamma)));
+        let provisional =
+            PROVISIONAL.map(|gamma| ResponseTable::from_response(&Response::Power(gamma)));
         let weights = provisional.each_ref().map(|table| probes.weights(table));
         let scale = scale(project)?;
         let (mut poses, samples) = load_poses(project, (&provisional, &weights), scale, progress)?;

@@ -13,7 +13,7 @@ struct Patch {
 
 impl Patch {
     /// The cells with a margin of `margin` cells, clipped to the grid plus one.
-    fn of(cells: &[u32], grid: &Grid, margin: usize) -> Self {
+    fn new(cells: &[u32], grid: &Grid, margin: usize) -> Self {
         let xs = || cells.iter().map(|&c| c as usize % grid.width);
         let ys = || cells.iter().map(|&c| c as usize / grid.width);
         // Counted from one, so that the margin at the grid's border is not negative.
@@ -92,7 +92,7 @@ fn envelope(values: &[f32]) -> Vec<f32> {
 
 /// Radius in cells of the largest disc inside a part.
 pub(super) fn inner_radius(part: &[u32], grid: &Grid) -> f32 {
-    let patch = Patch::of(part, grid, 1);
+    let patch = Patch::new(part, grid, 1);
     let squares = patch.squared_distances(|i| !patch.inside[i]);
     squares.into_iter().fold(0.0, f32::max).sqrt()
 }
@@ -100,7 +100,7 @@ pub(super) fn inner_radius(part: &[u32], grid: &Grid) -> f32 {
 /// Morphological opening of a part by discs of `share` of its largest disc's radius: streaks narrower than these
 /// discs are cut off.
 pub(super) fn opened(part: &[u32], grid: &Grid, share: f32) -> Vec<u32> {
-    let patch = Patch::of(part, grid, 1);
+    let patch = Patch::new(part, grid, 1);
     let depth = patch.squared_distances(|i| !patch.inside[i]);
     let radius = share * depth.iter().copied().fold(0.0, f32::max).sqrt();
     let centres = patch.squared_distances(|i| depth[i] >= radius * radius);
@@ -112,7 +112,7 @@ pub(super) fn opened(part: &[u32], grid: &Grid, share: f32) -> Vec<u32> {
 
 /// Cells of the ball within `reach` cells of the given ones, those included.
 pub(super) fn widened(cells: &[u32], grid: &Grid, reach: f32) -> Vec<u32> {
-    let patch = Patch::of(cells, grid, reach.ceil() as usize);
+    let patch = Patch::new(cells, grid, reach.ceil() as usize);
     let squares = patch.squared_distances(|i| patch.inside[i]);
     (0..squares.len())
         .filter(|&i| squares[i] <= reach * reach)

@@ -46,9 +46,12 @@ pub(super) fn estimate(
         };
         let channels = [0, 1, 2].map(hot);
         let lobes: Option<Vec<Vec<f32>>> = (0..3)
-            .map(|c| match channels[c].is_empty() {
-                true => Some(vec![]),
-                false => lobe(&before, clipped, usable, &lamp, &channels[c], c),
+            .map(|c| {
+                if channels[c].is_empty() {
+                    Some(vec![])
+                } else {
+                    lobe(&before, clipped, usable, &lamp, &channels[c], c)
+                }
             })
             .collect();
         // Raising only some channels would change the lamp's colour.

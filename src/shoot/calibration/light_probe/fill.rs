@@ -44,9 +44,8 @@ fn halved(panorama: &Image, seen: &[bool]) -> (Image, Vec<bool>) {
             sums[to][c] += weight * f64::from(pixel[c]);
         }
     }
-    let mean = |(sum, &weight): (&[f64; 3], &f64)| match weight > 0.0 {
-        true => sum.map(|v| (v / weight) as f32),
-        false => [0.0; 3],
+    let mean = |(sum, &weight): (&[f64; 3], &f64)| {
+        if weight > 0.0 { sum.map(|v| (v / weight) as f32) } else { [0.0; 3] }
     };
     let image = Image {
         width: size.0,

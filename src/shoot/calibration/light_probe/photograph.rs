@@ -66,9 +66,12 @@ impl Photograph {
         let clipped = picture.map(|pixel| pixel.map(|v| v >= white || v == f32::INFINITY));
         let Environment { radiance: light, repaired_texels, .. } =
             Environment::from_radiance("", picture);
-        let noise = |v: f32| match white.is_finite() {
-            true => (white / 4096.0).hypot((v * white / FULL_WELL).sqrt()),
-            false => v / 2048.0,
+        let noise = |v: f32| {
+            if white.is_finite() {
+                (white / 4096.0).hypot((v * white / FULL_WELL).sqrt())
+            } else {
+                v / 2048.0
+            }
         };
         Self {
             deviation: light.map(|pixel| pixel.map(noise)),

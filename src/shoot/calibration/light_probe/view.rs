@@ -77,7 +77,7 @@ impl BallCamera {
 
 impl BallView {
     /// The ball of a shoot as a perfect mirror. With the dome's radius in metres, directions are those to the dome.
-    pub fn of(ball: &Ball, dome_radius_m: Option<f32>) -> Self {
+    pub fn new(ball: &Ball, dome_radius_m: Option<f32>) -> Self {
         let radii = |metres: f32| f64::from(metres) / f64::from(ball.radius_m);
         Self {
             centre_px: ball.center_px.map(f64::from),

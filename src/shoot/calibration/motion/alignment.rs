@@ -262,9 +262,10 @@ impl Pictures {
     ) -> Vec<(usize, Vec<f32>)> {
         let of = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
             let pixels = slopes.iter().zip(&self.shown);
-            match turns {
-                true => pixels.map(|(v, &p)| share * v * self.head[p]).collect(),
-                false => pixels.map(|(v, _)| share * v).collect(),
+            if turns {
+                pixels.map(|(v, &p)| share * v * self.head[p]).collect()
+            } else {
+                pixels.map(|(v, _)| share * v).collect()
             }
         };
         let mut designs = Vec::new();

@@ -69,7 +69,7 @@ fn paths(
 ) -> Result<(Paths, SeenIn)> {
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
     let tracked = (0..shoot.poses.len())
-        .map(|pose| TrackingFrames::of(project, pose))
+        .map(|pose| TrackingFrames::new(project, pose))
         .collect::<Result<Vec<_>>>()?;
     // Poses are compared with each other, so all use the same kind of picture.
     let tracked: Option<Vec<_>> = tracked.into_iter().collect();
@@ -237,10 +237,7 @@ impl Paths {
             largest_px: px(largest),
             deviation_px: px(deviation),
             corrected: seen,
-            shifts: match seen {
-                true => path.iter().map(shift).collect(),
-                false => vec![],
-            },
+            shifts: if seen { path.iter().map(shift).collect() } else { vec![] },
         })
     }
 }

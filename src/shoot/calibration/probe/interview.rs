@@ -185,7 +185,7 @@ impl Probes {
             for i in 0..lamps.len() {
                 unsure[i * (lamps.len() + 1)] += error;
             }
-            let solution = NormalEquations::of(unsure, target.collect()).solve();
+            let solution = NormalEquations::from_gram(unsure, target.collect()).solve();
             for ((weight, x), lamp) in weights.iter_mut().zip(&solution).zip(&lamps) {
                 weight[c] = *x as f32;
                 for (cell, energy) in &lamp.lit {

@@ -61,7 +61,7 @@ impl Probes {
         let shoot = &project.settings.shoot;
         let size = footage::dimensions(&project.interview_probe_picture())?;
         let ball = MirrorBall::new(&shoot.ball, shoot.ball_dome_radius_m(), size)?;
-        let provisional = ResponseTable::of(&PROVISIONAL);
+        let provisional = ResponseTable::from_response(&PROVISIONAL);
         let all = project.probe_pictures();
         let scale = scale(&all, &ball)?;
         let interview = read(&project.interview_probe_picture(), scale)?;
@@ -69,7 +69,7 @@ impl Probes {
         let (footprints, wrong_circle) = footprints(
             paths,
             (&project.interview_probe_picture(), size),
-            (&ball, Circle::of(&shoot.ball)),
+            (&ball, Circle::from_ball(&shoot.ball)),
             scale,
             progress,
         )?;
@@ -183,7 +183,7 @@ impl Probes {
         names: impl Iterator<Item = &'a String>,
         response: &Response,
     ) -> Vec<Lamp> {
-        self.rig(names, &ResponseTable::of(response)).0.lamps
+        self.rig(names, &ResponseTable::from_response(response)).0.lamps
     }
 
     /// Lamps under a response, and the share of their energy hidden by the ball and filled in.
@@ -212,7 +212,7 @@ pub(super) fn footprints(
     progress: &Progress,
 ) -> Result<(Vec<Footprint>, Option<String>)> {
     silhouette::large_enough(&circle, &reference.display().to_string())?;
-    let provisional = ResponseTable::of(&PROVISIONAL);
+    let provisional = ResponseTable::from_response(&PROVISIONAL);
     let mut grid = Grid::new(ball, size.0, pictures.len());
     let some: Vec<Picture> =
         (pictures.iter().step_by(pictures.len().div_ceil(ENOUGH).max(1))).cloned().collect();

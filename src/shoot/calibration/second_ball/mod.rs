@@ -81,7 +81,7 @@ fn lamps(
     let (footprints, _) = footprints(
         &pictures,
         (first, size),
-        (&ball, silhouette::Circle::of(&second.ball)),
+        (&ball, silhouette::Circle::from_ball(&second.ball)),
         scale,
         progress,
     )?;

@@ -64,7 +64,7 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
             .map(|p| (p, tukey(fit.residual(p) / scale)))
             .filter(|(_, weight)| *weight > 0.0)
             .collect();
-        fit = Fit::of(&used).ok_or_else(dark)?;
+        fit = Fit::from_pixels(&used).ok_or_else(dark)?;
     }
     let strength = fit.lamp.length();
     // Uniform light leaves only a rounding-error lamp.
@@ -103,7 +103,7 @@ struct Fit {
 
 impl Fit {
     /// Weighted least squares; `None` if the normals do not determine the lamp.
-    fn of(pixels: &[(&Pixel, f64)]) -> Option<Self> {
+    fn from_pixels(pixels: &[(&Pixel, f64)]) -> Option<Self> {
         let (mut square, mut target) = (DMat4::ZERO, DVec4::ZERO);
         for (pixel, weight) in pixels {
             let row = pixel.normal.extend(1.0);

@@ -160,7 +160,7 @@ impl Circle {
 
 impl Circle {
     /// Silhouette of `ball`.
-    pub fn of(ball: &Ball) -> Self {
+    pub fn from_ball(ball: &Ball) -> Self {
         Self { center_px: ball.center_px.map(f64::from), radius_px: f64::from(ball.radius_px) }
     }
 

@@ -85,8 +85,8 @@ fn a_shoot_of_two_real_balls_without_sizes_is_imported_and_calibrated() {
     println!("{}", two.sentence());
     println!(
         "circles {:?} and {:?}",
-        Circle::of(&project.settings.shoot.ball),
-        project.settings.shoot.second_ball.as_ref().map(|s| Circle::of(&s.ball))
+        Circle::from_ball(&project.settings.shoot.ball),
+        project.settings.shoot.second_ball.as_ref().map(|s| Circle::from_ball(&s.ball))
     );
     assert!(two.lamps == 12 && two.near.is_empty() && project.settings.shoot.ball.has_circle());
     let off = apart_from_published(&found.rig);

@@ -7,7 +7,7 @@ use super::*;
 fn outcome(project: &Project) -> std::result::Result<(), String> {
     let probes =
         Probes::load(project, &Progress::silent()).map_err(|refusal| refusal.to_string())?;
-    let table = ResponseTable::of(&PROVISIONAL);
+    let table = ResponseTable::from_response(&PROVISIONAL);
     let (rig, filled) = probes.rig(project.settings.shoot.all_lamps(), &table);
     assert!(filled.is_finite());
     for lamp in &rig.lamps {

@@ -24,7 +24,7 @@ fn what_was_added_and_which_way_is_front_are_remembered_over_reopening() {
     let at = folder.path().canonicalize().unwrap();
     let root = project(&at).root;
     std::fs::write(at.join("shoot/hdri/noon.hdr"), "").unwrap();
-    let front = Some(Front::of(Tool::Blender));
+    let front = Some(Front::from_tool(Tool::Blender));
     Project::change(&root, |project| {
         let change = EnvironmentChange {
             add: ["film/own.hdr", "shoot/hdri/noon.hdr", "far.hdr"]

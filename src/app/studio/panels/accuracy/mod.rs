@@ -81,7 +81,7 @@ impl AccuracyPanel {
         out: &mut Vec<Command>,
     ) {
         let (truth, ledger) = (context.accuracy_truth(), context.accuracy.measured());
-        let before = ledger.map(|ledger| Wish::of(ledger));
+        let before = ledger.map(|ledger| Wish::from_ledger(ledger));
         let mut wish =
             self.wish.or(before).unwrap_or(Wish { budget: 60.0, against: Compared::default() });
         ui.horizontal_wrapped(|ui| {
@@ -209,7 +209,7 @@ impl AccuracyPanel {
 
 impl Wish {
     /// Settings of a stored measurement.
-    fn of(ledger: &Ledger) -> Self {
+    fn from_ledger(ledger: &Ledger) -> Self {
         let against = match ledger.settings.hold_out {
             Some(pose) => Compared::Pose(pose),
             None => Compared::Best,
@@ -228,10 +228,7 @@ impl Wish {
     fn ui(&mut self, ui: &mut Ui, project: &Project, has_truth: bool) {
         let poses = &project.settings.shoot.poses;
         let name = |pose: usize| format!("pose {}", poses.get(pose).map_or("", |name| name));
-        let best = match has_truth {
-            true => "the shoot's truth".to_owned(),
-            false => name(poses.len() / 2),
-        };
+        let best = if has_truth { "the shoot's truth".to_owned() } else { name(poses.len() / 2) };
         let text = match self.against {
             Compared::Best => best.clone(),
             Compared::Pose(pose) => name(pose),

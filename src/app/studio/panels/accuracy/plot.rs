@@ -140,9 +140,10 @@ impl Ladder<'_> {
             plot.points(ring);
         }
         let dot = Points::new(name, PlotPoints::from(vec![place]))
-            .shape(match is_square(measured.rung.knob) {
-                true => MarkerShape::Square,
-                false => MarkerShape::Circle,
+            .shape(if is_square(measured.rung.knob) {
+                MarkerShape::Square
+            } else {
+                MarkerShape::Circle
             })
             .radius(if on_front { 5.0 } else { 3.5 })
             .color(if on_front { color } else { color.gamma_multiply(0.65) });

@@ -94,17 +94,12 @@ fn offers_ui(
         let begin = Some(now).filter(|now| now.is_view()).or(looked_at);
         chosen = color_views_ui(ui, names, Some(now), begin);
     }
-    heading_ui(
-        ui,
-        match is_linear {
-            true => "Linear colour space",
-            false => "Colour space",
-        },
-    );
+    heading_ui(ui, if is_linear { "Linear colour space" } else { "Colour space" });
     for space in spaces(names, is_linear) {
-        let text = match is_working(names, space) {
-            true => format!("{} ({WORKING})", space.name),
-            false => space.name.clone(),
+        let text = if is_working(names, space) {
+            format!("{} ({WORKING})", space.name)
+        } else {
+            space.name.clone()
         };
         let is_now = now.space.as_ref() == Some(&space.name);
         if ui.selectable_label(is_now, text).clicked() {

@@ -41,7 +41,7 @@ impl Brush {
         out: &mut Vec<Command>,
     ) {
         let room = ui.available_rect_before_wrap();
-        let place = Placement::of(room, shown, kept);
+        let place = Placement::new(room, shown, kept);
         let size = vec2(shown.size.0 as f32, shown.size.1 as f32);
         let picture = place.rect(Rect::from_min_size(Pos2::ZERO, size));
         let painter = ui.painter_at(room);

@@ -65,9 +65,10 @@ impl FootagePanel {
                 ui.add_space(GAP);
                 matte::tools_ui(ui, context, out);
                 ui.add_space(0.5 * GAP);
-                match context.matte.on {
-                    true => matte::matte_ui(ui, context, project, shown, out),
-                    false => self.framing_ui(ui, context, project, shown, out),
+                if context.matte.on {
+                    matte::matte_ui(ui, context, project, shown, out)
+                } else {
+                    self.framing_ui(ui, context, project, shown, out)
                 }
             }
         });
@@ -243,9 +244,10 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
         quiet_ui(
             ui,
-            &match first == last {
-                true => format!("Frame {first}"),
-                false => format!("Frames {first} to {last}"),
+            &if first == last {
+                format!("Frame {first}")
+            } else {
+                format!("Frames {first} to {last}")
             },
         );
     });

@@ -33,7 +33,7 @@ pub struct Placement {
 
 impl Placement {
     /// Centres the picture in the room, with the part of the project's framing outside it.
-    pub fn of(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
+    pub fn new(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
         let (width, height) = (shown.size.0 as f32, shown.size.1 as f32);
         let picture = Rect::from_min_size(Pos2::ZERO, vec2(width, height));
         let seen = picture.expand(0.04 * width.max(height)).union(square(kept));
@@ -69,7 +69,7 @@ impl Square {
         framing: &mut Framing,
     ) {
         let room = ui.available_rect_before_wrap();
-        let place = Placement::of(room, shown, kept);
+        let place = Placement::new(room, shown, kept);
         let (width, height) = shown.size;
         let picture =
             place.rect(Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32)));

@@ -151,9 +151,10 @@ impl LooksPanel {
             let is_open = self.open.contains(id);
             let words = if is_open { "Hide versions" } else { "Show versions" };
             if ui.button(words).clicked() {
-                match is_open {
-                    true => self.open.remove(id),
-                    false => self.open.insert(id.clone()),
+                if is_open {
+                    self.open.remove(id)
+                } else {
+                    self.open.insert(id.clone())
                 };
             }
             let (words, enabled) = match id.shelf {

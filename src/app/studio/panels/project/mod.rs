@@ -107,9 +107,10 @@ impl ProjectPanel {
                 (icons::FOLDER, "Open project…", Command::Dialog(Dialog::Project)),
             ] {
                 let main = icon == icons::ADD && context.project.is_none();
-                let button = match main {
-                    true => theme::main_button(true, format!("{icon} {words}")),
-                    false => Button::new((icon, words)),
+                let button = if main {
+                    theme::main_button(true, format!("{icon} {words}"))
+                } else {
+                    Button::new((icon, words))
                 }
                 .min_size(vec2(132.0, 28.0));
                 if icons::named_ui(ui, true, button, words).clicked() {
@@ -139,7 +140,7 @@ impl ProjectPanel {
             let folder = typed(&self.demo);
             let make = ui.add_enabled(folder.is_some(), Button::new("Make the demo"));
             if let (true, Some(folder)) = (make.clicked(), folder) {
-                self.traced = Traced::of(folder.clone());
+                self.traced = Traced::from_folder(folder.clone());
                 out.push(Command::Project(ProjectCommand::MakeDemo(folder)));
             }
         });

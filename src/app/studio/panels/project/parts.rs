@@ -28,10 +28,7 @@ pub fn parts_ui(
     out: &mut Vec<Command>,
 ) {
     let is_dragging = ui.input(|input| !input.raw.hovered_files.is_empty());
-    let edge = match is_dragging {
-        true => Stroke::new(2.0, theme::ACCENT),
-        false => Stroke::NONE,
-    };
+    let edge = if is_dragging { Stroke::new(2.0, theme::ACCENT) } else { Stroke::NONE };
     let well = egui::Frame::new().fill(theme::WELL).stroke(edge);
     well.corner_radius(4).inner_margin(1.5 * GAP).show(ui, |ui| {
         ui.set_width(ui.available_width());
@@ -214,7 +211,7 @@ fn thumbnails_ui(ui: &mut Ui, candidate: &Candidate) {
         let id = Id::unique(("thumbnail", &candidate.path, i));
         let kept = ui.data(|data| data.get_temp::<Thumbnail>(id));
         let Thumbnail(texture) = kept.unwrap_or_else(|| {
-            let picture = SrgbPicture::of(picture);
+            let picture = SrgbPicture::from_picture(picture);
             let pixels = ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
             let texture =
                 (ui.ctx()).load_texture("thumbnail", pixels, egui::TextureOptions::LINEAR);

@@ -23,7 +23,7 @@ pub struct Traced {
 
 impl Traced {
     /// Follows the demo in `folder`.
-    pub fn of(folder: PathBuf) -> Self {
+    pub fn from_folder(folder: PathBuf) -> Self {
         Self { folder: Some(folder), ..Self::default() }
     }
 

@@ -154,10 +154,7 @@ fn buttons_ui(
     };
     let mut button =
         |ui: &mut Ui, text: &str, main: bool, able: bool, hint: &str, command: Command| {
-            let button = match main {
-                true => theme::main_button(able, text),
-                false => Button::new(text),
-            };
+            let button = if main { theme::main_button(able, text) } else { Button::new(text) };
             let response = ui.add_enabled(able, button);
             if response.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
                 out.push(command);
@@ -197,7 +194,7 @@ fn metrics_ui(ui: &mut Ui, chosen: Metric, out: &mut Vec<Command>) {
 fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
     let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
     for (what, cases) in [("unseen frame", unseen), ("frame", seen)] {
-        if let Some(means) = Means::of(&cases) {
+        if let Some(means) = Means::from_cases(&cases) {
             let figure = metric.text(metric.of(&means.over_cells));
             let mut count = counted(means.cases, what);
             if what == "frame" {

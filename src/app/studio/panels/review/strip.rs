@@ -86,10 +86,7 @@ impl CaseItem<'_> {
         });
         self.paint(ui.painter(), context, response.hovered());
         let clicked = response.clicked();
-        let seen = match self.case.seen {
-            true => "seen in training",
-            false => "not seen in training",
-        };
+        let seen = if self.case.seen { "seen in training" } else { "not seen in training" };
         response.on_hover_text(format!(
             "{name}, {seen}. Click to see it under its worst lamp, {worst_lamp}."
         ));
@@ -111,10 +108,7 @@ impl CaseItem<'_> {
                 painter.rect_filled(place, 2.0, EMPTY);
             }
         }
-        let color = match self.case.seen {
-            true => theme::QUIET,
-            false => theme::TEXT,
-        };
+        let color = if self.case.seen { theme::QUIET } else { theme::TEXT };
         for (line, text) in [&self.case.name, &self.figure].into_iter().enumerate() {
             let format = TextFormat::simple(FontId::proportional(12.0), color);
             let mut job = LayoutJob::single_section(text.clone(), format);
@@ -123,10 +117,7 @@ impl CaseItem<'_> {
             painter.galley(at, painter.layout_job(job), color);
         }
         if self.chosen || hovered {
-            let color = match self.chosen {
-                true => theme::ACCENT,
-                false => theme::QUIET,
-            };
+            let color = if self.chosen { theme::ACCENT } else { theme::QUIET };
             let edge = Stroke::new(2.0, color);
             painter.rect_stroke(place, 2.0, edge, StrokeKind::Inside);
         }

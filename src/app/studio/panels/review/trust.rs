@@ -37,9 +37,10 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
     }
     let able = context.status.job.is_none() && context.is_live();
-    let why = match context.status.job.is_none() {
-        true => "Calibrate first.",
-        false => "Wait until the running job ends.",
+    let why = if context.status.job.is_none() {
+        "Calibrate first."
+    } else {
+        "Wait until the running job ends."
     };
     let button = ui.add_enabled(able, Button::new("Estimate errors"));
     if button
@@ -59,9 +60,10 @@ fn report_ui(
 ) {
     let unlike = report.unlike();
     let share = format!("{} of {}", unlike.len(), counted(report.frames.len(), "frame"));
-    match unlike.is_empty() {
-        true => ui.label("All frames are like the poses."),
-        false => ui.label(format!("{share} unlike every pose. The timeline marks them.")),
+    if unlike.is_empty() {
+        ui.label("All frames are like the poses.")
+    } else {
+        ui.label(format!("{share} unlike every pose. The timeline marks them."))
     };
     let mut over = context.state.doubts;
     if ui

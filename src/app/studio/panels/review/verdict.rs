@@ -28,17 +28,15 @@ pub fn verdicts_ui(ui: &mut Ui, given: Option<Mark>) -> Option<Mark> {
 
 fn button_ui(ui: &mut Ui, key: usize, mark: Mark, chosen: bool) -> Response {
     let (color, name) = (color(mark), capitalized(mark.name()));
-    let (text, fill) = match chosen {
-        true => (theme::WELL, color),
-        false => (color, theme::WELL),
-    };
+    let (text, fill) = if chosen { (theme::WELL, color) } else { (color, theme::WELL) };
     let text = RichText::new(format!("{key} {name}")).color(text);
     let button = Button::new(text).fill(fill).stroke(Stroke::new(1.0, color));
     let response = ui.add(button);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, chosen, &name));
-    let hint = match chosen {
-        true => format!("Click or press {key} again to remove it"),
-        false => format!("Key: {key}"),
+    let hint = if chosen {
+        format!("Click or press {key} again to remove it")
+    } else {
+        format!("Key: {key}")
     };
     response.on_hover_text(hint)
 }

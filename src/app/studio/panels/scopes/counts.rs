@@ -31,7 +31,7 @@ pub struct Codes<'a> {
 impl<'a> Codes<'a> {
     /// Codes of a picture of `size` columns and rows, every `step`th row. The region is given in a picture of `whole`
     /// columns and rows.
-    pub fn of(
+    pub fn new(
         rgb: &'a [u8],
         size: [usize; 2],
         (region, whole): (Option<Region>, [usize; 2]),
@@ -202,7 +202,7 @@ mod tests {
 
     fn all(rgb: &[u8], columns: usize) -> Codes<'_> {
         let size = [columns, rgb.len() / 3 / columns];
-        Codes::of(rgb, size, (None, size), 1)
+        Codes::new(rgb, size, (None, size), 1)
     }
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
         let rgb: Vec<u8> = (0..64u8).flat_map(|y| [y; 3 * 8]).collect();
         let region = Region { left: 4, top: 20, right: 8, bottom: 40 };
         let counted = |region, step| {
-            let codes = Codes::of(&rgb, [8, 64], (region, [16, 128]), step);
+            let codes = Codes::new(&rgb, [8, 64], (region, [16, 128]), step);
             (histogram(&codes)[1], codes.share())
         };
         let (counts, share) = counted(Some(region), 1);
@@ -268,7 +268,7 @@ mod tests {
         assert_eq!((counts.iter().sum::<u32>(), share), (64, 8.0));
         let (counts, share) = counted(None, 48);
         assert_eq!((counts.iter().sum::<u32>(), share), (16, 32.0));
-        let none = Codes::of(&[], [0, 0], (None, [16, 128]), 1);
+        let none = Codes::new(&[], [0, 0], (None, [16, 128]), 1);
         assert_eq!(histogram(&none), [[0; 256]; 3]);
         waveform(&none, SIZE);
 

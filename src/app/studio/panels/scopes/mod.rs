@@ -209,7 +209,7 @@ impl ScopesPanel {
             return;
         }
         let whole = [relit.width, relit.height];
-        let codes = Codes::of(rgb, size, (region, whole), step);
+        let codes = Codes::new(rgb, size, (region, whole), step);
         let size = WAVEFORM[usize::from(counted.is_large)];
         let picture = match self.scope {
             Scope::Waveform => waveform(&codes, size),

@@ -62,10 +62,11 @@ fn lamps_ui(
         .map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c]))
         .collect();
     let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
-    let heading = match is_relit {
-        true => "Light from each lamp",
+    let heading = if is_relit {
+        "Light from each lamp"
+    } else {
         // Other pictures may have no lamps, or another light.
-        false => "Light from each lamp, in the relit picture",
+        "Light from each lamp, in the relit picture"
     };
     ui.label(RichText::new(heading).color(theme::QUIET));
     let size = vec2(ui.available_width(), 100.0);

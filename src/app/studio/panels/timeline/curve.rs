@@ -68,10 +68,7 @@ impl Plot {
     fn knob(&self, key: Pos2, side: Side, slope: f64) -> Pos2 {
         let along = vec2(self.track.cell(), (-slope * self.scale()) as f32);
         let along = side.sign() * along.normalized();
-        let room = match along.y < 0.0 {
-            true => key.y - self.rect.top(),
-            false => self.rect.bottom() - key.y,
-        };
+        let room = if along.y < 0.0 { key.y - self.rect.top() } else { self.rect.bottom() - key.y };
         let length = (room - KNOB).max(2.0 * KNOB) / along.y.abs().max(1e-3);
         key + length.min(TANGENT) * along
     }
@@ -252,13 +249,15 @@ impl TimelinePanel {
         {
             match &self.drag {
                 Some(KeyDrag::Keys { key, before, selection }) => {
-                    let frames = match modifiers.shift {
-                        true => 0.0,
-                        false => plot.track.frame_at(to.x) as f64 - key.frame,
+                    let frames = if modifiers.shift {
+                        0.0
+                    } else {
+                        plot.track.frame_at(to.x) as f64 - key.frame
                     };
-                    let value = match (to.y - from.y).abs() < STILL {
-                        true => 0.0,
-                        false => plot.value(to.y) - plot.value(from.y),
+                    let value = if (to.y - from.y).abs() < STILL {
+                        0.0
+                    } else {
+                        plot.value(to.y) - plot.value(from.y)
                     };
                     let last = context.state.frames.saturating_sub(1);
                     let (lanes, moved) = selection.moved(before, frames, value, last);

@@ -201,9 +201,10 @@ impl TimelinePanel {
         if response.clicked() {
             (self.curves, self.chosen) = (!is_on, Some(of));
         }
-        response.on_hover_text(match is_on {
-            true => "Show the lanes again",
-            false => "Show the curve: drag keys and tangents",
+        response.on_hover_text(if is_on {
+            "Show the lanes again"
+        } else {
+            "Show the curve: drag keys and tangents"
         });
     }
 

@@ -86,9 +86,10 @@ impl TimelinePanel {
             })
             .inner
         });
-        let (gutter, top) = match is_wide {
-            true => (buttons.inner.max(BUTTONS) + GAP, area.top()),
-            false => (NARROW_NAMES, head.bottom()),
+        let (gutter, top) = if is_wide {
+            (buttons.inner.max(BUTTONS) + GAP, area.top())
+        } else {
+            (NARROW_NAMES, head.bottom())
         };
         // Leaves room for the scroll bar.
         let across = Rangef::new(area.left() + gutter + HANDLE, area.right() - HANDLE - GAP);
@@ -152,9 +153,10 @@ impl TimelinePanel {
         let frames = lanes.flat_map(|(_, keys)| keys.keys());
         let frames = frames.map(|key| key.frame.round().max(0.0) as usize);
         let frames = frames.filter(|frame| *frame < state.frames);
-        match after {
-            true => frames.filter(|frame| *frame > state.frame).min(),
-            false => frames.filter(|frame| *frame < state.frame).max(),
+        if after {
+            frames.filter(|frame| *frame > state.frame).min()
+        } else {
+            frames.filter(|frame| *frame < state.frame).max()
         }
     }
 
@@ -309,10 +311,7 @@ impl TimelinePanel {
 fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let state = context.state;
     let last = state.frames.saturating_sub(1);
-    let (icon, name) = match state.playing {
-        true => (icons::PAUSE, "Pause"),
-        false => (icons::PLAY, "Play"),
-    };
+    let (icon, name) = if state.playing { (icons::PAUSE, "Pause") } else { (icons::PLAY, "Play") };
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for (icon, name, enabled, key, command) in [

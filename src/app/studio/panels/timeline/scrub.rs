@@ -156,9 +156,10 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
         response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, &label));
         let is_held = response.hovered() || response.dragged();
         let grey = if is_held { 222 } else { 150 };
-        let corners = match is_in {
-            true => CornerRadius { nw: 4, sw: 4, ne: 0, se: 0 },
-            false => CornerRadius { nw: 0, sw: 0, ne: 4, se: 4 },
+        let corners = if is_in {
+            CornerRadius { nw: 4, sw: 4, ne: 0, se: 0 }
+        } else {
+            CornerRadius { nw: 0, sw: 0, ne: 4, se: 4 }
         };
         let painter = ui.painter();
         painter.rect_filled(rect, corners, Color32::from_gray(grey));
@@ -167,15 +168,13 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             painter.vline(rect.center().x + grip, line, Stroke::new(1.0, theme::PANEL));
         }
         // Within the range if there is room, otherwise outside.
-        let (x, inwards) = match is_wide {
-            true => (edge - outwards * 4.0, true),
-            false => (edge + outwards * (HANDLE + 4.0), false),
+        let (x, inwards) = if is_wide {
+            (edge - outwards * 4.0, true)
+        } else {
+            (edge + outwards * (HANDLE + 4.0), false)
         };
         if is_wide || track.across.expand(HANDLE).contains(x + outwards * NUMBER) {
-            let align = match is_in == inwards {
-                true => Align2::LEFT_CENTER,
-                false => Align2::RIGHT_CENTER,
-            };
+            let align = if is_in == inwards { Align2::LEFT_CENTER } else { Align2::RIGHT_CENTER };
             let font = FontId::proportional(12.0);
             painter.text(pos2(x, bar.center()), align, frame, font, theme::TEXT);
         }
@@ -183,9 +182,10 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             response.interact_pointer_pos().filter(|_| response.dragged_by(PointerButton::Primary))
         {
             let cut = track.cut_at(to.x - outwards * 0.5 * HANDLE);
-            let frames = match is_in {
-                true => (cut.min(last), last),
-                false => (first, cut.saturating_sub(1).max(first)),
+            let frames = if is_in {
+                (cut.min(last), last)
+            } else {
+                (first, cut.saturating_sub(1).max(first))
             };
             if frames != (first, last) {
                 out.push(Command::Look(LookCommand::Range(Some(frames))));

@@ -91,10 +91,7 @@ impl Track {
     pub fn showing(&self, frame: usize) -> Option<Sight> {
         let Sight { from, frames } = self.sight;
         let at = frame as f64;
-        let from = match at >= from && at + 1.0 <= from + frames {
-            true => from,
-            false => at - 0.05 * frames,
-        };
+        let from = if at >= from && at + 1.0 <= from + frames { from } else { at - 0.05 * frames };
         Sight { from, frames }.within(self.frames)
     }
 

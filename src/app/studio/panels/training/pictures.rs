@@ -106,10 +106,7 @@ pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Some(pictures) = &context.training.pictures {
         let poses = context.project.map_or(&[][..], |p| &p.settings.shoot.poses);
         let pose = poses.get(pictures.pose).map_or("", String::as_str);
-        let seen = match pictures.held_out {
-            true => ", held out",
-            false => "",
-        };
+        let seen = if pictures.held_out { ", held out" } else { "" };
         let text = format!("{pose}{seen}, after step {}", pictures.step);
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
     }

@@ -119,9 +119,10 @@ pub fn handles_ui(
             (true, false) => theme::TEXT,
             (false, _) => theme::QUIET,
         };
-        let edge = match is_chosen {
-            true => Stroke::new(2.0, Color32::WHITE),
-            false => Stroke::new(1.5, Color32::BLACK),
+        let edge = if is_chosen {
+            Stroke::new(2.0, Color32::WHITE)
+        } else {
+            Stroke::new(1.5, Color32::BLACK)
         };
         painter.circle(at, DOT, fill, edge);
         let hint = format!(

@@ -67,9 +67,10 @@ impl CellUi {
         let is_wide = rect.width() > 1.4 * rect.height();
         let third = |i: usize| {
             let share = |side: f32| side * i as f32 / 3.0;
-            let (step, part) = match is_wide {
-                true => (vec2(share(rect.width()), 0.0), vec2(rect.width() / 3.0, rect.height())),
-                false => (vec2(0.0, share(rect.height())), vec2(rect.width(), rect.height() / 3.0)),
+            let (step, part) = if is_wide {
+                (vec2(share(rect.width()), 0.0), vec2(rect.width() / 3.0, rect.height()))
+            } else {
+                (vec2(0.0, share(rect.height())), vec2(rect.width(), rect.height() / 3.0))
             };
             Rect::from_min_size(rect.min + step, part).shrink(1.0)
         };
@@ -103,7 +104,7 @@ impl CellUi {
             _ => (upload(&pictures.predicted, None), upload(&pictures.truth, None), None),
         };
         let difference =
-            SrgbPicture::of(&Encoded(pictures.difference.map(|flip| heat(gain * flip))));
+            SrgbPicture::from_picture(&Encoded(pictures.difference.map(|flip| heat(gain * flip))));
         self.shown = Some(CellTextures {
             of: pictures.clone(),
             gain,

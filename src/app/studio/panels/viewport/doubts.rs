@@ -54,7 +54,7 @@ impl Doubts {
         let made = match self.made.take().filter(|made| is_of(&made)) {
             Some(made) => made,
             None => {
-                let values = Values::of(report, frame);
+                let values = Values::new(report, frame);
                 let picture = picture(&values, &predicted.frame.mask);
                 let options = TextureOptions::LINEAR;
                 Made {
@@ -92,7 +92,7 @@ fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
 }
 
 impl<'a> Values<'a> {
-    fn of(report: &ConfidenceReport, frame: &'a FrameConfidence) -> Self {
+    fn new(report: &ConfidenceReport, frame: &'a FrameConfidence) -> Self {
         // A colour has the same meaning in all frames.
         let known = |of: fn(&FrameConfidence) -> &Vec<f32>| {
             let all = report.frames.iter().flat_map(of).copied();

@@ -87,7 +87,7 @@ impl FourUi {
         let state = context.state;
         let slot = &state.four.slots[place];
         let letter = FourLooks::LETTERS[place];
-        let wanted = FourPicture::of(slot, state, context.looks, context.environments);
+        let wanted = FourPicture::new(slot, state, context.looks, context.environments);
         let name = slot.name();
         let response =
             ui.interact(part, ui.scope_id().with(("look", place)), Sense::click_and_drag());

@@ -100,10 +100,7 @@ fn angle(v: Vec2) -> f32 {
 /// Degrees by which a pointer moves around the centre between two positions. 0 on the head, where the direction is
 /// uncertain.
 fn turned(from: Vec2, to: Vec2) -> f32 {
-    match from.length().min(to.length()) < HEAD {
-        true => 0.0,
-        false => within_a_turn(angle(to) - angle(from)),
-    }
+    if from.length().min(to.length()) < HEAD { 0.0 } else { within_a_turn(angle(to) - angle(from)) }
 }
 
 #[cfg(test)]

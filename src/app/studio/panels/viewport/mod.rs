@@ -91,9 +91,10 @@ impl ViewportTextures {
     /// the only or the left picture.
     fn place_at(&self, at: Pos2, rect: Rect, place: Rect, context: &PanelContext) -> (Rect, bool) {
         let right = 0.5 * rect.width();
-        match self.has_sides(context) && at.x > rect.left() + right {
-            true => (place.translate(vec2(right, 0.0)), true),
-            false => (place, false),
+        if self.has_sides(context) && at.x > rect.left() + right {
+            (place.translate(vec2(right, 0.0)), true)
+        } else {
+            (place, false)
         }
     }
 
@@ -132,7 +133,7 @@ impl ViewportTextures {
 impl ViewportPanel {
     /// Returns a viewport that draws textures of this GPU.
     pub fn drawn_with(window: RenderState) -> Self {
-        Self { native: NativeTexture::of(window), ..Self::default() }
+        Self { native: NativeTexture::from_window(window), ..Self::default() }
     }
 
     /// Points per pixel of the fitted picture; 0 before the first picture.
@@ -485,9 +486,10 @@ fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context
     let corner = place.min + at([region.left, region.top]);
     let edge = Rect::from_min_size(corner, at(region.size()));
     let (left, right) = rect.split_left_right_at_fraction(0.5);
-    let sides: &[(Rect, f32)] = match shown.has_sides(context) {
-        true => &[(left, 0.0), (right, 0.5 * rect.width())],
-        false => &[(rect, 0.0)],
+    let sides: &[(Rect, f32)] = if shown.has_sides(context) {
+        &[(left, 0.0), (right, 0.5 * rect.width())]
+    } else {
+        &[(rect, 0.0)]
     };
     for &(clip, by) in sides {
         let (painter, edge) = (ui.painter().with_clip_rect(clip), edge.translate(vec2(by, 0.0)));

@@ -37,7 +37,7 @@ pub struct NativeTexture {
 }
 
 impl NativeTexture {
-    pub fn of(window: RenderState) -> Self {
+    pub fn from_window(window: RenderState) -> Self {
         Self { window: Some(window), id: None }
     }
 

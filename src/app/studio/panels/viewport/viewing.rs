@@ -97,10 +97,11 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     // A view is named at once, and applied once its table is ready.
     let named = configured.and_then(|choice| choice.view.as_deref());
     let now = named.unwrap_or_else(|| curve_name(viewing.view.unwrap_or(of_look)));
-    let as_exported = match context.state.export_options.ocio.is_asked() {
+    let as_exported = if context.state.export_options.ocio.is_asked() {
         // An export through a configuration does not use the curve.
-        true => format!("The look's curve ({})", curve_name(of_look)),
-        false => format!("As exported ({})", curve_name(of_look)),
+        format!("The look's curve ({})", curve_name(of_look))
+    } else {
+        format!("As exported ({})", curve_name(of_look))
     };
     // egui keeps the height of a list, so the longer list with a configuration has an id of its own.
     let is_longer = context.color_views.is_configured();
@@ -235,7 +236,7 @@ mod tests {
         };
         let said = words(&viewing, plain).unwrap();
         assert_eq!(said, "viewing -1.5 stops, γ 1.20, ACES");
-        let through = Some(Arc::new(DisplayTable::of("Film".to_owned(), |_| ())));
+        let through = Some(Arc::new(DisplayTable::new("Film".to_owned(), |_| ())));
         let through = Viewing { through, ..viewing };
         let said = words(&through, Inspection::Channel(Channel::Red)).unwrap();
         assert_eq!(said, "viewing red channel, -1.5 stops, γ 1.20, Film");
@@ -254,7 +255,7 @@ mod tests {
             view: Some("Film".to_owned()),
             ..ColorChoice::default()
         };
-        let table = DisplayTable::of("Film".to_owned(), |_| ());
+        let table = DisplayTable::new("Film".to_owned(), |_| ());
         state.viewing.through = Some(Arc::new(table));
         state.viewing.exposure_stops = 1.0;
         state.color_view = Some(film.clone());

@@ -60,9 +60,10 @@ fn a_data_window_lies_where_it_says() {
         let read = read_all(&path);
         let expected = Image::from_fn(32, 16, |x, y| {
             let (x, y) = (x as i32 - at.0, y as i32 - at.1);
-            match (0..10).contains(&x) && (0..6).contains(&y) {
-                true => image.at(x as usize, y as usize),
-                false => [0.0; 3],
+            if (0..10).contains(&x) && (0..6).contains(&y) {
+                image.at(x as usize, y as usize)
+            } else {
+                [0.0; 3]
             }
         });
         assert_eq!(read.environment.radiance, expected, "{at:?}");

@@ -165,7 +165,7 @@ proptest! {
 fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
     const SAMPLES: usize = 200_000;
     for (name, rig) in rigs() {
-        let nodes = Nodes::of(&rig);
+        let nodes = Nodes::from_rig(&rig);
         // Lamps that share a direction depend only on the rig; the size of the cells is counted separately.
         let mut counts = vec![0usize; nodes.lamps.len()];
         for sample in lattice(SAMPLES) {
@@ -200,11 +200,11 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
 /// Largest change of a lamp's share of a small light per radian of the light's motion, from the definition of
 /// [`Partition::smooth`].
 pub(super) fn steepness(rig: &Rig) -> f64 {
-    let nodes = Nodes::of(rig);
+    let nodes = Nodes::from_rig(rig);
     // p_i = n_i·d / n·d, with n_i the rows of the inverse of the corners and n their sum, has the gradient (n_i −
     // p_i n) / n·d. It is linear in p_i, from 0 to 1, and n·d ≥ 1 because facets are inside the sphere. A lamp that
     // also gets the light of gap fillers has a part in up to three corners.
-    let hull = Hull::of(&nodes.directions);
+    let hull = Hull::from_points(&nodes.directions);
     let fillers = nodes.directions.len() > nodes.lamps.len();
     let steepest = hull.facets.iter().map(|facet| {
         let rows = facet.coordinates.transpose();

@@ -114,7 +114,7 @@ pub(crate) fn assert_sound(
 
 /// Weights of the default kind.
 fn default_weights(environment: &Environment, rig: &Rig, yaw_deg: f32) -> LightWeights {
-    Partition::of(Weighting::default(), rig).weights(environment, yaw_deg)
+    Partition::new(Weighting::default(), rig).weights(environment, yaw_deg)
 }
 
 #[test]

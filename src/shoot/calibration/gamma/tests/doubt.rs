@@ -61,7 +61,7 @@ fn light_that_is_no_sum_of_lamps_is_not_taken_for_a_changed_exposure() {
     assert!(off[0].abs() < 0.15);
     assert!(fit.changed_exposure() < 0.5 && (fit.exposure - 1.0).abs() < 0.08);
     // So dark a subject says little about the bright tones, and the intervals show it.
-    let [_, wide, widest] = &Interval::of(&fit.cases)[..] else {
+    let [_, wide, widest] = &Interval::from_cases(&fit.cases)[..] else {
         panic!("three intervals");
     };
     for (truth, [low, high]) in [(2.9, wide.gamma1), (1.9, wide.gamma2)] {

@@ -21,7 +21,7 @@ struct Tally {
 
 impl Tally {
     /// Series on balls with a radius in pixels within a range.
-    fn of(scene: fn(u64, (f64, f64)) -> Scene, radius_px: (f64, f64)) -> Self {
+    fn new(scene: fn(u64, (f64, f64)) -> Scene, radius_px: (f64, f64)) -> Self {
         let read = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
         let count: u64 = read("SERIES").unwrap_or(SERIES);
         let first: u64 = read("FIRST").unwrap_or(0);
@@ -79,19 +79,19 @@ fn share(confidences: &[f32]) -> f32 {
 
 #[test]
 fn a_direction_that_is_wrong_is_never_trusted() {
-    let Tally { right, wrong, .. } = Tally::of(Scene::sized, (40.0, 160.0));
+    let Tally { right, wrong, .. } = Tally::new(Scene::sized, (40.0, 160.0));
     assert!(right.len() > wrong.len() && share(&right) > 0.6);
 }
 
 #[test]
 fn a_direction_on_a_small_ball_that_is_wrong_is_never_trusted() {
-    let Tally { right, wrong, .. } = Tally::of(Scene::sized, (12.0, 40.0));
+    let Tally { right, wrong, .. } = Tally::new(Scene::sized, (12.0, 40.0));
     // A pixel spans three to nine degrees here.
     assert!(right.len() > wrong.len() && share(&right) > 0.1);
 }
 
 #[test]
 fn banks_of_lamps_far_apart_are_seen_whole_or_not_trusted() {
-    let Tally { right, wrong, .. } = Tally::of(Scene::of_wide_banks, (40.0, 160.0));
+    let Tally { right, wrong, .. } = Tally::new(Scene::of_wide_banks, (40.0, 160.0));
     assert!(right.len() > wrong.len() && share(&right) > 0.1);
 }

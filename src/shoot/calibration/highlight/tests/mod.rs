@@ -19,13 +19,13 @@ mod variants;
 fn lamps(ball: &Ball, series: &[Encoded]) -> Vec<Lamp> {
     let size = series[0].0.size();
     let geometry = MirrorBall::new(ball, None, size).unwrap();
-    let table = ResponseTable::of(&PROVISIONAL);
+    let table = ResponseTable::from_response(&PROVISIONAL);
     let mut grid = Grid::new(&geometry, size.0, series.len());
     let mut photographs = Photographs::one("ball", &series[0]).unwrap();
     for picture in &series[1..] {
         photographs.add("ball", picture).unwrap();
     }
-    grid.check_circle(&photographs, &Circle::of(ball));
+    grid.check_circle(&photographs, &Circle::from_ball(ball));
     let (mut footprints, levels): (Vec<_>, Vec<_>) = series
         .iter()
         .map(|picture| {

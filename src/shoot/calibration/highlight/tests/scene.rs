@@ -141,9 +141,10 @@ impl Scene {
                 let at = draw.direction(-0.8, 0.9);
                 let width = draw.factor(0.02, 0.3);
                 let radiance = draw.factor(0.01, 3.0);
-                match draw.chance(0.5) {
-                    true => (Shine::Disc(at, width), radiance),
-                    false => (Shine::Square(at, width), radiance),
+                if draw.chance(0.5) {
+                    (Shine::Disc(at, width), radiance)
+                } else {
+                    (Shine::Square(at, width), radiance)
                 }
             })
             .collect();

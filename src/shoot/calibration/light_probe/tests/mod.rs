@@ -120,7 +120,7 @@ fn the_geometry_is_that_of_the_calibration() {
     };
     for dome in [None, Some(2.0)] {
         let theirs = MirrorBall::new(&ball, dome, (128, 128)).unwrap();
-        let ours = BallView::of(&ball, dome).projection((128, 128)).unwrap();
+        let ours = BallView::new(&ball, dome).projection((128, 128)).unwrap();
         let angles = ours.solid_angles();
         for pixel in &theirs.pixels {
             let (x, y) = ((pixel.index % 128) as f64 + 0.5, (pixel.index / 128) as f64 + 0.5);

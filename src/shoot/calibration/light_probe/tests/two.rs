@@ -5,9 +5,8 @@ use super::*;
 /// Ground truth with a glaring camera around the +Z of a photograph's frame.
 fn with_camera(turn: Quat) -> impl Fn(DVec3) -> [f32; 3] {
     let turn = turn.as_dquat();
-    move |d| match d.angle_between(DVec3::Z) < 10f64.to_radians() {
-        true => [9.0, 0.0, 9.0],
-        false => sky(turn * d),
+    move |d| {
+        if d.angle_between(DVec3::Z) < 10f64.to_radians() { [9.0, 0.0, 9.0] } else { sky(turn * d) }
     }
 }
 
