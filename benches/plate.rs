@@ -135,7 +135,7 @@ fn times(options: &Options) -> Result<()> {
                     output: Output::Display,
                     ..Scene::default()
                 };
-                let of = Ingredients {
+                let ingredients = Ingredients {
                     extra: Extra {
                         plate: Some(&plate),
                         identity: Identity::default(),
@@ -143,7 +143,7 @@ fn times(options: &Options) -> Result<()> {
                     },
                     ..Ingredients::new(&field, &working, &weights, &environment)
                 };
-                match series.compose(&scene, (&light, &working), &of) {
+                match series.compose(&scene, (&light, &working), &ingredients) {
                     Ok(picture) => passes.push(picture.passes[Pass::Plate as usize].ms),
                     Err(e) => failure = Some(e),
                 }

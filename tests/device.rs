@@ -233,8 +233,8 @@ fn measuring(folder: &Path) -> (Child, Vec<u32>, std::thread::JoinHandle<()>) {
     let drain = std::thread::spawn(move || lines.for_each(drop));
     let tasks = format!("/proc/{0}/task", child.id());
     let children = std::fs::read_dir(tasks).unwrap().flat_map(|task| {
-        let of = std::fs::read_to_string(task.unwrap().path().join("children")).unwrap();
-        of.split_whitespace().map(|pid| pid.parse().unwrap()).collect::<Vec<u32>>()
+        let text = std::fs::read_to_string(task.unwrap().path().join("children")).unwrap();
+        text.split_whitespace().map(|pid| pid.parse().unwrap()).collect::<Vec<u32>>()
     });
     let children: Vec<u32> = children.collect();
     assert_eq!(children.len(), 1, "one measure at a time");

@@ -115,9 +115,9 @@ impl Shoot {
 impl Shoot {
     /// At the plate's size.
     fn on_plate<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
-        let mut of = self.of(field);
-        of.extra.plate = Some(&self.plate);
-        of
+        let mut ingredients = self.of(field);
+        ingredients.extra.plate = Some(&self.plate);
+        ingredients
     }
 }
 
@@ -195,8 +195,8 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     // An active effect is measured first, on little data, and not again while its input is unchanged.
     let mut reuse = Reuse::default();
     let mut make = |scene: &Scene| {
-        let of = shoot.of(&shoot.gpu);
-        mapped_during(|| compose_reusing(scene, &of, &mut reuse).unwrap())
+        let ingredients = shoot.of(&shoot.gpu);
+        mapped_during(|| compose_reusing(scene, &ingredients, &mut reuse).unwrap())
     };
     let (_, mapped) = make(&scene());
     let [smoothing, despill, light_wrap, glare, grain, whole] = mapped[..] else {

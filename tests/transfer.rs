@@ -400,12 +400,12 @@ fn light_finer_than_the_working_size_is_carried_over() {
     let detail = ExemplarDetail::read(&project, &calibration).unwrap();
     let bytes = detail.as_ref().unwrap().bytes();
     assert!((1 << 16..96 * 96 * 3 * 12 * 8).contains(&bytes), "{bytes} bytes");
-    let of = FineField {
+    let fine_field = FineField {
         exemplars: Arc::new(OnceLock::from(detail)),
         places: carried.places.clone(),
         working: frame.mask.width,
     };
-    let fine = FineField::on(Some(of.clone()), plain.clone());
+    let fine = FineField::on(Some(fine_field.clone()), plain.clone());
     assert!(fine.has_fine_light() && !plain.has_fine_light());
 
     let alone = |lamp: usize, value: f32| -> Vec<[f32; 3]> {
@@ -426,7 +426,8 @@ fn light_finer_than_the_working_size_is_carried_over() {
     assert!(with > without + 0.5, "{with:.2} dB with fine light, {without:.2} dB without");
 
     // Linear in the light, and close to zero under the interview's own.
-    let ratio = |weights: &[[f32; 3]]| of.clone().fine_light(&plain).ratio(weights).unwrap();
+    let ratio =
+        |weights: &[[f32; 3]]| fine_field.clone().fine_light(&plain).ratio(weights).unwrap();
     let size = |image: &Image| image.pixels.iter().flatten().map(|v| v.abs()).sum::<f32>();
     let both: Vec<[f32; 3]> = alone(2, 0.7)
         .iter()

@@ -36,11 +36,11 @@ impl Shoot {
     pub fn compared(&self) -> Option<Vec<&Scored>> {
         let beside = |network: &'_ Scored| -> Vec<&Scored> {
             let same = |other: &&Scored| other.learnt.is_none() || other.learnt == network.learnt;
-            let of = |method: &str| {
+            let entry = |method: &str| {
                 let mut all = self.methods.iter().filter(same);
                 all.find(|other| other.method == method)
             };
-            METHODS.into_iter().filter_map(of).collect()
+            METHODS.into_iter().filter_map(entry).collect()
         };
         let complete =
             (self.networks.iter().rev()).find(|network| beside(network).len() == METHODS.len());

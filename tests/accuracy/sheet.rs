@@ -94,13 +94,13 @@ pub fn write(path: &Path, methods: &[&Scored], rows: fn(&[&Value]) -> Vec<Row>) 
 /// A frame of which all methods have OLATs, under the lamps with the first method's lowest PSNR, its lower quartile and
 /// its median.
 pub fn olat_rows(methods: &[&Value]) -> Vec<Row> {
-    let of = |scores: &Value, frame: &str| scores["olat_psnr_by_lamp_db"][frame].clone();
+    let decibels = |scores: &Value, frame: &str| scores["olat_psnr_by_lamp_db"][frame].clone();
     let Some(first) = methods.first() else {
         return Vec::new();
     };
     let frames = first["olat_psnr_by_lamp_db"].as_object().into_iter().flatten();
     let mut common =
-        frames.filter(|(frame, _)| methods.iter().all(|scores| of(scores, frame).is_array()));
+        frames.filter(|(frame, _)| methods.iter().all(|scores| decibels(scores, frame).is_array()));
     let Some((frame, lamps)) = common.next() else {
         return Vec::new();
     };

@@ -88,10 +88,10 @@ fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
     let ground = Ground::of_shoot();
     let gammas: [&[&str]; 2] = [&["--gamma", "srgb"], &[]];
     let path = ground.at("film/calibration.toml");
-    let of = |which: usize| ground.command(&[&["calibrate", "film"], gammas[which]].concat());
+    let command = |which: usize| ground.command(&[&["calibrate", "film"], gammas[which]].concat());
     let mut moments = Moments::from_name("calibrate");
     let known = [0, 1].map(|which| {
-        let whole = measured(&mut of(which));
+        let whole = measured(&mut command(which));
         (whole, std::fs::read(&path).unwrap())
     });
     assert_ne!(known[0].1, known[1].1);
@@ -100,7 +100,7 @@ fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
     while tally.killed < moments.count {
         let i = (tally.killed + tally.finished) as usize;
         let moment = moments.next(known[i % 2].0, &[&ground.film()]);
-        let end = moment.kill(&mut of(i % 2));
+        let end = moment.kill(&mut command(i % 2));
         tally.add(end, left_over(&ground.film()).len());
         let now = std::fs::read(&path).unwrap();
         assert!(known.iter().any(|(_, bytes)| *bytes == now));

@@ -168,11 +168,11 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
         assert_eq!(report["chunks"].as_array().unwrap().len(), 3);
         assert!(report["frame_bytes"].as_u64().unwrap() > 1000);
         // Matroska writes a random number into each file.
-        let of = |movie: &str| match ending {
+        let contents = |movie: &str| match ending {
             "mkv" => frame_sums(&ground.at(movie)),
             _ => ground.read(movie),
         };
-        assert!(of(&joined) == of(&alone), "{ending}");
+        assert!(contents(&joined) == contents(&alone), "{ending}");
     }
 }
 

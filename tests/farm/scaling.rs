@@ -88,21 +88,21 @@ fn one_worker_takes_the_sum_of_all_and_two_take_half() {
 
 #[test]
 fn more_workers_than_chunks_are_of_no_use() {
-    let of = |workers| Farm { workers, ..farm() }.run().seconds;
-    near(of(100), 210.0, 1e-6);
-    near(of(1000), of(100), 1e-9);
+    let seconds = |workers| Farm { workers, ..farm() }.run().seconds;
+    near(seconds(100), 210.0, 1e-6);
+    near(seconds(1000), seconds(100), 1e-9);
 }
 
 #[test]
 fn the_disk_ends_what_workers_gain() {
     // Two hundred workers need 10 MB every two seconds each: exactly the disk's rate.
-    let of = |workers| {
+    let outcome = |workers| {
         let farm = Farm { frames: 1_000_000, workers, start_seconds: 0.0, ..farm() };
         farm.run()
     };
-    assert!(of(100).held_back == 0.0 && of(1000).held_back > 0.9);
-    near(of(1000).seconds, 1e6 * 1e7 / 1e9, 0.02);
-    near(of(100).seconds, 1e6 * 2.0 / 100.0, 0.02);
+    assert!(outcome(100).held_back == 0.0 && outcome(1000).held_back > 0.9);
+    near(outcome(1000).seconds, 1e6 * 1e7 / 1e9, 0.02);
+    near(outcome(100).seconds, 1e6 * 2.0 / 100.0, 0.02);
 }
 
 #[test]

@@ -33,9 +33,9 @@ fn residual(folder: &Path, look: &str) -> f64 {
             .collect();
     arguments.extend(look.split(' '));
     let figures: Value = succeed(folder, &arguments);
-    let of = |name: &str| figures["layers"][name].as_f64().unwrap();
-    assert!(of("brightest") > 0.0, "{look}");
-    of("residual") / of("brightest")
+    let figure = |name: &str| figures["layers"][name].as_f64().unwrap();
+    assert!(figure("brightest") > 0.0, "{look}");
+    figure("residual") / figure("brightest")
 }
 
 #[test]

@@ -19,7 +19,7 @@ mod tests {
     fn cells_show_digits_exact_values_and_gaps() {
         assert_eq!(cell(Some(1.25), 1), "1.2");
         assert_eq!([None, Some(f64::NAN)].map(|figure| cell(figure, 1)), ["–", "–"]);
-        let of = |figure| decibels(figure, 100.0);
-        assert_eq!([Some(100.0), Some(30.04), None].map(of), ["exact", "30.0", "–"]);
+        let text = |figure| decibels(figure, 100.0);
+        assert_eq!([Some(100.0), Some(30.04), None].map(text), ["exact", "30.0", "–"]);
     }
 }

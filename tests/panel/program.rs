@@ -97,7 +97,7 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
     );
     let methods = all.first().map_or(&[][..], |(_, rows)| rows);
     for method in methods.iter().map(|row| &row.method) {
-        let of = |(shoot, rows): &(Shoot, Vec<Row>)| {
+        let result = |(shoot, rows): &(Shoot, Vec<Row>)| {
             let row = rows.iter().find(|row| row.method == *method)?;
             let olats = row.figures.olats.map_or(f64::NAN, |[mean, _]| mean);
             Some((
@@ -105,14 +105,14 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
                 [row.figures.relit[0], olats, row.figures.edges.unwrap_or(f64::NAN)],
             ))
         };
-        let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(of).collect();
+        let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(result).collect();
         let said = |figures: [f64; 3]| figures.map(|db| cell(Some(db), 1)).join(" / ");
         let mean = |given: bool| {
-            let of: Vec<[f64; 3]> = (found.iter().filter(|(of, _)| *of == given))
+            let group: Vec<[f64; 3]> = (found.iter().filter(|(of, _)| *of == given))
                 .map(|(_, figures)| *figures)
                 .collect();
-            let sum = |i: usize| of.iter().map(|figures| figures[i]).sum::<f64>();
-            said([0, 1, 2].map(|i| sum(i) / of.len() as f64))
+            let sum = |i: usize| group.iter().map(|figures| figures[i]).sum::<f64>();
+            said([0, 1, 2].map(|i| sum(i) / group.len() as f64))
         };
         let worst =
             |i: usize| (found.iter().map(|(_, figures)| figures[i])).fold(f64::NAN, f64::min);

@@ -122,8 +122,8 @@ fn pictures_are_finite(predictor: &Predictor, compute: &ComputeDevice) -> bool {
         let mut encoder = FieldEncoder::new(Storage::F16);
         let field = encoder.encode(field, compute.passes()).unwrap();
         let environment = Environment::from_radiance("even", Image::filled(2, 1, [1.0; 3]));
-        let of = Ingredients::new(&field, &frame.mask, &weights, &environment);
-        let linear = compose(&scene, &of).unwrap().linear.unwrap();
+        let ingredients = Ingredients::new(&field, &frame.mask, &weights, &environment);
+        let linear = compose(&scene, &ingredients).unwrap().linear.unwrap();
         linear.pixels.iter().flatten().all(|v| v.is_finite())
     })
 }

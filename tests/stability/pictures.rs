@@ -77,14 +77,14 @@ impl Set {
     /// The picture in memory and on the GPU.
     fn both(&self, scene: &Scene, mask: &Mask, environment: &Environment) -> [Picture; 2] {
         [&self.here, &self.there].map(|field| {
-            let of = Ingredients {
+            let ingredients = Ingredients {
                 extra: Extra {
                     grain: Some(&Grain { deviation: [[0.03; 3]; 8] }),
                     ..Extra::default()
                 },
                 ..Ingredients::new(field, mask, &self.weights, environment)
             };
-            compose(scene, &of).unwrap()
+            compose(scene, &ingredients).unwrap()
         })
     }
 }
@@ -123,9 +123,9 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
         for (name, mask) in mattes(size) {
             for background in [Background::Environment, Background::None] {
                 let what = format!("{size:?}, matte {name}, {background:?}");
-                let of = |output| Scene { background: background.clone(), ..scene(output) };
-                let linear = set.both(&of(Output::Linear), &mask, &environment);
-                let display = set.both(&of(Output::Display), &mask, &environment);
+                let variant = |output| Scene { background: background.clone(), ..scene(output) };
+                let linear = set.both(&variant(Output::Linear), &mask, &environment);
+                let display = set.both(&variant(Output::Display), &mask, &environment);
                 let (light, code) = (apart(&linear, &what), codes_apart(&display, &what));
                 println!("{what}: {light:.1e}, {code:.2} codes");
                 // GPU arc tangents in the background are accurate to 1e-4 of a texel, which shows at the window's edge.

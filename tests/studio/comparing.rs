@@ -121,8 +121,8 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
 
     choose(&mut window, &["Against step 100", "Checkpoint", "No network"]);
     until(&mut window, "the exemplars alone", |app| {
-        let of = app.relit().unwrap().second.as_ref().map(|(of, _)| of);
-        of == Some(&Comparison::Olats(ComparisonSource::Transfer))
+        let comparison = app.relit().unwrap().second.as_ref().map(|(of, _)| of);
+        comparison == Some(&Comparison::Olats(ComparisonSource::Transfer))
     });
     window.get_by_label("Against no network");
 
@@ -429,8 +429,8 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
     window.get_by_label(&codes);
     window.get_by_label(&light);
     // The scopes count only its pixels.
-    let of = |c: usize| pixels.iter().filter(|(codes, _)| codes[c] == 255).count();
-    let [r, g, b] = [0, 1, 2].map(of);
+    let count = |c: usize| pixels.iter().filter(|(codes, _)| codes[c] == 255).count();
+    let [r, g, b] = [0, 1, 2].map(count);
     window.get_by_label(&format!("Clipped white: R {r}, G {g}, B {b} pixels"));
     snapshot(&mut window, "studio_region");
 

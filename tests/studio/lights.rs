@@ -72,8 +72,8 @@ fn a_group_mutes_solos_and_turns_up_its_lights_and_is_named() {
     choose(&mut window, "Group", "Group 1");
     type_number(&mut window, "Azimuth", "120");
     let both = picture(&window);
-    let of: Vec<&str> = lights(&window).iter().map(|light| &*light.group).collect();
-    assert_eq!(of, ["Group 1", "Group 1"]);
+    let group_names: Vec<&str> = lights(&window).iter().map(|light| &*light.group).collect();
+    assert_eq!(group_names, ["Group 1", "Group 1"]);
 
     type_number(&mut window, "Intensity of Group 1", "1.5");
     assert_eq!(groups(&window)[0].gain_stops, 1.5);
@@ -115,15 +115,15 @@ fn the_first_of_two_groups_is_removed_and_the_other_stays() {
         add(&mut window);
         choose(&mut window, "Group", "New group");
     }
-    let of = |window: &Window| -> Vec<String> {
+    let group_names = |window: &Window| -> Vec<String> {
         let lights = lights(window).iter();
         lights.map(|light| light.group.clone()).collect()
     };
-    assert_eq!(of(&window), ["Group 1", "Group 2"]);
+    assert_eq!(group_names(&window), ["Group 1", "Group 2"]);
     click(&mut window, "Remove Group 1; its lights stay");
     let names: Vec<&str> = groups(&window).iter().map(|group| &*group.name).collect();
     assert_eq!(names, ["Group 2"]);
-    assert_eq!(of(&window), ["", "Group 2"]);
+    assert_eq!(group_names(&window), ["", "Group 2"]);
 }
 
 #[test]
@@ -177,8 +177,8 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
 }
 
 fn keys_of(window: &Window, light: u32) -> Vec<f64> {
-    let of = Setting::Light(light, LightSetting::Yaw);
-    let keys = window.state().state().look.keys(of).keys();
+    let setting = Setting::Light(light, LightSetting::Yaw);
+    let keys = window.state().state().look.keys(setting).keys();
     keys.iter().map(|key| key.value).collect()
 }
 
@@ -500,10 +500,10 @@ fn every_line_of_many_lights_is_reached_and_nothing_of_it_is_cut() {
     // The last settings of the last light in the longest group.
     click(&mut window, "Settings of Light 12");
     for field in ["Intensity", "Azimuth", "Elevation", "Radius"] {
-        let of = |window: &Window| number_of_light(window, field).rect();
+        let area = |window: &Window| number_of_light(window, field).rect();
         number_of_light(&window, field).scroll_to_me();
         window.run_steps(4);
-        assert!(pane.contains_rect(of(&window)), "{field}: {}", of(&window));
+        assert!(pane.contains_rect(area(&window)), "{field}: {}", area(&window));
     }
     click(&mut window, "Mute Light 12");
     assert!(!lights(&window)[11].enabled, "nothing covers it");

@@ -204,13 +204,13 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     window.run_steps(2);
     window.key_press(Key::Num1);
     window.run_steps(2);
-    let of = |window: &Window, (case, lamp): (usize, usize)| {
+    let verdict = |window: &Window, (case, lamp): (usize, usize)| {
         let review = measurement(window);
         let marks = &window.state().review().marks;
         let marked = marks.of(&review.cases[case].name, &review.lamps[lamp]);
         marked.and_then(|marked| marked.mark)
     };
-    assert_eq!(of(&window, cell), Some(Mark::Bad));
+    assert_eq!(verdict(&window, cell), Some(Mark::Bad));
 
     let order = measurement(&window).worst(Metric::Flip);
     let place = order.iter().position(|&one| one == cell).unwrap();
@@ -223,7 +223,7 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     goes(&mut window, 1);
     window.key_press(Key::Num2);
     goes(&mut window, 1);
-    assert_eq!(of(&window, order[place + 1]), Some(Mark::Doubtful));
+    assert_eq!(verdict(&window, order[place + 1]), Some(Mark::Doubtful));
     window.get_by_label("Next worst").click_accesskit();
     goes(&mut window, 2);
     // Cells with a verdict are skipped.

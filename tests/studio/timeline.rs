@@ -359,7 +359,7 @@ fn all_keys_of_a_light_are_pasted_onto_another() {
     let lights = r#""placed": [{"id": 1}, {"id": 2, "name": "Rim"}]"#;
     let look = format!("{{\"keys\": {{{lanes}}}, \"lighting\": {{{lights}}}}}");
     let mut window = looking(folder.path(), clay::FRAMES, &look);
-    let of = |id, setting| Setting::Light(id, setting);
+    let light_setting = |id, setting| Setting::Light(id, setting);
     let at = key(&window, "Light 1 azimuth", 4);
     menu_at(&mut window, at);
     choose(&mut window, "Select all keys");
@@ -375,12 +375,12 @@ fn all_keys_of_a_light_are_pasted_onto_another() {
     window.run_steps(3);
     window.event(Event::Paste(copied.unwrap()));
     window.run_steps(3);
-    assert_eq!(frames(&window, of(2, LightSetting::Yaw)), [0.0, 4.0]);
-    assert_eq!(frames(&window, of(2, LightSetting::Radius)), [2.0]);
-    assert_eq!(frames(&window, of(1, LightSetting::Yaw)), [0.0, 4.0]);
+    assert_eq!(frames(&window, light_setting(2, LightSetting::Yaw)), [0.0, 4.0]);
+    assert_eq!(frames(&window, light_setting(2, LightSetting::Radius)), [2.0]);
+    assert_eq!(frames(&window, light_setting(1, LightSetting::Yaw)), [0.0, 4.0]);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(2);
-    assert!(frames(&window, of(2, LightSetting::Yaw)).is_empty());
+    assert!(frames(&window, light_setting(2, LightSetting::Yaw)).is_empty());
 }
 
 #[test]

@@ -89,11 +89,11 @@ fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way
 
 /// Section of the page, if motion was estimated.
 pub fn section(rows: &[&Row]) -> String {
-    let of = |belongs: fn(&Row) -> bool| -> Vec<&MotionColumns> {
+    let columns = |belongs: fn(&Row) -> bool| -> Vec<&MotionColumns> {
         let rows = rows.iter().copied().filter(|row| belongs(row));
         (rows.map(|row| &row.motion)).filter(|m| m.poses > 0).collect()
     };
-    let (swaying, still) = (of(|row| row.sway > 0.0), of(|row| row.sway == 0.0));
+    let (swaying, still) = (columns(|row| row.sway > 0.0), columns(|row| row.sway == 0.0));
     if swaying.is_empty() && still.is_empty() {
         return String::new();
     }

@@ -161,7 +161,7 @@ fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     let size = trials.first().map_or(0, |row| row.size);
     let refused = trials.len() - rows.len();
     let named = rows.iter().filter(|row| row.within1 == 0.0).count();
-    let of =
+    let figure =
         |value: fn(&Row) -> f64, share: f64| quantile(rows.iter().map(|row| value(row)), share);
     let seconds: f64 = trials.iter().map(|row| row.seconds + row.shoot_seconds).sum();
     format!(
@@ -207,12 +207,12 @@ responses: the nearest dual gamma's. {named} shoots got a standard curve, withou
         es = sure(&exposures),
         e50 = off(&exposures, 0.5),
         e90 = off(&exposures, 0.9),
-        l50 = 100.0 * of(|r| r.light_error, 0.5),
-        l90 = 100.0 * of(|r| r.light_error, 0.9),
-        b50 = 100.0 * of(|r| r.off_span, 0.5),
-        b90 = 100.0 * of(|r| r.off_span, 0.9),
-        d50 = of(|r| r.direction_median, 0.5),
-        dw = of(|r| r.direction_median, 1.0),
+        l50 = 100.0 * figure(|r| r.light_error, 0.5),
+        l90 = 100.0 * figure(|r| r.light_error, 0.9),
+        b50 = 100.0 * figure(|r| r.off_span, 0.5),
+        b90 = 100.0 * figure(|r| r.off_span, 0.9),
+        d50 = figure(|r| r.direction_median, 0.5),
+        dw = figure(|r| r.direction_median, 1.0),
         misled = rows.iter().map(|row| row.misled).sum::<usize>(),
     )
 }

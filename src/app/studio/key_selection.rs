@@ -424,26 +424,26 @@ mod tests {
         let light = |id| PlacedLight { id, ..PlacedLight::default() };
         let lighting =
             Lighting { placed: vec![light(1), light(2), light(3)], ..Lighting::default() };
-        let of = |id| [LightSetting::Yaw, LightSetting::Intensity].map(|s| Setting::Light(id, s));
-        let [yaw, intensity] = of(1);
+        let pair = |id| [LightSetting::Yaw, LightSetting::Intensity].map(|s| Setting::Light(id, s));
+        let [yaw, intensity] = pair(1);
         let source = animation(&[(yaw, "2:0,5:30"), (intensity, "2:1"), (GLARE, "0:1")]);
         let both = selection(&[(yaw, 2.0), (yaw, 5.0), (intensity, 2.0)]).copied(&source);
         let pasted = |text: &str, onto| pasted(text, 6, onto, (&source, &lighting));
         let settings = |lanes: &Lanes| lanes.iter().map(|(of, _)| *of).collect::<Vec<_>>();
         for (onto, id) in [
-            (Onto::Lane(Some(of(2)[1])), 2),
+            (Onto::Lane(Some(pair(2)[1])), 2),
             (Onto::Light(3), 3),
             (Onto::Lane(Some(yaw)), 1),
             (Onto::Lane(Some(GLARE)), 1),
             (Onto::Lane(None), 1),
         ] {
             let (lanes, selected) = pasted(&both, onto).unwrap();
-            assert_eq!(settings(&lanes), of(id), "{onto:?}");
-            assert!(selected.contains(of(id)[0], 9.0) && selected.len() == 3);
+            assert_eq!(settings(&lanes), pair(id), "{onto:?}");
+            assert!(selected.contains(pair(id)[0], 9.0) && selected.len() == 3);
         }
         // A mix of picture and light settings goes to its own lanes, and cannot be pasted onto a light.
         let mixed = selection(&[(yaw, 2.0), (GLARE, 0.0)]).copied(&source);
-        let (lanes, _) = pasted(&mixed, Onto::Lane(Some(of(2)[1]))).unwrap();
+        let (lanes, _) = pasted(&mixed, Onto::Lane(Some(pair(2)[1]))).unwrap();
         assert_eq!(settings(&lanes), [GLARE, yaw]);
         assert!(pasted(&mixed, Onto::Light(2)).unwrap_err().contains("one light"));
         assert!(pasted(&both, Onto::Light(9)).unwrap_err().contains("not in this look"));

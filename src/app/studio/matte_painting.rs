@@ -217,8 +217,8 @@ impl MattePainting {
         }
         if self.strokes.is_none() {
             self.reader.ask((), wake.clone(), |_| {
-                let of = project.clone();
-                move |()| Strokes::load(&of)
+                let own_project = project.clone();
+                move |()| Strokes::load(&own_project)
             });
         }
         let Some(Ok(strokes)) = &self.strokes else {
@@ -226,8 +226,8 @@ impl MattePainting {
         };
         if self.unsaved {
             self.saver.ask(strokes.clone(), wake.clone(), |_| {
-                let of = project.clone();
-                move |strokes: &Strokes| strokes.save(&of)
+                let own_project = project.clone();
+                move |strokes: &Strokes| strokes.save(&own_project)
             });
         }
         let request = LiveRequest { frame, strokes: strokes.clone() };

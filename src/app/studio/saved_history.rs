@@ -51,10 +51,12 @@ impl History {
         loop {
             let mut lists: Vec<(Arc<Vec<ListedEnvironment>>, Vec<NamedEnvironment>)> = Vec::new();
             let mut saved = |step: &LookSettings| {
-                let of = &step.environments;
-                let same = |(known, _): &(Arc<Vec<ListedEnvironment>>, _)| Arc::ptr_eq(known, of);
+                let environments = &step.environments;
+                let same = |(known, _): &(Arc<Vec<ListedEnvironment>>, _)| {
+                    Arc::ptr_eq(known, environments)
+                };
                 let list = lists.iter().position(same).unwrap_or_else(|| {
-                    lists.push((of.clone(), environment_list::saved(of)));
+                    lists.push((environments.clone(), environment_list::saved(environments)));
                     lists.len() - 1
                 });
                 SavedStep { list, look: SavedLook::from_look(step) }

@@ -248,11 +248,11 @@ mod tests {
 
     #[test]
     fn each_environment_is_said_with_its_decibels_beside_the_ratio_images() {
-        let of = |pairs: &[(&str, f64)]| -> BTreeMap<String, f64> {
+        let decibels = |pairs: &[(&str, f64)]| -> BTreeMap<String, f64> {
             pairs.iter().map(|&(name, db)| (name.into(), db)).collect()
         };
-        let network = of(&[("nave", 31.26), ("courtyard", 26.04)]);
-        let said = quality(&network, &of(&[("courtyard", 20.0)]));
+        let network = decibels(&[("nave", 31.26), ("courtyard", 26.04)]);
+        let said = quality(&network, &decibels(&[("courtyard", 20.0)]));
         assert_eq!(
             said,
             "  courtyard: 26.0 dB (by a ratio image, without a network: 20.0 dB)\n  nave: 31.3 dB\n"

@@ -70,8 +70,8 @@ impl<Open, Tell> Network<Open, Tell> {
         let found = (source.comparison)(&of.source, of.frame)?;
         let ms = started.elapsed().as_secs_f64() * 1e3;
         let found = Arc::new(PredictedFrame::new(found, of.generation, ms));
-        let of = of.clone();
-        Ok(Done::Compared(side, FoundComparison { of, found }))
+        let request = of.clone();
+        Ok(Done::Compared(side, FoundComparison { of: request, found }))
     }
 }
 

@@ -140,7 +140,7 @@ impl PreviewMaker {
             scene.background = Background::None;
         }
         let weights = solo.as_ref().unwrap_or(light.weights());
-        let of = Ingredients {
+        let ingredients = Ingredients {
             weights,
             upstream: Upstream { predict_ms, weights_ms },
             extra: Extra {
@@ -156,12 +156,12 @@ impl PreviewMaker {
         let composed = Instant::now();
         let (coarse, mut shown) = compose(
             (&mut self.series, &mut self.resolution),
-            (&scene, &of),
+            (&scene, &ingredients),
             (predicted, inputs.coarse),
         )?;
-        let of = (request, predicted);
+        let asked_frame = (request, predicted);
         let table = &mut self.table;
-        let looks = (self.looks).make(of, (&self.rig, reference), table, &self.behind)?;
+        let looks = (self.looks).make(asked_frame, (&self.rig, reference), table, &self.behind)?;
         let table = self.table.of(&request.scene, request.table.as_ref())?;
         if inputs.in_memory || table.is_some() {
             shown.read()?;
@@ -253,14 +253,14 @@ fn compose(
     let Some(ReducedFrame { reduced, reuse, .. }) = reduced.flatten() else {
         return Ok((1, series.show(scene, plate, of)?));
     };
-    let of = match reduced {
+    let ingredients = match reduced {
         Reduced::Field(field, mask) => Ingredients { field, mask, ..*of },
         Reduced::Plate(plate) => {
             let plate = Some(&*plate);
             Ingredients { extra: Extra { plate, ..of.extra }, ..*of }
         }
     };
-    let mut stand_in = series.compose_stand_in(scene, plate, &of, reuse)?;
+    let mut stand_in = series.compose_stand_in(scene, plate, &ingredients, reuse)?;
     stand_in.linear = None;
     Ok((coarse, ShownPicture::in_memory(stand_in)))
 }

@@ -14,14 +14,14 @@ fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
         request
     };
     let wanted = [(0.0, 0.0), (40.0, 0.5), (-33.3, -1.0)];
-    let of = |(yaw_deg, stops)| {
+    let rgb = |(yaw_deg, stops)| {
         worker.show(alone(yaw_deg, stops));
         let is_it = |relit: &Arc<PreviewPicture>| {
             (relit.scene.yaw_deg, relit.scene.exposure_stops) == (yaw_deg, stops)
         };
         wait_for(|| worker.relit().filter(is_it)).rgb.clone()
     };
-    let pictures = wanted.map(of);
+    let pictures = wanted.map(rgb);
     let view = |(yaw_deg, stops)| {
         let PreviewRequest { scene, environment, .. } = alone(yaw_deg, stops);
         Some(LookView { scene, environment })
@@ -171,8 +171,8 @@ fn what_a_picture_is_compared_with_comes_with_it() {
         });
         wait_for(|| {
             let relit = worker.relit()?;
-            let of = relit.second.as_ref().map(|(of, _)| of);
-            let whole = relit.first.is_some() && of == Some(&second);
+            let comparison = relit.second.as_ref().map(|(of, _)| of);
+            let whole = relit.first.is_some() && comparison == Some(&second);
             (whole && relit.scene == wanted.scene).then_some(relit)
         })
     };

@@ -46,10 +46,10 @@ mod tests {
 
     #[test]
     fn the_hash_is_the_published_one() {
-        let of = |text: &str| Fnv::from_bytes(text.as_bytes()).0;
+        let hash = |text: &str| Fnv::from_bytes(text.as_bytes()).0;
         // RFC 9923, appendix C.
-        assert_eq!(of(""), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(of("a"), 0xaf63_dc4c_8601_ec8c);
-        assert_eq!(of("foobar"), 0x8594_4171_f739_67e8);
+        assert_eq!(hash(""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(hash("a"), 0xaf63_dc4c_8601_ec8c);
+        assert_eq!(hash("foobar"), 0x8594_4171_f739_67e8);
     }
 }

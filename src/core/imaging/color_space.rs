@@ -36,12 +36,14 @@ const BRADFORD: Matrix =
 impl ColorSpace {
     /// Chromaticities of its corners and its white.
     pub fn primaries(self) -> Primaries {
-        let of = |red, green, blue, white| Primaries { red, green, blue, white };
+        let primaries = |red, green, blue, white| Primaries { red, green, blue, white };
         match self {
-            Self::Rec709 => of([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65),
-            Self::P3D65 => of([0.68, 0.32], [0.265, 0.69], [0.15, 0.06], D65),
-            Self::Rec2020 => of([0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65),
-            Self::AcesCg => of([0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767]),
+            Self::Rec709 => primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65),
+            Self::P3D65 => primaries([0.68, 0.32], [0.265, 0.69], [0.15, 0.06], D65),
+            Self::Rec2020 => primaries([0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65),
+            Self::AcesCg => {
+                primaries([0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767])
+            }
         }
     }
 
@@ -91,15 +93,18 @@ impl Primaries {
 
     /// Name of the colour space with these primaries; "other primaries" if none of the usual ones has them.
     pub fn name(self) -> &'static str {
-        let of = |red, green, blue, white| Self { red, green, blue, white };
+        let primaries = |red, green, blue, white| Self { red, green, blue, white };
         let spaces = [
             ("Rec. 709", ColorSpace::Rec709.primaries()),
             ("P3 D65", ColorSpace::P3D65.primaries()),
             ("Rec. 2020", ColorSpace::Rec2020.primaries()),
             ("ACEScg", ColorSpace::AcesCg.primaries()),
             // SMPTE ST 2065-1.
-            ("ACES2065-1", of([0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.32168, 0.33767])),
-            ("CIE XYZ", of([1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0])),
+            (
+                "ACES2065-1",
+                primaries([0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.32168, 0.33767]),
+            ),
+            ("CIE XYZ", primaries([1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0])),
         ];
         let known = spaces.into_iter().find(|(_, space)| self.is_like(*space));
         known.map_or("other primaries", |(name, _)| name)

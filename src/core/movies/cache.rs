@@ -73,14 +73,14 @@ mod tests {
         let size = (2000, 4000);
         let frame =
             Arc::new(Pixels { size, has_alpha: false, codes: vec![0; 3 * size.0 * size.1] });
-        let of = u64::MAX;
+        let movie = u64::MAX;
         for number in 0..8 {
-            put((of, number), frame.clone());
-            assert!(get((of, 0)).is_some(), "a frame in use stays");
+            put((movie, number), frame.clone());
+            assert!(get((movie, 0)).is_some(), "a frame in use stays");
         }
         assert!(with(|cache| cache.bytes) <= MOST_BYTES);
-        assert!(get((of, 7)).is_some() && get((of, 1)).is_none());
-        forget(of);
-        assert!(get((of, 7)).is_none());
+        assert!(get((movie, 7)).is_some() && get((movie, 1)).is_none());
+        forget(movie);
+        assert!(get((movie, 7)).is_none());
     }
 }

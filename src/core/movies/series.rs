@@ -123,8 +123,8 @@ impl Series {
             Some(_) => "each is a damaged frame",
             None => "the pictures are taken one after the other",
         };
-        let of = self.folder.join(with_hashes(first));
-        Some(format!("{}: {effect}", missing_words(&self.missing, of.display())))
+        let path = self.folder.join(with_hashes(first));
+        Some(format!("{}: {effect}", missing_words(&self.missing, path.display())))
     }
 }
 

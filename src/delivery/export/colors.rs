@@ -271,24 +271,24 @@ mod tests {
 
     #[test]
     fn the_same_light_has_the_codes_of_its_display() {
-        let of = |space, code: [f32; 3]| {
+        let codes = |space, code: [f32; 3]| {
             let encoding = Encoding::open(Some(space), None).unwrap();
             encoding.codes()(code)
         };
         for space in OutputSpace::ALL {
             for white in [0.0f32, 1.0] {
-                let found = of(space, [white; 3]);
+                let found = codes(space, [white; 3]);
                 assert!(found.iter().all(|v| (v - white).abs() < 1e-6), "{space:?}: {found:?}");
             }
         }
         // Display P3 of pure sRGB red, from CSS Color 4.
-        let red = of(OutputSpace::P3, [1.0, 0.0, 0.0]);
+        let red = codes(OutputSpace::P3, [1.0, 0.0, 0.0]);
         for (found, wanted) in red.into_iter().zip([0.917_49, 0.200_29, 0.138_56]) {
             assert!((found - wanted).abs() < 1e-4, "{red:?}");
         }
-        let grey = of(OutputSpace::Rec709, [0.5; 3])[0];
+        let grey = codes(OutputSpace::Rec709, [0.5; 3])[0];
         assert!((grey.powf(2.4) - linear_from_srgb(0.5)).abs() < 1e-6);
-        let grey = of(OutputSpace::Rec2020, [0.5; 3]);
+        let grey = codes(OutputSpace::Rec2020, [0.5; 3]);
         assert!((grey[0].powf(2.4) - linear_from_srgb(0.5)).abs() < 1e-5);
     }
 

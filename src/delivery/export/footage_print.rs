@@ -99,13 +99,13 @@ mod tests {
         std::fs::copy(&here, &there).unwrap();
         let file = std::fs::File::options().write(true).open(&there).unwrap();
         file.set_modified(std::time::UNIX_EPOCH).unwrap();
-        let of = |path: &Path| FootagePrints::default().of(&Picture::File(path.to_path_buf()));
-        assert_eq!(of(&here), of(&there));
+        let print = |path: &Path| FootagePrints::default().of(&Picture::File(path.to_path_buf()));
+        assert_eq!(print(&here), print(&there));
         let mut bytes = vec![7; 200_000];
         bytes[123_456] = 8;
         std::fs::write(&there, bytes).unwrap();
-        assert_ne!(of(&here), of(&there));
-        assert_eq!(of(&folder.path().join("none.png")), "missing");
+        assert_ne!(print(&here), print(&there));
+        assert_eq!(print(&folder.path().join("none.png")), "missing");
     }
 
     #[test]

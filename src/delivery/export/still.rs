@@ -45,7 +45,8 @@ pub(super) const PROVENANCE: &str = "afterlight";
 /// they have a subject.
 ///
 /// # Errors
-/// When the file cannot be written, or a picture without display codes is to be a PNG; and as [`write_still_exr`].
+/// When the file cannot be written, a picture without display codes is to be a PNG, or an EXR's layers miss their subject by
+/// more than half floats round away.
 pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<Option<Rebuild>> {
     match FileFormat::from_path(path) {
         Some(FileFormat::OpenExr) => write_still_exr(path, picture, about),

@@ -131,11 +131,11 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
     let mut writer =
         Writer::open(&files, (0, 0), (16, 16), &film(), None, &Progress::silent()).unwrap();
     let grainy = Effects { grain: 1.0, ..Effects::default() };
-    let of = |effects: &Effects| {
+    let kind = |effects: &Effects| {
         output(&files, (16, 16), &writer.destination, &writer.encoding, effects)
     };
-    assert_eq!(of(&Effects::default()), Output::Linear);
-    assert_eq!(of(&grainy), Output::Display);
+    assert_eq!(kind(&Effects::default()), Output::Linear);
+    assert_eq!(kind(&grainy), Output::Display);
     let linear = Picture { display: None, ..picture(16, 16, [0.3, 0.2, 0.1], true) };
     writer.write(0, &linear, None, None, &Progress::silent()).unwrap();
     let codes = view(linear.linear.as_ref().unwrap(), linear.view).0.pixels[0];
@@ -162,13 +162,13 @@ fn every_still_at_another_size_averages_light() {
         let files = Files { size: Some(16), bits, ..Files::to(path.display().to_string()) };
         let mut writer =
             Writer::open(&files, (0, 0), (32, 32), &film(), None, &Progress::silent()).unwrap();
-        let of = |size: (usize, usize)| {
+        let kind = |size: (usize, usize)| {
             let effects = Effects::default();
             output(&files, size, &writer.destination, &writer.encoding, &effects)
         };
-        assert_eq!(of((32, 32)), Output::Linear, "{name}");
+        assert_eq!(kind((32, 32)), Output::Linear, "{name}");
         let own = if name == "a.png" { Output::Display } else { Output::Linear };
-        assert_eq!(of((16, 16)), own, "{name} at its own size");
+        assert_eq!(kind((16, 16)), own, "{name} at its own size");
         writer.write(0, &shown, None, None, &Progress::silent()).unwrap();
         let (read, wanted) = match name {
             "d.exr" => (imaging::file::read_linear(&path).unwrap(), mean.pixels[0]),

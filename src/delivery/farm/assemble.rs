@@ -97,7 +97,7 @@ fn save(report: &AssembleReport, folder: &Path) -> Result<()> {
 
 /// Error with the frames to write again, and the commands for it.
 fn refusal(report: &AssembleReport, job: &str) -> Error {
-    let of = |flaw: Flaw, one: &str, many: &str| {
+    let phrase = |flaw: Flaw, one: &str, many: &str| {
         let frames = report.flawed.iter().filter(|frame| frame.flaw == flaw);
         let found = spans(frames.map(|frame| frame.frame));
         let count: usize = found.iter().map(|span| span.count).sum();
@@ -107,9 +107,9 @@ fn refusal(report: &AssembleReport, job: &str) -> Error {
         (count > 0).then(|| format!("{}{more} {what}", named.join(", ")))
     };
     let kinds = [
-        of(Flaw::Missing, "is missing", "are missing"),
-        of(Flaw::Broken, "is damaged", "are damaged"),
-        of(
+        phrase(Flaw::Missing, "is missing", "are missing"),
+        phrase(Flaw::Broken, "is damaged", "are damaged"),
+        phrase(
             Flaw::MadeOfOther,
             "was made from another project, look, footage or version",
             "were made from another project, look, footage or version",

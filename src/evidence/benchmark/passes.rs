@@ -309,11 +309,11 @@ impl Shoot {
     /// Renders pictures within the budget, after one that warms up. Returns the times of each pass and the milliseconds
     /// of each picture.
     fn timed(&self, scene: &Scene, field: &Field, budget: Budget) -> Result<Made> {
-        let of = self.of(field);
-        compose(scene, &of)?;
+        let ingredients = self.of(field);
+        compose(scene, &ingredients)?;
         let mut pictures = Vec::new();
         let times = budget.time(|| {
-            pictures.push(compose(scene, &of)?.passes);
+            pictures.push(compose(scene, &ingredients)?.passes);
             Ok(())
         })?;
         Ok((pictures, times))

@@ -121,7 +121,7 @@ impl<'a> Studio<'a> {
         let mask = &self.frame.mask;
         let (light, _) =
             EnvironmentLight::update(&mut self.light, &environment, &rig, &scene, (field, mask))?;
-        let of = Ingredients {
+        let ingredients = Ingredients {
             extra: Extra {
                 plate: self.plate.as_ref(),
                 identity: Identity {
@@ -134,13 +134,13 @@ impl<'a> Studio<'a> {
         };
         let plate = (&self.frame.plate, mask);
         if shown {
-            let made = self.series.show(&scene, plate, &of)?;
+            let made = self.series.show(&scene, plate, &ingredients)?;
             if let Some(gpu) = &self.compute.gpu {
                 gpu.wait();
             }
             drop(made);
         } else {
-            drop(self.series.compose(&scene, plate, &of)?);
+            drop(self.series.compose(&scene, plate, &ingredients)?);
         }
         Ok(())
     }

@@ -187,7 +187,7 @@ impl Measure {
                 let adds = |preset: Preset, size| {
                     preset.config().network_of(size, LAMPS).cost().multiply_adds as f64
                 };
-                let of = |what: &str| {
+                let estimate = |what: &str| {
                     let known = |preset: Preset, size: usize| {
                         let found = median(measured, what, Some(preset), size)?;
                         Some((found, adds(preset, size)))
@@ -197,7 +197,7 @@ impl Measure {
                     let (ms, known) = smaller.or_else(other)?;
                     Some(ms * adds(preset, size) / known)
                 };
-                Some(vec![of(STEP)?, of(PREDICTION)?])
+                Some(vec![estimate(STEP)?, estimate(PREDICTION)?])
             }
             Self::Passes { size } => {
                 let smaller = measured.iter().filter(|row| {

@@ -81,9 +81,9 @@ const QUESTIONS: [Question; 9] = {
 impl Question {
     /// The row that answers it on a device, if it has a figure.
     fn row<'a>(&self, device: &'a DeviceReport) -> Option<&'a Row> {
-        let of = (self.what, Some(self.preset.name()), Some(self.size));
+        let key = (self.what, Some(self.preset.name()), Some(self.size));
         device.rows.iter().find(|row| {
-            (row.what.as_str(), row.network.as_deref(), row.size) == of
+            (row.what.as_str(), row.network.as_deref(), row.size) == key
                 && (row.median_ms.is_some() || row.predicted_ms.is_some())
         })
     }
@@ -316,14 +316,14 @@ impl DeviceReport {
         let mut last = None;
         for row in &self.rows {
             let Some(why) = &row.left_out else { continue };
-            let of = (&row.network, row.size, why);
-            if last == Some(of) {
+            let key = (&row.network, row.size, why);
+            if last == Some(key) {
                 continue;
             }
             if last.is_none() {
                 text.push_str("Left out:\n\n");
             }
-            last = Some(of);
+            last = Some(key);
             let _ = writeln!(text, "- {}: {why}.", row.name());
         }
         if last.is_some() {

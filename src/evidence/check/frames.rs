@@ -39,15 +39,15 @@ pub(super) fn check(project: &Project, progress: &Progress) -> Result<Check> {
     let (unlike, looked) = (report.unlike().len(), report.frames.len());
     let [doubtful, bad] = SHARES;
     let level = Level::new(unlike as f32 / looked as f32, doubtful, bad);
-    let of = if frames.len() == looked {
+    let total = if frames.len() == looked {
         counted(looked, "frame")
     } else {
         format!("{} ({} in all)", counted(looked, "checked frame"), frames.len())
     };
     let are = if unlike == 1 { "is" } else { "are" };
     let sentence = format!(
-        "{unlike} of {of} {are} unlike every pose. The farthest, {}, is {:.1} × the distance between \
-         poses away from its nearest pose",
+        "{unlike} of {total} {are} unlike every pose. The farthest, {}, is {:.1} × the distance \
+         between poses away from its nearest pose",
         frames.name(farthest.frame),
         report.times(farthest)
     );

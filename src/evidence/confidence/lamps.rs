@@ -43,8 +43,9 @@ impl LampShares {
             vec![vec![0.0; lamps]; poses.len()]
         };
         let mean = |all: &[Vec<f64>]| -> Vec<f64> {
-            let of = |lamp: usize| all.iter().map(|one| one[lamp]).sum::<f64>() / all.len() as f64;
-            (0..lamps).map(of).collect()
+            let average =
+                |lamp: usize| all.iter().map(|one| one[lamp]).sum::<f64>() / all.len() as f64;
+            (0..lamps).map(average).collect()
         };
         let (usual_errors, usual_spreads) = (mean(&errors), mean(&spreads));
         let (mut together, mut square) = (0.0, 0.0);

@@ -143,13 +143,16 @@ impl Judged {
             .collect();
         let of_lamps = |lamps: &LampShares| {
             let frames = frames.iter().flat_map(|frame| {
-                let of = &frame.lamps;
-                let mean =
-                    of.squared_errors.iter().sum::<f64>() / of.squared_errors.len().max(1) as f64;
-                let spreads = (!of.squared_spreads.is_empty()).then_some(&of.squared_spreads[..]);
+                let lamp_errors = &frame.lamps;
+                let mean = lamp_errors.squared_errors.iter().sum::<f64>()
+                    / lamp_errors.squared_errors.len().max(1) as f64;
+                let spreads = (!lamp_errors.squared_spreads.is_empty())
+                    .then_some(&lamp_errors.squared_spreads[..]);
                 let said = lamps.decibels(0.0, spreads).into_iter();
-                let real =
-                    of.squared_errors.iter().map(move |e| -10.0 * (e / mean).max(1e-9).log10());
+                let real = lamp_errors
+                    .squared_errors
+                    .iter()
+                    .map(move |e| -10.0 * (e / mean).max(1e-9).log10());
                 said.zip(real)
             });
             correlation(&frames.collect::<Vec<_>>())

@@ -36,11 +36,11 @@ fn projection(directions: &[[f64; 3]]) -> Vec<Vec<f64>> {
         line[i] += RIDGE * trace / COUNT as f64;
     }
     let inverse = inverse(normal);
-    let of = |to: &[f64; COUNT], from: &[f64; COUNT]| -> f64 {
+    let share = |to: &[f64; COUNT], from: &[f64; COUNT]| -> f64 {
         let pairs = (0..COUNT).flat_map(|i| (0..COUNT).map(move |j| (i, j)));
         pairs.map(|(i, j)| to[i] * inverse[i][j] * from[j]).sum()
     };
-    rows.iter().map(|to| rows.iter().map(|from| of(to, from)).collect()).collect()
+    rows.iter().map(|to| rows.iter().map(|from| share(to, from)).collect()).collect()
 }
 
 /// Inverse of a symmetric positive definite matrix by Gauss–Jordan elimination, which needs no pivots here.

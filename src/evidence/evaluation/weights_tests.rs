@@ -105,11 +105,11 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
         jerks.push(root(&mut { jerk }, count));
         (before, last) = (last, now);
     }
-    let of = |values: &[f64]| {
+    let summary = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         [mean, values.iter().copied().fold(0.0, f64::max)]
     };
-    Flicker { change: of(&changes), jerk: of(&jerks) }
+    Flicker { change: summary(&changes), jerk: summary(&jerks) }
 }
 
 #[test]

@@ -397,7 +397,7 @@ impl<'a> Timer<'a> {
             &scene,
             (&field, &frame.mask),
         )?;
-        let of = Ingredients {
+        let ingredients = Ingredients {
             upstream: Upstream::default(),
             extra: Extra {
                 plate: self.case.plate.as_ref(),
@@ -406,7 +406,7 @@ impl<'a> Timer<'a> {
             },
             ..light.on(&field, &frame.mask)
         };
-        let picture = self.series.compose(&scene, (&frame.plate, &frame.mask), &of)?;
+        let picture = self.series.compose(&scene, (&frame.plate, &frame.mask), &ingredients)?;
         self.turn += 1;
         Ok((started.elapsed().as_secs_f64() * 1e3, predict_ms, picture))
     }

@@ -292,17 +292,17 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
         let is_base = name == "base";
         assert_eq!(measured.predicted.is_none(), is_base, "{name}");
     }
-    let of = |name: &str| report.rungs.iter().find(|m| m.rung.name == name).unwrap();
+    let rung = |name: &str| report.rungs.iter().find(|m| m.rung.name == name).unwrap();
     // Half the bytes cost next to nothing; a larger size and fewer lamps mean other networks.
-    let (half, full) = (of("base"), of("field=f32"));
+    let (half, full) = (rung("base"), rung("field=f32"));
     assert!((half.fidelity.psnr_db - full.fidelity.psnr_db).abs() < 0.05);
     assert!(half.cost.memory_bytes < full.cost.memory_bytes);
-    assert!(of("lamps=6").olat_psnr_db.is_none() && full.olat_psnr_db.is_some());
+    assert!(rung("lamps=6").olat_psnr_db.is_none() && full.olat_psnr_db.is_some());
     let table = std::fs::read_to_string(&report.table).unwrap();
     // A round of epochs may exceed the requested steps.
-    let [once, twice] = ["base", "minutes=2x"].map(|name| of(name).steps as f64);
+    let [once, twice] = ["base", "minutes=2x"].map(|name| rung(name).steps as f64);
     assert!((twice - 2.0 * once).abs() <= 20.0, "{once} {twice}");
-    let none = of("minutes=0x");
+    let none = rung("minutes=0x");
     assert!(none.steps == 0 && none.cost.disk_bytes == 0 && none.fidelity.psnr_db > 15.0);
     assert!(none.cost.memory_bytes > 0 && none.cost.memory_bytes < half.cost.memory_bytes);
     assert!(table.contains("lamps=6"));

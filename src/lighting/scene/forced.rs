@@ -36,8 +36,8 @@ impl From<BTreeMap<Pass, bool>> for Forced {
 
 impl From<Forced> for BTreeMap<Pass, bool> {
     fn from(forced: Forced) -> Self {
-        let of = |pass| Some((pass, forced.get(pass)?));
-        Pass::ALL.into_iter().filter_map(of).collect()
+        let entry = |pass| Some((pass, forced.get(pass)?));
+        Pass::ALL.into_iter().filter_map(entry).collect()
     }
 }
 

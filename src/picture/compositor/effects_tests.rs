@@ -40,13 +40,13 @@ fn an_effect_that_nothing_calls_for_may_be_left_out() {
         ..scene(Background::Environment, Output::Display, -3.0)
     };
     let extra = Extra { before: Some(&before), grain: Some(&Grain::default()), ..Extra::default() };
-    let of = Ingredients { extra, ..set.ingredients() };
-    let planned = compose(&scene, &of).unwrap();
+    let ingredients = Ingredients { extra, ..set.ingredients() };
+    let planned = compose(&scene, &ingredients).unwrap();
     let ran = |name: &str| planned.passes.iter().any(|p| p.name == name && p.ran);
     for name in ["smoothing", "despill", "light_wrap", "glare", "grain"] {
         assert!(!ran(name), "{name}");
     }
-    let all = forced(&scene, &of);
+    let all = forced(&scene, &ingredients);
     // Bounds on moved light: smoothing 0.1 %, wrapping 0.2 % of the rim, despill 0.5 %; here only rounding.
     assert!(largest_difference(planned.light(), all.light()) < 1e-6);
     let (a, b) = (planned.display.unwrap().0, all.display.unwrap().0);
@@ -75,16 +75,16 @@ fn a_little_of_what_calls_for_an_effect_stays_within_the_stated_bounds() {
         ..scene(Background::Environment, Output::Display, 0.0)
     };
     let extra = Extra { before: Some(&before), grain: Some(&plate), ..Extra::default() };
-    let of = Ingredients { extra, ..set.ingredients() };
-    let planned = compose(&scene, &of).unwrap();
+    let ingredients = Ingredients { extra, ..set.ingredients() };
+    let planned = compose(&scene, &ingredients).unwrap();
     let ran = |name: &str| planned.passes.iter().any(|p| p.name == name && p.ran);
     for name in ["smoothing", "despill", "light_wrap", "grain"] {
         assert!(!ran(name), "{name}: {:?}", planned.passes);
     }
     let effects = |effects: Effects| {
         let scene = Scene { effects, ..scene.clone() };
-        let left_out = compose(&scene, &of).unwrap();
-        (left_out, forced(&scene, &of))
+        let left_out = compose(&scene, &ingredients).unwrap();
+        (left_out, forced(&scene, &ingredients))
     };
     // Mean change over the rim, as a share of the rim's light.
     let rim_change = |(a, b): &(Picture, Picture)| {
@@ -126,10 +126,10 @@ fn every_effect_that_is_called_for_changes_the_picture() {
     let plate = Grain { deviation: [[0.05; 3]; 8] };
     let second = Encoded(Image::filled(64, 64, [0.5; 3]));
     let extra = Extra { grain: Some(&plate), second: Some(&second), ..Extra::default() };
-    let of = Ingredients { extra, ..set.ingredients() };
+    let ingredients = Ingredients { extra, ..set.ingredients() };
     let shown = |effects| {
         let scene = Scene { effects, ..scene(Background::Environment, Output::Display, 0.5) };
-        compose(&scene, &of).unwrap()
+        compose(&scene, &ingredients).unwrap()
     };
     let off = Effects::default();
     let plain = shown(off);
@@ -213,11 +213,11 @@ fn another_frame_light_or_level_is_never_taken_for_the_same() {
         ..scene(Background::Environment, Output::Linear, 2.0)
     };
     let mut make = |set: &Set, frame, level| {
-        let mut of = set.ingredients();
-        of.extra.identity.frame = frame;
-        of.levels.subject = level;
-        let made = compose_reusing(&scene, &of, &mut reuse).unwrap();
-        assert_eq!(made.linear, compose(&scene, &of).unwrap().linear);
+        let mut ingredients = set.ingredients();
+        ingredients.extra.identity.frame = frame;
+        ingredients.levels.subject = level;
+        let made = compose_reusing(&scene, &ingredients, &mut reuse).unwrap();
+        assert_eq!(made.linear, compose(&scene, &ingredients).unwrap().linear);
     };
     make(&set, 0, 1.0);
     make(&set, 0, 2.0);
@@ -248,11 +248,13 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
                 let before = after(None, 0, &set.field, &set.mask, 0.5);
                 let extra =
                     Extra { before: Some(&before), grain: Some(&plate), ..Extra::default() };
-                let of = Ingredients { extra, ..set.ingredients() };
+                let ingredients = Ingredients { extra, ..set.ingredients() };
                 for background in [Background::Environment, Background::None] {
                     let scene =
                         Scene { frame: 1, effects, ..scene(background, Output::Display, 2.0) };
-                    for picture in [compose(&scene, &of).unwrap(), forced(&scene, &of)] {
+                    for picture in
+                        [compose(&scene, &ingredients).unwrap(), forced(&scene, &ingredients)]
+                    {
                         let values = picture.light().pixels.iter().flatten();
                         assert!(values.clone().all(|v| v.is_finite()));
                         let codes = picture.display.unwrap().0;
@@ -277,8 +279,8 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
     lamps.environment.radiance = Image::from_fn(64, 32, |x, _| [(x % 7) as f32; 3]);
     let made_of = |set: &Set, effects, background| {
         let scene = Scene { frame: 5, effects, ..scene(background, Output::Display, 0.0) };
-        let of = Ingredients { extra, ..set.ingredients() };
-        compose(&scene, &of).unwrap()
+        let ingredients = Ingredients { extra, ..set.ingredients() };
+        compose(&scene, &ingredients).unwrap()
     };
     let made = |effects, background| made_of(&set, effects, background);
     let around = || Background::Environment;

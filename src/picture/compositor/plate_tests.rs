@@ -460,12 +460,12 @@ fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
         scene.effects.despill = 0.5;
         scene.effects.light_wrap = 0.5;
         let picture = |field| {
-            let of = Ingredients {
+            let ingredients = Ingredients {
                 field,
                 extra: Extra { plate: Some(&plate), ..Extra::default() },
                 ..set.ingredients()
             };
-            compose(&scene, &of).unwrap().display.unwrap().0
+            compose(&scene, &ingredients).unwrap().display.unwrap().0
         };
         let [here, there] = [&set.field, &on_gpu].map(picture);
         assert_eq!((here.size(), there.size()), ((90, 160), (90, 160)));

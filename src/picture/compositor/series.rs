@@ -56,8 +56,8 @@ impl Series {
         may_stay: bool,
     ) -> Result<ShownPicture> {
         let mut reuse = std::mem::take(&mut self.reuse);
-        let of = self.fill_in(scene, plate, of);
-        let shown = make(scene, &of, None, Some(&mut reuse), may_stay);
+        let ingredients = self.fill_in(scene, plate, of);
+        let shown = make(scene, &ingredients, None, Some(&mut reuse), may_stay);
         self.reuse = reuse;
         let shown = shown?;
         self.steady.clone_from(&shown.picture.steady);
@@ -171,16 +171,16 @@ mod tests {
         let plate = (&clip.plate, &clip.mask);
         let (mut series, mut with_stand_in) = (Series::default(), Series::default());
         for (frame, field) in fields.iter().take(2).enumerate() {
-            let of = clip.of(field, frame as u64);
+            let ingredients = clip.of(field, frame as u64);
             let scene = Clip::scene(frame);
-            let picture = series.compose(&scene, plate, &of).unwrap();
+            let picture = series.compose(&scene, plate, &ingredients).unwrap();
             // A smaller picture of another brightness comes in between.
             let between = clip.of(&fields[2], 9);
             let mut reuse = Reuse::default();
             with_stand_in
                 .compose_stand_in(&Clip::scene(frame), plate, &between, &mut reuse)
                 .unwrap();
-            let again = with_stand_in.compose(&scene, plate, &of).unwrap();
+            let again = with_stand_in.compose(&scene, plate, &ingredients).unwrap();
             assert_eq!(picture.display, again.display, "frame {frame}");
             let gain = picture.steady.unwrap().gain[1];
             if frame == 0 {
@@ -197,19 +197,19 @@ mod tests {
         let field = Clip::field(0.5);
         let plate = (&clip.plate, &clip.mask);
         let mut series = Series::default();
-        let of = clip.of(&field, 1);
-        series.compose(&Clip::scene(0), plate, &of).expect("a picture with grain");
+        let ingredients = clip.of(&field, 1);
+        series.compose(&Clip::scene(0), plate, &ingredients).expect("a picture with grain");
         let (key, grain) = series.grain.clone().unwrap();
         assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
         assert!(grain.most() > 0.0);
         assert_eq!(grain, Grain::of_plate(&clip.plate, &clip.mask, &Scene::default()));
         // Another plate under the same number is ignored.
         let flat = Image::filled(64, 64, [0.3; 3]);
-        series.compose(&Clip::scene(0), (&flat, &clip.mask), &of).unwrap();
+        series.compose(&Clip::scene(0), (&flat, &clip.mask), &ingredients).unwrap();
         assert_eq!(series.grain, Some((key, grain)));
         series.compose(&Clip::scene(0), (&flat, &clip.mask), &clip.of(&field, 2)).unwrap();
         assert_ne!(series.grain.as_ref().map(|(_, grain)| *grain), Some(grain));
-        series.compose(&Scene::default(), plate, &of).unwrap();
+        series.compose(&Scene::default(), plate, &ingredients).unwrap();
         assert_eq!(series.grain, None);
     }
 }

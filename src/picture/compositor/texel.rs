@@ -12,16 +12,16 @@ impl Field {
             return None;
         }
         let pixel = y * width + x;
-        let of = |light: &dyn Fn(usize, usize) -> f32| {
+        let values = |light: &dyn Fn(usize, usize) -> f32| {
             let lamps = 0..self.lamps();
             let lamps = lamps.map(|lamp| std::array::from_fn(|channel| light(lamp, channel)));
             Some(lamps.collect())
         };
         match self {
-            Self::Memory(field) => of(&|lamp, channel| field.plane(lamp, channel)[pixel]),
+            Self::Memory(field) => values(&|lamp, channel| field.plane(lamp, channel)[pixel]),
             Self::Half(field) => {
                 let tile = field.tile(pixel / TILE);
-                of(&|lamp, channel| {
+                values(&|lamp, channel| {
                     widen(tile[channel * field.lamps + lamp][pixel % TILE]) * field.scale()
                 })
             }

@@ -373,21 +373,21 @@ mod tests {
     #[test]
     fn only_unfinished_checkpoints_are_removed() {
         let folder = tempfile::tempdir().unwrap();
-        let of = |name: &str| folder.path().join(name);
+        let path = |name: &str| folder.path().join(name);
         let unfinished = ".0012-step-0001200";
         let others = [".notes", ".ssh", ".0012-step-0001200-mine", "0012-step-0001200"];
         for name in others.iter().chain([&unfinished]) {
-            std::fs::create_dir(of(name)).unwrap();
-            std::fs::write(of(name).join("file"), "").unwrap();
+            std::fs::create_dir(path(name)).unwrap();
+            std::fs::write(path(name).join("file"), "").unwrap();
         }
         clean(folder.path());
-        assert!(!of(unfinished).exists());
-        assert!(others.iter().all(|name| of(name).join("file").exists()));
+        assert!(!path(unfinished).exists());
+        assert!(others.iter().all(|name| path(name).join("file").exists()));
         #[cfg(unix)]
         {
-            std::os::unix::fs::symlink(of(".ssh"), of(unfinished)).unwrap();
+            std::os::unix::fs::symlink(path(".ssh"), path(unfinished)).unwrap();
             clean(folder.path());
-            assert!(of(".ssh").join("file").exists());
+            assert!(path(".ssh").join("file").exists());
         }
         test_support::shown!(
             Strangers,

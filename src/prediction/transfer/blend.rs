@@ -123,12 +123,12 @@ impl Target<'_> {
             spread.pixels[p] = *value;
         }
         let least = |x, y| {
-            let of = said.iter().map(|one| one.unlike.at(x, y));
-            of.reduce(f32::min).unwrap_or(1.0)
+            let distances = said.iter().map(|one| one.unlike.at(x, y));
+            distances.reduce(f32::min).unwrap_or(1.0)
         };
         let miss = |one: &Said| -> f32 {
-            let of = one.unlike.pixels.iter().zip(&self.matte.pixels);
-            of.map(|(unlike, inside)| inside * unlike * unlike).sum()
+            let pairs = one.unlike.pixels.iter().zip(&self.matte.pixels);
+            pairs.map(|(unlike, inside)| inside * unlike * unlike).sum()
         };
         let pose = said.iter().min_by(|a, b| miss(a).total_cmp(&miss(b))).map(|one| one.number);
         let unlike = Raster::from_fn(width, height, least);

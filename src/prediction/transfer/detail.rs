@@ -98,8 +98,8 @@ impl ExemplarDetail {
 
     /// The memory that it takes.
     pub fn bytes(&self) -> usize {
-        let of = |pose: &PoseDetail| pose.codes.len() + size_of_val(&pose.pixels[..]);
-        self.poses.values().map(of).sum()
+        let size = |pose: &PoseDetail| pose.codes.len() + size_of_val(&pose.pixels[..]);
+        self.poses.values().map(size).sum()
     }
 }
 

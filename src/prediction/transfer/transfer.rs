@@ -119,13 +119,13 @@ impl Transfer {
 
     /// Bytes of the exemplars in memory.
     pub fn bytes(&self) -> usize {
-        let of = |pose: &Arc<Pose>| {
+        let size = |pose: &Arc<Pose>| {
             let pixels = pose.mask.pixels.len() + pose.depth.pixels.len();
             pose.bare.bytes()
                 + size_of_val(&pose.normals[..])
                 + size_of::<f32>() * (pixels + pose.contrast.pixels.len())
         };
-        self.poses.iter().map(of).sum()
+        self.poses.iter().map(size).sum()
     }
 
     /// The interview's light as a sum of the lamps, exposure included.

@@ -12,12 +12,12 @@ pub type Gathered<'a> = [(Slot, &'a Candidate)];
 
 /// Number of lamps in the parts, from the list or else the mirror ball's movie.
 pub fn lamps(parts: &Gathered) -> Option<usize> {
-    let of = |slot| parts.iter().filter(move |(is, _)| *is == slot).map(|(_, part)| part);
-    let listed = of(Slot::Lamps).find_map(|list| list.lamps);
+    let candidates = |slot| parts.iter().filter(move |(is, _)| *is == slot).map(|(_, part)| part);
+    let listed = candidates(Slot::Lamps).find_map(|list| list.lamps);
     let shown = |ball: &&Candidate| {
         round::find(&ball.light, ball.first, None).ok().map(|round| round.lamps.len())
     };
-    listed.or_else(|| of(Slot::Balls).find_map(shown))
+    listed.or_else(|| candidates(Slot::Balls).find_map(shown))
 }
 
 /// Name of the shoot: the name of the interview's folder.

@@ -243,14 +243,14 @@ fn a_shoot_without_a_screen_gets_mattes() {
     assert_eq!((made.poses, made.guessed_poses), (poses.len(), poses.len()));
     let said = made.sentence();
     assert!(said.contains(&format!("2 frames and {} poses", poses.len())), "{said}");
-    let of = |path: &dyn Fn(usize) -> std::path::PathBuf, truths: &[Mask]| {
+    let check = |path: &dyn Fn(usize) -> std::path::PathBuf, truths: &[Mask]| {
         for (index, truth) in truths.iter().enumerate() {
             let [iou, off] = scores(&read_mask(&path(index)).unwrap(), truth);
             assert!(iou >= 0.97 && off <= 0.02, "{}: {iou} {off}", path(index).display());
         }
     };
-    of(&|frame| project.frame_matte_path(frame), &frames);
-    of(&|pose| project.exemplar_matte_path(pose), &poses);
+    check(&|frame| project.frame_matte_path(frame), &frames);
+    check(&|pose| project.exemplar_matte_path(pose), &poses);
 }
 
 #[test]

@@ -60,11 +60,11 @@ impl Matte {
 
     /// Name in sentences.
     pub fn display(&self) -> impl fmt::Display + '_ {
-        let of = match self {
+        let prefix = match self {
             Self::Grey(_) => "",
             Self::Alpha(_) => "the alpha of ",
         };
-        fmt::from_fn(move |f| write!(f, "{of}{}", self.picture().display()))
+        fmt::from_fn(move |f| write!(f, "{prefix}{}", self.picture().display()))
     }
 }
 

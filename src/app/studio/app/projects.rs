@@ -143,10 +143,10 @@ impl StudioApp {
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.status.advise(it));
         self.looks.open(&project.root);
-        let of = project.clone();
+        let own_project = project.clone();
         // A folder that cannot be read is reported where its pictures are.
         self.errand_here(
-            move || footage::first_number(&of),
+            move || footage::first_number(&own_project),
             |app, number| app.state.first_number = number.unwrap_or(0),
         );
         if let Err(e) = (self.autosave).load_look(&project, mine, &mut self.state) {

@@ -73,9 +73,9 @@ impl LookSettings {
             effects: &mut self.effects,
         };
         for (setting, ..) in LightSetting::ALL {
-            let of = Setting::Light(id, setting);
-            if let Some(value) = of.place(&mut animated) {
-                *value = of.bounded(f64::from(*value)) as f32;
+            let look_setting = Setting::Light(id, setting);
+            if let Some(value) = look_setting.place(&mut animated) {
+                *value = look_setting.bounded(f64::from(*value)) as f32;
             }
         }
     }
@@ -116,8 +116,8 @@ mod tests {
         };
         s.change(LookCommand::Lighting(Box::new(lighting)));
         let keys = "0:-90,10:90".parse().unwrap();
-        let of = Setting::Light(1, LightSetting::Yaw);
-        s.change(LookCommand::Keys(vec![(of, keys)]));
+        let setting = Setting::Light(1, LightSetting::Yaw);
+        s.change(LookCommand::Keys(vec![(setting, keys)]));
         s.release();
         s
     }

@@ -287,15 +287,15 @@ mod tests {
             lights.map(|light| light.id).collect()
         };
         assert_eq!(ids(&s), [1, 2, 3]);
-        let of = Setting::Light(2, LightSetting::Intensity);
-        at(&mut s, 0, LookCommand::ToggleKey(of));
+        let setting = Setting::Light(2, LightSetting::Intensity);
+        at(&mut s, 0, LookCommand::ToggleKey(setting));
         let brighter = lights(&s, |lights| lights[1].intensity = 6.0);
         at(&mut s, 10, brighter);
         let first = lights(&s, |lights| lights.swap(0, 1));
         at(&mut s, 10, first);
         let removed = lights(&s, |lights| drop(lights.remove(1)));
         at(&mut s, 10, removed);
-        assert_eq!((ids(&s), frames(&s, of)), (vec![2, 3], vec![0.0, 10.0]));
+        assert_eq!((ids(&s), frames(&s, setting)), (vec![2, 3], vec![0.0, 10.0]));
         s.show(ViewCommand::Frame(0));
         assert_eq!(s.look.lighting.placed[0].intensity, std::f32::consts::PI);
         s.show(ViewCommand::Frame(10));
@@ -303,9 +303,9 @@ mod tests {
         // A new light in its place has its own id, and no keys.
         let replaced = lights(&s, |lights| lights[0] = PlacedLight::default());
         at(&mut s, 10, replaced);
-        assert_eq!((ids(&s), s.look.is_keyed(of)), (vec![1, 3], false));
+        assert_eq!((ids(&s), s.look.is_keyed(setting)), (vec![1, 3], false));
         s.change(LookCommand::Undo);
-        assert_eq!((ids(&s), frames(&s, of)), (vec![2, 3], vec![0.0, 10.0]));
+        assert_eq!((ids(&s), frames(&s, setting)), (vec![2, 3], vec![0.0, 10.0]));
         let lost =
             LookCommand::Keys(vec![(Setting::Light(9, LightSetting::Yaw), "0:1".parse().unwrap())]);
         at(&mut s, 10, lost);
@@ -342,8 +342,8 @@ mod tests {
             lights.push(PlacedLight { yaw_deg: 170.0, ..PlacedLight::default() });
         });
         at(&mut s, 0, added);
-        let of = Setting::Light(1, LightSetting::Yaw);
-        at(&mut s, 0, LookCommand::ToggleKey(of));
+        let setting = Setting::Light(1, LightSetting::Yaw);
+        at(&mut s, 0, LookCommand::ToggleKey(setting));
         // The panorama wraps azimuths.
         let over = lights(&s, |lights| lights[0].yaw_deg = -170.0);
         at(&mut s, 10, over);
@@ -360,15 +360,15 @@ mod tests {
         };
         s.begin_aim(None);
         s.change(aimed(0, Vec3::NEG_X));
-        let of = Setting::Light(1, LightSetting::Yaw);
-        s.look.toggle_key(of, 0);
+        let setting = Setting::Light(1, LightSetting::Yaw);
+        s.look.toggle_key(setting, 0);
         s.show(ViewCommand::Frame(10));
         // The drag and the clip go on: the key is set at the frame in which the light was seen.
         let seen = aimed(10, Vec3::Z);
         s.show(ViewCommand::Frame(5));
         s.change(seen);
         s.show(ViewCommand::Frame(10));
-        let keys: Vec<f64> = s.look.keys(of).keys().iter().map(|k| k.value).collect();
+        let keys: Vec<f64> = s.look.keys(setting).keys().iter().map(|k| k.value).collect();
         assert_eq!(keys, [-90.0, -180.0], "the shorter way around");
         assert_eq!(s.look.lighting.placed[0].yaw_deg, -180.0);
     }
@@ -388,22 +388,22 @@ mod tests {
     #[test]
     fn keys_are_replaced_in_one_step_and_none_end_the_animation() {
         let mut s = State::new(11, 24.0);
-        let of = Setting::Yaw;
-        at(&mut s, 2, LookCommand::ToggleKey(of));
+        let setting = Setting::Yaw;
+        at(&mut s, 2, LookCommand::ToggleKey(setting));
         at(&mut s, 2, LookCommand::Exposure(1.0));
         at(&mut s, 2, LookCommand::ToggleKey(Setting::Exposure));
         let moved = |frame: &str| {
             let keys: Keyframes = frame.parse().unwrap();
-            LookCommand::Keys(vec![(of, keys.clone()), (Setting::Exposure, keys)])
+            LookCommand::Keys(vec![(setting, keys.clone()), (Setting::Exposure, keys)])
         };
         // A drag.
         s.change(moved("3:0"));
         s.change(moved("4:0"));
         s.release();
-        assert_eq!((frames(&s, of), frames(&s, Setting::Exposure)), (vec![4.0], vec![4.0]));
+        assert_eq!((frames(&s, setting), frames(&s, Setting::Exposure)), (vec![4.0], vec![4.0]));
         s.change(LookCommand::Undo);
-        assert_eq!((frames(&s, of), frames(&s, Setting::Exposure)), (vec![2.0], vec![2.0]));
-        at(&mut s, 2, LookCommand::Keys(vec![(of, Keyframes::NONE)]));
+        assert_eq!((frames(&s, setting), frames(&s, Setting::Exposure)), (vec![2.0], vec![2.0]));
+        at(&mut s, 2, LookCommand::Keys(vec![(setting, Keyframes::NONE)]));
         at(&mut s, 2, LookCommand::ToggleKey(Setting::Exposure));
         assert!(s.look.animation.is_empty());
     }

@@ -54,11 +54,12 @@ impl EffectsPanel {
         ui.spacing_mut().item_spacing.y = 2.0;
         times_ui(ui, relit);
         for (name, passes) in GROUPS {
-            let of = |report: &PassReport| {
+            let member = |report: &PassReport| {
                 let mut passes = passes.iter().copied();
                 passes.find(|pass| pass.name() == report.name)
             };
-            let reports = (relit.passes.iter()).filter_map(|report| Some((of(report)?, report)));
+            let reports =
+                (relit.passes.iter()).filter_map(|report| Some((member(report)?, report)));
             let ran = reports.clone().filter(|(_, report)| report.ran).count();
             let auto = |forced: Forced, &pass: &Pass| forced.with(pass, None);
             let forced = passes.iter().fold(effects.forced, auto);

@@ -307,7 +307,7 @@ fn settings_ui(
         let light = &before.placed[index];
         (light.id, light.title(index))
     };
-    let of = |setting| Setting::Light(id, setting);
+    let look_setting = |setting| Setting::Light(id, setting);
     let with = |change: &dyn Fn(&mut PlacedLight)| {
         let mut lighting = before.clone();
         change(&mut lighting.placed[index]);
@@ -331,7 +331,7 @@ fn settings_ui(
         if let Some(gain) = gain {
             light.set_gain_stops(gain);
         }
-        beside_ui(ui, context, of(LightSetting::Intensity), field, out);
+        beside_ui(ui, context, look_setting(LightSetting::Intensity), field, out);
         ui.end_row();
         // Keys may have changed the colour since it was set by temperature.
         let is_white = |kelvin: &f32| {
@@ -351,7 +351,8 @@ fn settings_ui(
         if let Some(kelvin) = kelvin {
             light.set_temperature(kelvin);
         }
-        let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue].map(of);
+        let channels =
+            [LightSetting::Red, LightSetting::Green, LightSetting::Blue].map(look_setting);
         let place = diamond::beside(field);
         let called = format!("{title} colour");
         diamond::within_ui(ui, context, (&channels, &called), place, out);
@@ -359,7 +360,7 @@ fn settings_ui(
         for (row, setting) in ROWS.iter().zip(TURNS) {
             let light = before.placed[index].clone();
             let field = row.ui(ui, &light, out, |light| with(&|it| *it = light.clone()));
-            beside_ui(ui, context, of(setting), field.rect, out);
+            beside_ui(ui, context, look_setting(setting), field.rect, out);
             ui.end_row();
         }
     });

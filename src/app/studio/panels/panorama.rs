@@ -117,17 +117,21 @@ impl Preview {
         let PanoramaState::Done { panorama, .. } = &entry.panorama else {
             return;
         };
-        let of = &panorama.thumbnail;
+        let thumbnail = &panorama.thumbnail;
         let is_this = |known: &Turned| {
-            (known.turn, known.is_ball) == (turn, is_ball) && Arc::ptr_eq(&known.of, of)
+            (known.turn, known.is_ball) == (turn, is_ball) && Arc::ptr_eq(&known.of, thumbnail)
         };
         let turned = match self.turned.take().filter(is_this) {
             Some(turned) => turned,
             None => {
-                let small = if is_ball { of.mirror_ball(turn, BALL) } else { of.turned(turn) };
+                let small = if is_ball {
+                    thumbnail.mirror_ball(turn, BALL)
+                } else {
+                    thumbnail.turned(turn)
+                };
                 let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                 Turned {
-                    of: of.clone(),
+                    of: thumbnail.clone(),
                     turn,
                     is_ball,
                     texture: ui.ctx().load_texture("turned", picture, TextureOptions::LINEAR),

@@ -196,14 +196,14 @@ fn png_color(source: &mut Source) -> Option<Named> {
             return Some(Named::srgb("sRGB"));
         }
         let primaries = info.chrm_chunk.map(|chunk| {
-            let of = |(x, y): (png::ScaledFloat, png::ScaledFloat)| {
+            let chromaticity = |(x, y): (png::ScaledFloat, png::ScaledFloat)| {
                 [f64::from(x.into_value()), f64::from(y.into_value())]
             };
             Primaries {
-                red: of(chunk.red),
-                green: of(chunk.green),
-                blue: of(chunk.blue),
-                white: of(chunk.white),
+                red: chromaticity(chunk.red),
+                green: chromaticity(chunk.green),
+                blue: chromaticity(chunk.blue),
+                white: chromaticity(chunk.white),
             }
         });
         let gamma = info.gama_chunk?.into_value();

@@ -125,9 +125,13 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
 }
 
 fn primaries(c: &Chromaticities) -> Option<Primaries> {
-    let of = |v: exr::math::Vec2<f32>| [f64::from(v.x()), f64::from(v.y())];
-    let primaries =
-        Primaries { red: of(c.red), green: of(c.green), blue: of(c.blue), white: of(c.white) };
+    let chromaticity = |v: exr::math::Vec2<f32>| [f64::from(v.x()), f64::from(v.y())];
+    let primaries = Primaries {
+        red: chromaticity(c.red),
+        green: chromaticity(c.green),
+        blue: chromaticity(c.blue),
+        white: chromaticity(c.white),
+    };
     primaries.is_usable().then_some(primaries)
 }
 

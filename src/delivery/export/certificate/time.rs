@@ -77,10 +77,10 @@ pub(super) fn time_codes(
 }
 
 fn is_same(a: attribute::TimeCode, b: attribute::TimeCode) -> bool {
-    let of = |t: attribute::TimeCode| {
+    let fields = |t: attribute::TimeCode| {
         (t.hours, t.minutes, t.seconds, t.frame, t.field_phase, t.drop_frame)
     };
-    of(a) == of(b)
+    fields(a) == fields(b)
 }
 
 /// Time code of a header, as on a slate.

@@ -171,7 +171,7 @@ impl<'a> Clip<'a> {
         let rate = self.look.project.settings.shoot.frame_rate;
         let behind = scene.background.file().map(|file| self.behind.read(file, index, rate));
         let (number, behind) = behind.transpose()?.unzip();
-        let of = Ingredients {
+        let ingredients = Ingredients {
             weights: solo.as_ref().unwrap_or(light.weights()),
             upstream: Upstream { predict_ms, weights_ms },
             extra: Extra {
@@ -187,12 +187,12 @@ impl<'a> Clip<'a> {
             ..light.on(&field, &frame.mask)
         };
         let plate = (&frame.plate, &frame.mask);
-        let picture = self.series.compose(scene, plate, &of)?;
+        let picture = self.series.compose(scene, plate, &ingredients)?;
         add_times(&mut self.passes, &picture);
         if !plan.write {
             return Ok(None);
         }
-        let layers = || light_layers(scene, &of, rig, parts.as_deref());
+        let layers = || light_layers(scene, &ingredients, rig, parts.as_deref());
         let layers = files.layers.then(layers).transpose()?;
         Ok(Some(Made { picture, layers }))
     }

@@ -116,12 +116,12 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
     let study = &report.studies[0];
     assert_eq!((study.people, study.answers, study.left.of), (4, 48, 48));
     for question in &study.questions {
-        let of = |method: Method| {
+        let share = |method: Method| {
             let mut all = question.methods.iter();
             all.find(|m| m.method == method).unwrap().share
         };
         // Two lamps, two pairs with the network, four people. For Texler against the network, the fourth chose by code.
-        let network = of(Method::Network);
+        let network = share(Method::Network);
         assert_eq!(network.of, 16);
         assert!((12..=14).contains(&network.chosen), "{network:?}");
         let pair = |methods: [Method; 2]| {

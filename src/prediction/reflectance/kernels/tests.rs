@@ -276,8 +276,8 @@ fn normalization_and_its_gradients_are_those_of_burn() {
         assert_close(&what, x.grad(&ours).unwrap(), x.grad(&burns).unwrap());
         for parameter in [&norm.gamma, &norm.beta] {
             let parameter = parameter.as_ref().unwrap().val();
-            let of = |gradients| parameter.grad(gradients).unwrap();
-            assert_close(&format!("{what}, affine"), of(&ours), of(&burns));
+            let gradient = |gradients| parameter.grad(gradients).unwrap();
+            assert_close(&format!("{what}, affine"), gradient(&ours), gradient(&burns));
         }
     }
 }

@@ -38,12 +38,12 @@ impl Objective<'_> {
         let frames = &self.subject.frame_quantiles;
         let poses = self.pose_quantiles(table, weights, log_factors);
         // A single picture is assumed to vary as much as one of the others.
-        let of = |pictures: &[Quantiles], others: &[Quantiles]| match pictures.len() {
+        let deviations = |pictures: &[Quantiles], others: &[Quantiles]| match pictures.len() {
             0 | 1 => from_mean(others, (others.len() as f64).sqrt()),
             _ => from_mean(pictures, 1.0),
         };
-        let mut differences = of(frames, &poses);
-        differences.extend(of(&poses, frames));
+        let mut differences = deviations(frames, &poses);
+        differences.extend(deviations(&poses, frames));
         let square: f64 = differences.iter().flatten().map(|d| d * d).sum();
         let typical = match differences.len() {
             0 => ONE_POSE_AND_FRAME,

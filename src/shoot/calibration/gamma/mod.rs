@@ -298,12 +298,12 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     for prior in [ExposurePrior::LeftAlone, ExposurePrior::Changed] {
         progress.check("nothing was changed")?;
         objective.exposure = prior;
-        let of = |gammas: [f64; 2], linear: &LinearPictures| {
+        let total_cost = |gammas: [f64; 2], linear: &LinearPictures| {
             objective.score(linear).cost + gamma_prior(gammas)
         };
         let mut start = (best.0, objective.total(best.0));
         for (place, linear) in &grid {
-            let cost = of(*place, linear);
+            let cost = total_cost(*place, linear);
             if cost < start.1 {
                 start = (*place, cost);
             }

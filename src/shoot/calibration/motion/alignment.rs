@@ -260,7 +260,7 @@ impl Pictures {
         others: &[usize],
         shares: &[f64],
     ) -> Vec<(usize, Vec<f32>)> {
-        let of = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
+        let column = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
             let pixels = slopes.iter().zip(&self.shown);
             if turns {
                 pixels.map(|(v, &p)| share * v * self.head[p]).collect()
@@ -272,10 +272,10 @@ impl Pictures {
         for axis in 0..2 {
             let slopes = combined(others, shares, |j| &unmoved.slopes[j][axis]);
             for (turns, k) in [(false, axis), (true, axis + 2)] {
-                designs.push((i * SHIFTS + k, of(&slopes, -1.0, turns)));
+                designs.push((i * SHIFTS + k, column(&slopes, -1.0, turns)));
                 for (&j, &share) in others.iter().zip(shares) {
                     if share.abs() >= LEAST_SHARE {
-                        let design = of(&unmoved.slopes[j][axis], share as f32, turns);
+                        let design = column(&unmoved.slopes[j][axis], share as f32, turns);
                         designs.push((j * SHIFTS + k, design));
                     }
                 }

@@ -124,12 +124,12 @@ impl Problem {
     /// `None` if the sizes are invalid.
     pub fn log_likelihood(&self, sizes: &Sizes) -> Option<f64> {
         let factors = self.factors(sizes)?;
-        let of = |part: &Vec<f64>, covariance: &Cholesky| {
+        let term = |part: &Vec<f64>, covariance: &Cholesky| {
             let z = covariance.forward(part);
             -0.5 * z.iter().map(|v| v * v).sum::<f64>() - covariance.half_log_determinant()
         };
-        let rest: f64 = self.parts[1..].iter().map(|part| of(part, &factors.others)).sum();
-        Some(of(&self.parts[0], &factors.first) + rest)
+        let rest: f64 = self.parts[1..].iter().map(|part| term(part, &factors.others)).sum();
+        Some(term(&self.parts[0], &factors.first) + rest)
     }
 
     /// Positions of body and face in each pose at times `at`, with mean 0, under these sizes.
@@ -187,7 +187,7 @@ fn spreads(covariance: &Cholesky, rows: &[Vec<f64>], before: &[f64]) -> Vec<[[f6
         covariance.forward(&padded)
     };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let of = |(row, before): (&Vec<f64>, &f64)| {
+    let spread = |(row, before): (&Vec<f64>, &f64)| {
         let along = |axis: usize| -> [f64; 2] {
             let (body, head) = (known(row, axis), known(row, axis + 2));
             let own = dot(&body, &body);
@@ -197,7 +197,7 @@ fn spreads(covariance: &Cholesky, rows: &[Vec<f64>], before: &[f64]) -> Vec<[[f6
         let [right, down] = [along(0), along(1)];
         [0, 1].map(|which: usize| [right[which], down[which]])
     };
-    rows.iter().zip(before).map(of).collect()
+    rows.iter().zip(before).map(spread).collect()
 }
 
 /// Contrasts of each component of the shifts.
@@ -214,9 +214,9 @@ fn noise_of(series: &Series) -> Vec<f64> {
     let mut all = vec![0.0; length * length];
     for a in 0..SHIFTS {
         for b in 0..SHIFTS {
-            let of =
+            let noise =
                 |i: usize| series.noise[((i / n) * SHIFTS + a) * n * SHIFTS + (i % n) * SHIFTS + b];
-            let block = contrasted(&(0..n * n).map(of).collect::<Vec<_>>(), n);
+            let block = contrasted(&(0..n * n).map(noise).collect::<Vec<_>>(), n);
             for (i, v) in block.iter().enumerate() {
                 all[(a * m + i / m) * length + b * m + i % m] = *v;
             }

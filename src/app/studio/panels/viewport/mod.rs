@@ -173,8 +173,8 @@ impl ViewportPanel {
                 let (place, fit) = pictures_ui(ui, rect, shown, context, out);
                 self.fit = fit;
                 if let Some(from) = self.drawing {
-                    let of = shown.place_at(from, rect, place, context).0;
-                    if draw_region(ui, &response, (from, of), shown, context, out) {
+                    let side_place = shown.place_at(from, rect, place, context).0;
+                    if draw_region(ui, &response, (from, side_place), shown, context, out) {
                         self.drawing = None;
                     }
                 }

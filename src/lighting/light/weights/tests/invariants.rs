@@ -210,8 +210,8 @@ pub(super) fn steepness(rig: &Rig) -> f64 {
         let rows = facet.coordinates.transpose();
         let (rows, sum) =
             ([rows.x_axis, rows.y_axis, rows.z_axis], rows.x_axis + rows.y_axis + rows.z_axis);
-        let of = rows.map(|row| row.length().max((row - sum).length()));
-        if fillers { of.iter().sum() } else { of.into_iter().fold(0.0, f64::max) }
+        let slopes = rows.map(|row| row.length().max((row - sum).length()));
+        if fillers { slopes.iter().sum() } else { slopes.into_iter().fold(0.0, f64::max) }
     });
     steepest.fold(0.0, f64::max)
 }

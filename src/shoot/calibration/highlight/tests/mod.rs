@@ -68,11 +68,11 @@ fn shiny_ball(number: usize) -> Option<(Vec<Encoded>, Ball, Vec<Vec3>)> {
 
 /// Lamps on the two shared balls, with the published directions.
 pub(crate) fn real_balls() -> Option<[(Vec<Lamp>, Vec<Vec3>); 2]> {
-    let of = |number| {
+    let real_ball = |number| {
         let (series, ball, published) = shiny_ball(number)?;
         Some((lamps(&ball, &series), published))
     };
-    Some([of(1)?, of(2)?])
+    Some([real_ball(1)?, real_ball(2)?])
 }
 
 /// Angles in degrees between a rig of the shared lamps and the mean of the published directions of both balls.

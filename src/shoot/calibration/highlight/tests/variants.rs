@@ -43,7 +43,7 @@ fn real_balls_shown_by_other_cameras_are_as_right() {
         let Some((series, ball, published)) = shiny_ball(number) else {
             return;
         };
-        let of = (&series[..], &ball);
+        let original = (&series[..], &ball);
         let width = series[0].0.width;
         // A window above the ball, as bright as white.
         let window = |i: usize, pixel: [f32; 3]| {
@@ -54,10 +54,10 @@ fn real_balls_shown_by_other_cameras_are_as_right() {
         };
         let same = |_: usize, pixel: [f32; 3]| pixel;
         for (what, (series, ball)) in [
-            ("200 pixels", changed(of, 200.0, same)),
-            ("100 pixels", changed(of, 100.0, same)),
-            ("60 pixels", changed(of, 60.0, same)),
-            ("100 pixels, a window", changed(of, 100.0, window)),
+            ("200 pixels", changed(original, 200.0, same)),
+            ("100 pixels", changed(original, 100.0, same)),
+            ("60 pixels", changed(original, 60.0, same)),
+            ("100 pixels, a window", changed(original, 100.0, window)),
         ] {
             let judged = judged(&series, &ball, &published);
             let off = sorted(judged.iter().map(|(off, _)| *off));
@@ -71,7 +71,7 @@ fn real_balls_shown_by_other_cameras_are_as_right() {
         }
         // A pixel spans three to six degrees here: some lamps are wrong, but none with high confidence.
         for radius_px in [40.0, 30.0, 20.0] {
-            let (series, ball) = changed(of, radius_px, same);
+            let (series, ball) = changed(original, radius_px, same);
             let judged = judged(&series, &ball, &published);
             println!("ball {number}, {radius_px} pixels: {judged:.2?}");
             let is_honest = |&(off, confidence): &(f32, f32)| off <= 2.5 || confidence <= 0.5;
