@@ -116,3 +116,25 @@ fn phrases_that_need_translating_are_gone() {
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
+
+#[test]
+fn constructors_and_locals_have_names() {
+    let mut found = Vec::new();
+    for path in sources() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        for (number, line) in lines.iter().enumerate() {
+            let local = ["let of ", "let mut of "].iter().any(|local| line.contains(local));
+            // A method's receiver may stand on the next line.
+            let parameters = lines[number..].iter().take(2).copied().collect::<String>();
+            let parameters = parameters.split_once("fn of(").map(|(_, parameters)| parameters);
+            let constructor = parameters.is_some_and(|parameters| {
+                !parameters.split([',', ')']).next().is_some_and(|first| first.contains("self"))
+            });
+            if local || (line.contains("fn of(") && constructor) {
+                found.push(place(&path, number));
+            }
+        }
+    }
+    assert!(found.is_empty(), "called of, not new, from_x or what it is: {}", found.join("\n"));
+}
