@@ -18,6 +18,10 @@ fi
 out=docs/guide
 mkdir -p "$out"
 settings=$(mktemp -d)
+# What is turned here stays out of the project.
+shoot=$(dirname "$2")
+cp -r "$shoot" "$settings/shoot"
+set -- "$1" "$settings/shoot/$(basename "$2")"
 studio=""
 trap 'kill $studio 2>/dev/null; rm -rf "$settings"' EXIT
 # Opens a project in a window of these columns and rows, at this pixel density.

@@ -551,7 +551,7 @@ fn a_watched_folder_is_listed_in_every_project_and_used_files_are_the_project_s(
     let away = folder.path().join("away");
     std::fs::rename(&hdris, &away).unwrap();
     let mut window = open_as(&settings, &other);
-    let closed = "cannot be opened; connect its disk, or stop watching";
+    let closed = "cannot be opened; connect its disk, or allow reading it";
     super::until_labelled(&mut window, &format!("{}: {closed}", hdris.display()));
     std::fs::rename(&away, &hdris).unwrap();
     window.event(egui::Event::WindowFocused(true));

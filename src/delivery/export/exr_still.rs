@@ -45,13 +45,16 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
         return Ok(None);
     };
     let pictures: Vec<_> = layers.pictures().collect();
-    let channels = |(name, light): (String, &Image)| {
+    let channels = |(name, light): &(String, &Image)| {
         let light = written_light(light, picture, about.encoding, about.exr);
         let in_picture = about.exr.layers == LayerFiles::Channels;
         let prefix = if in_picture { format!("{name}.") } else { String::new() };
-        (name, color_channels(&prefix, &light, window, samples))
+        (name.clone(), color_channels(&prefix, &light, window, samples))
     };
-    let pictures: Vec<_> = pictures.into_par_iter().map(channels).collect();
+    // Few at once: each is copied where its colours change.
+    let groups = pictures.chunks(rayon::current_num_threads());
+    let pictures = groups.flat_map(|group| group.par_iter().map(channels).collect::<Vec<_>>());
+    let pictures: Vec<_> = pictures.collect();
     let check = layers.subject.as_ref().map(|subject| {
         let subject = written_light(subject, picture, about.encoding, about.exr);
         let layers = layers.lamps.iter().map(|lamp| lamp.weight).zip(&pictures);

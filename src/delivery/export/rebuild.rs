@@ -53,7 +53,8 @@ pub fn rebuilt(path: &Path) -> Result<Image> {
 }
 
 impl Rebuild {
-    /// Compares the sum of layers, each times its weight, with `subject` as the file `path` would hold it.
+    /// Compares the sum of layers, each times its weight, with `subject` as the file `path` would hold it before
+    /// compression, which rounds in PXR24 alone.
     ///
     /// # Errors
     /// When more is missing than half floats round away.

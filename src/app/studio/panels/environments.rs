@@ -213,7 +213,7 @@ fn watched_ui(ui: &mut Ui, context: &PanelContext, alone: &[&PathBuf], out: &mut
         let is_closed = context.scan.map(|scan| scan.closed.contains(root));
         let says = match (is_closed, count) {
             (None, _) => "reading".to_owned(),
-            (Some(true), _) => "cannot be opened; connect its disk, or stop watching".to_owned(),
+            (Some(true), _) => "cannot be opened; connect its disk, or allow reading it".to_owned(),
             (_, MOST_WATCHED..) => format!("the first {MOST_WATCHED} are listed"),
             _ if has_group => continue,
             (_, 0) => "no panorama found".to_owned(),

@@ -6,7 +6,7 @@ use crate::look::{Look, sources};
 use crate::provenance::Provenance;
 use crate::writer::Writer;
 use crate::{Interview, LayersBy, LightLayers, Stages};
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
@@ -254,7 +254,8 @@ fn light_layers(
     };
     let extra = Extra { plate: of.extra.plate, ..Extra::default() };
     let subject = compose(&plain, &Ingredients { extra, ..*of })?.linear;
-    Ok(LightLayers { subject, ..layers })
+    let subject = subject.ok_or_else(|| Error::bug("the subject under all lights has no light"))?;
+    Ok(LightLayers { subject: Some(subject), ..layers })
 }
 
 fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {
