@@ -264,12 +264,12 @@ pub fn of_clip(
                 &scene,
                 (&field, &frame.mask),
             )?;
-            let mut of = light.on(&field, &frame.mask);
-            of.extra = Extra {
+            let mut ingredients = light.on(&field, &frame.mask);
+            ingredients.extra = Extra {
                 identity: Identity { frame: index as u64, ..Identity::default() },
                 ..Extra::default()
             };
-            let picture = series.compose(&scene, (&frame.plate, &frame.mask), &of)?;
+            let picture = series.compose(&scene, (&frame.plate, &frame.mask), &ingredients)?;
             let Some(relit) = picture.linear else {
                 continue;
             };

@@ -85,9 +85,9 @@ fn name(value: impl ValueEnum) -> String {
 
 /// The active effects, such as `glare=0.5`.
 fn effects(of: &Effects) -> String {
-    let mut of = *of;
+    let mut copy = *of;
     let strengths = STRENGTHS.iter().filter_map(|strength| {
-        let value = *(strength.of)(&mut of);
+        let value = *(strength.of)(&mut copy);
         (value > 0.0).then(|| format!("{}={value}", strength.pass.name()))
     });
     strengths.collect::<Vec<_>>().join(" ")

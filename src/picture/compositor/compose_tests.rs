@@ -216,15 +216,15 @@ fn plate_colour_and_checker_stand_behind_the_subject_and_follow_their_frame() {
         (0, 2.0, file([0.0; 2], 0.5, 0.0)),
     ] {
         set.weights.per_lamp[2] = [light; 3];
-        let mut of = set.ingredients();
-        of.extra.filmed = Some(&plates[frame]);
-        of.extra.behind = Some(&plates[frame]);
-        of.extra.identity.frame = frame as u64 + 1;
-        of.extra.identity.behind = of.extra.identity.frame;
+        let mut ingredients = set.ingredients();
+        ingredients.extra.filmed = Some(&plates[frame]);
+        ingredients.extra.behind = Some(&plates[frame]);
+        ingredients.extra.identity.frame = frame as u64 + 1;
+        ingredients.extra.identity.behind = ingredients.extra.identity.frame;
         // Light around the subject does not reach a background of one's own.
-        of.levels.background = light;
+        ingredients.levels.background = light;
         let made = scene(background.clone(), Output::Linear, 0.0);
-        let made = compose_reusing(&made, &of, &mut reuse).unwrap();
+        let made = compose_reusing(&made, &ingredients, &mut reuse).unwrap();
         let filmed = |x: i32, y: i32| {
             if (0..32).contains(&x) && (0..32).contains(&y) {
                 plates[frame].at(x as usize, y as usize)

@@ -7,7 +7,7 @@ use crate::environment_library::{MOST_WATCHED, Scan};
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::{natural_order, shown, sorted_names};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 /// Levels of folders below a watched one, and number of folders, that are scanned.
@@ -146,10 +146,10 @@ fn panoramas_in(folder: &Path, most: usize) -> Vec<PathBuf> {
     found
 }
 
-fn scan(folders: &BTreeSet<PathBuf>) -> Scan {
-    let closed = folders.iter().filter(|folder| std::fs::read_dir(folder).is_err());
+fn scan<'a>(folders: impl IntoIterator<Item = &'a PathBuf> + Copy) -> Scan {
+    let closed = folders.into_iter().filter(|folder| std::fs::read_dir(folder).is_err());
     Scan {
-        panoramas: folders.iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect(),
+        panoramas: folders.into_iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect(),
         closed: closed.cloned().collect(),
     }
 }

@@ -83,13 +83,13 @@ fn a_hundred_thousand_stills_are_listed_and_only_those_asked_for_are_read() {
     let still = |i: u64| shots.join(format!("shot.{i}.png"));
     image::GrayImage::new(16, 16).save(still(0)).unwrap();
     // A file may have 65,000 hard links.
-    let mut of = still(0);
+    let mut source = still(0);
     for i in 1..STILLS {
         if i % 50_000 == 0 {
-            std::fs::copy(&of, still(i)).unwrap();
-            of = still(i);
+            std::fs::copy(&source, still(i)).unwrap();
+            source = still(i);
         } else {
-            std::fs::hard_link(&of, still(i)).unwrap();
+            std::fs::hard_link(&source, still(i)).unwrap();
         }
     }
     std::fs::remove_file(still(77_777)).unwrap();
