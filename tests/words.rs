@@ -127,11 +127,13 @@ fn constructors_and_locals_have_names() {
             let local = ["let of ", "let mut of "].iter().any(|local| line.contains(local));
             // A method's receiver may stand on the next line.
             let parameters = lines[number..].iter().take(2).copied().collect::<String>();
-            let parameters = parameters.split_once("fn of(").map(|(_, parameters)| parameters);
-            let constructor = parameters.is_some_and(|parameters| {
+            let parameters = parameters.split_once("fn of").and_then(|(_, rest)| {
+                rest.starts_with(['(', '<']).then(|| rest.split_once('(')).flatten()
+            });
+            let constructor = parameters.is_some_and(|(_, parameters)| {
                 !parameters.split([',', ')']).next().is_some_and(|first| first.contains("self"))
             });
-            if local || (line.contains("fn of(") && constructor) {
+            if local || (line.contains("fn of") && constructor) {
                 found.push(place(&path, number));
             }
         }

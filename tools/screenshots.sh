@@ -18,12 +18,12 @@ fi
 out=docs/guide
 mkdir -p "$out"
 settings=$(mktemp -d)
-# What is turned here stays out of the project.
-shoot=$(dirname "$2")
-cp -r "$shoot" "$settings/shoot"
-set -- "$1" "$settings/shoot/$(basename "$2")"
+# A copy takes the changes; beside the project, so that its relative paths hold.
+copy=$(mktemp -d "${2%/}.XXXXXX")
+cp -r "${2%/}/." "$copy"
+set -- "$1" "$copy"
 studio=""
-trap 'kill $studio 2>/dev/null; rm -rf "$settings"' EXIT
+trap 'kill $studio 2>/dev/null; rm -rf "$settings" "$copy"' EXIT
 # Opens a project in a window of these columns and rows, at this pixel density.
 opened() {
 	columns=$3 rows=$4

@@ -107,19 +107,19 @@ fn bring(
     before: &[NamedEnvironment],
     after: &[NamedEnvironment],
 ) -> Result<()> {
-    fn of<'a>(
+    fn matching<'a>(
         list: &'a [NamedEnvironment],
         one: &NamedEnvironment,
     ) -> Option<&'a NamedEnvironment> {
         list.iter().find(|other| other.file == one.file)
     }
-    for gone in before.iter().filter(|one| of(after, one).is_none()) {
+    for gone in before.iter().filter(|one| matching(after, one).is_none()) {
         if project.environment(&gone.file).is_some() {
             project.remove_environment(&gone.file)?;
         }
     }
     for now in after {
-        match of(before, now) {
+        match matching(before, now) {
             Some(old) if old.front == now.front => {}
             Some(_) => project.set_front(&now.file, now.front)?,
             None => project.add_environment(&now.file, now.front),

@@ -26,7 +26,7 @@ impl Window {
     }
 
     /// Smallest rectangle with all non-zero pixels; one pixel if all are 0.
-    pub fn new(light: &Image, alpha: &Mask) -> Self {
+    pub fn around(light: &Image, alpha: &Mask) -> Self {
         let is_full = |i: usize| alpha.pixels[i] != 0.0 || light.pixels[i] != [0.0; 3];
         let (mut left, mut top) = alpha.size();
         let (mut right, mut bottom) = (0, 0);

@@ -36,7 +36,7 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
     let alpha = &picture.alpha;
     let samples = about.exr.samples;
     let window =
-        if about.exr.crop { Window::new(linear, alpha) } else { Window::whole(alpha.size()) };
+        if about.exr.crop { Window::around(linear, alpha) } else { Window::whole(alpha.size()) };
     let mut beauty: Vec<_> = color_channels("", &light, window, samples).into();
     beauty.push(channel("A", alpha, window, samples, |a| a));
     let file = File { about, window, size: alpha.size() };

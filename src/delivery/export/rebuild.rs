@@ -63,7 +63,7 @@ impl Rebuild {
         layers: &[([f32; 3], &[AnyChannel<FlatSamples>; 3])],
         subject: &[[f32; 3]],
     ) -> Result<Self> {
-        // What a core's cache holds.
+        // Their sums fit a core's cache.
         const PIXELS: usize = 2048;
         let part = |(index, subject): (usize, &[[f32; 3]])| {
             let mut sums = vec![[0.0; 3]; subject.len()];

@@ -42,7 +42,7 @@ impl StudioApp {
         }
         let wake = self.wake();
         self.folders.forget();
-        self.folders.ask(folders, wake, |_| |folders: &_| Ok(scan(folders)));
+        self.folders.ask(folders, wake, |_| |folders: &_| Ok(scan(folders.iter())));
     }
 
     /// Takes in the panoramas of the watched folders.
@@ -146,12 +146,15 @@ fn panoramas_in(folder: &Path, most: usize) -> Vec<PathBuf> {
     found
 }
 
-fn scan<'a>(folders: impl IntoIterator<Item = &'a PathBuf> + Copy) -> Scan {
-    let closed = folders.into_iter().filter(|folder| std::fs::read_dir(folder).is_err());
-    Scan {
-        panoramas: folders.into_iter().flat_map(|one| panoramas_in(one, MOST_WATCHED)).collect(),
-        closed: closed.cloned().collect(),
+fn scan<'a>(folders: impl Iterator<Item = &'a PathBuf>) -> Scan {
+    let mut scan = Scan::default();
+    for folder in folders {
+        match std::fs::read_dir(folder) {
+            Ok(_) => scan.panoramas.extend(panoramas_in(folder, MOST_WATCHED)),
+            Err(_) => scan.closed.push(folder.clone()),
+        }
     }
+    scan
 }
 
 /// The first panorama of a folder to watch.
