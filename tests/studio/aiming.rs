@@ -97,6 +97,18 @@ fn escape_ends_light_by_the_face_before_a_message() {
 }
 
 #[test]
+fn escape_ends_light_by_the_face_and_a_passing_message_alike() {
+    let (mut window, _folder) = aiming_window();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    window.get_by_label_contains("saved as you work");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!window.state().state().aims);
+    assert!(window.query_by_label_contains("saved as you work").is_none());
+}
+
+#[test]
 fn a_drag_over_the_face_moves_one_light_and_is_undone_at_once() {
     let (_folder, mut window) = crate::shown_window();
     window.get_by_label("Light by the face").click();

@@ -48,7 +48,7 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
     let (ran, reason) = report(&window, Pass::Glare);
     assert!(ran && reason == "on by hand; not needed here", "{reason}");
     assert_eq!(picture(&window), before, "without a strength it changes nothing");
-    window.get_by_label("1 effect set by hand");
+    window.get_by_label("1 pass set by hand");
     force(&mut window, "Background", LEAVE_OUT);
     assert_eq!(report(&window, Pass::Background), (false, "off by hand".to_owned()));
     assert_ne!(picture(&window), before);
@@ -71,7 +71,7 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
         let text = std::fs::read_to_string(&kept).unwrap_or_default();
         text.contains("\"glare\": true") && text.contains("\"background\": false")
     });
-    window.get_by_label("2 effects set by hand").scroll_to_me();
+    window.get_by_label("2 passes set by hand").scroll_to_me();
     window.run_steps(4);
     window.get_by_label("All automatic").click();
     until_shown(&mut window);
@@ -139,7 +139,7 @@ fn a_group_of_passes_says_that_one_is_forced_and_leaves_all_of_them_to_the_scene
     window.get_by_label("Reset Lens").click();
     until_shown(&mut window);
     assert!(window.query_by_label("Lens changed").is_none());
-    window.get_by_label("1 effect set by hand");
+    window.get_by_label("1 pass set by hand");
     window.get_by_label("Subject and background changed");
     window.get_by_label("Lens group").click();
     window.run_steps(2);
@@ -171,7 +171,7 @@ fn effects_and_log_look_as_they_did() {
     });
     window.get_by_label("Close").click();
     force(&mut window, "Dither", LEAVE_OUT);
-    window.get_by_label("2 effects set by hand").scroll_to_me();
+    window.get_by_label("2 passes set by hand").scroll_to_me();
     drop_onto(&mut window, "notes.txt");
     let said = window.query_all_by_label_contains("notes.txt cannot be used");
     assert_eq!(said.count(), 2, "over the picture and in the log");

@@ -333,6 +333,10 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
     until_shown(&mut window);
     assert_eq!(window.state().state().look.yaw_deg, 0.0);
     assert_eq!(picture(&window), before);
+    for (button, turned) in [("Redo", yaw), ("Undo", 0.0)] {
+        click_on(&mut window, button);
+        assert_eq!(window.state().state().look.yaw_deg, turned, "{button} in the top bar");
+    }
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     until_shown(&mut window);
     assert_eq!(window.state().state().look.yaw_deg, yaw);

@@ -1,8 +1,8 @@
 //! Projects: created from a shoot, reopened, missing, damaged, and open twice.
 
 use super::{
-    Window, clay, clay_window, drop_onto, lines_with, snapshot, snapshot_without, told_job, until,
-    until_labelled, window,
+    Window, clay, clay_window, click_on, drop_onto, lines_with, snapshot, snapshot_without,
+    told_job, until, until_labelled, window,
 };
 use afterlight::calibration::CalibrateSettings;
 use afterlight::footage::scan::Scan;
@@ -10,10 +10,11 @@ use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::file;
 use afterlight::progress::Progress;
 use afterlight::project::{Lock, Project};
-use afterlight::studio::{Phase, Preferences, StudioApp};
+use afterlight::studio::{Phase, Preferences, StudioApp, Workspace};
 use afterlight::virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 use afterlight::worker::{Job, Need};
 use egui::accesskit::Role;
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::path::{Path, PathBuf};
 use test_shoot::{TestShoot, write_layers};
@@ -285,6 +286,11 @@ fn a_project_that_is_not_calibrated_says_so_over_its_frame_and_offers_it() {
     let surround = [118, 118, 118, 255];
     assert_ne!(corner(&mut window), surround, "the frame fills the pane");
     snapshot(&mut window, "studio_uncalibrated");
+    // The status line leads here from any workspace.
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    window.run_steps(3);
+    click_on(&mut window, "Action needed");
+    assert_eq!(window.state().state().workspace, Workspace::Relight);
     window.get_by_label("Calibrate").click();
     until(&mut window, "calibration", |app| app.status().job.is_some());
 }
@@ -403,6 +409,10 @@ fn another_project_is_not_opened_while_a_job_runs_and_is_once_it_was_stopped() {
 
 #[test]
 fn a_shoot_that_was_moved_is_asked_for_and_found() {
+    let test = "project::a_shoot_that_was_moved_is_asked_for_and_found";
+    if !super::alone(test, &super::NO_DIALOGS) {
+        return;
+    }
     let folder = crate::temporary();
     let project = imported(folder.path());
     let moved = folder.path().join("elsewhere");
@@ -411,6 +421,9 @@ fn a_shoot_that_was_moved_is_asked_for_and_found() {
     let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
     until(&mut window, "question", needs(Some(Need::Shoot)));
     window.get_by_label("Locate…");
+    click_on(&mut window, "Action needed");
+    super::dialogs::until_missing(&mut window);
+    click_on(&mut window, "Cancel");
     // In the smallest window the wheel reaches it.
     window.set_size(egui::vec2(640.0, 400.0));
     window.run_steps(3);

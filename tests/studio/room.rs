@@ -15,7 +15,7 @@ use afterlight::project::Lock;
 use afterlight::studio::{Pane, Preferences, StudioApp, Workspace};
 use afterlight::worker::Need;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, Pos2, Rect, vec2};
+use egui::{Color32, Event, Key, Modifiers, Pos2, Rect, Shape, Stroke, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::time::{Duration, Instant};
 
@@ -251,6 +251,7 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
             (name.unwrap_or_default(), node.rect())
         });
         let bar: Vec<_> = bar.collect();
+        assert!(picture.width() > 390.0, "panels shrink before the picture: {picture:?}");
         for name in ["First: relit", "How to compare"] {
             assert!(bar.iter().any(|(known, _)| known == name), "{name}: {bar:?}");
         }
@@ -271,6 +272,22 @@ fn in_a_small_window_nothing_in_the_bars_overlaps_or_is_clipped() {
     window.key_press(Key::PageDown);
     window.run_steps(4);
     check(&window);
+}
+
+#[test]
+fn a_row_shows_the_focus_of_the_keyboard() {
+    let (_folder, mut window) = crate::shown_window();
+    let is_marked = |window: &Window| {
+        let row = window.get_by_label("sky").rect();
+        let edge = Stroke::new(1.0, Color32::from_rgb(232, 170, 76));
+        window.output().shapes.iter().any(|shape| {
+            matches!(&shape.shape, Shape::Rect(drawn) if drawn.rect == row && drawn.stroke == edge)
+        })
+    };
+    assert!(!is_marked(&window));
+    window.get_by_label("sky").focus();
+    window.run_steps(2);
+    assert!(is_marked(&window));
 }
 
 #[test]
@@ -383,6 +400,10 @@ fn exports_that_wait_have_the_names_of_their_files() {
     let expected = ["quick.0000–0003.png", "quick_2.0000–0003.png"];
     assert_eq!(names(&window), expected);
     until_labelled(&mut window, "4 frames: quick_3.0000.png … quick_3.0003.png");
+    // Its settings are at hand.
+    let name = window.get_by_label("hold.mov").rect();
+    window.event(Event::PointerMoved(name.center()));
+    until_labelled(&mut window, "Files 0 to 7");
     drop(hold);
     until_exported(&mut window, 3);
     assert_eq!(names(&window), expected);
@@ -444,6 +465,13 @@ fn the_menu_at_the_project_s_name_leads_to_every_project() {
     until_labelled(&mut window, "New project");
 }
 
+/// Number of main buttons, by their colour.
+fn main_buttons(window: &Window) -> usize {
+    let main = Color32::from_rgb(50, 116, 180);
+    let shapes = window.output().shapes.iter();
+    shapes.filter(|it| matches!(&it.shape, Shape::Rect(drawn) if drawn.fill == main)).count()
+}
+
 #[test]
 fn no_control_is_wider_than_its_window() {
     let (mut window, _root, _folder) = opened_with_configuration();
@@ -454,6 +482,8 @@ fn no_control_is_wider_than_its_window() {
             click_on(&mut window, "Format EXR");
             click_on(&mut window, "Layers By lamp");
         }
+        let main = main_buttons(&window);
+        assert!(main <= 1, "{main} main buttons in {:?}", Workspace::ALL[place]);
         for size in [vec2(1280.0, 720.0), vec2(1366.0, 768.0), vec2(1920.0, 1080.0)] {
             window.set_size(size);
             window.run_steps(6);

@@ -526,3 +526,18 @@ fn shift_in_the_curve_keeps_the_frame_and_drags_one_key_alone() {
     assert!(value(&window, 3.0) < before[1]);
     assert_eq!([0.0, 7.0].map(|frame| value(&window, frame)), [before[0], before[2]]);
 }
+
+#[test]
+fn a_taller_pane_has_a_taller_curve() {
+    let folder = crate::temporary();
+    let mut window = animated(folder.path());
+    click_on(&mut window, "Curve of Yaw");
+    let height = |window: &Window| (key(window, "Yaw", 0).y - key(window, "Yaw", 3).y).abs();
+    let before = height(&window);
+    // The border above the tabs of the timeline.
+    let bar = window.get_by_label("Scrub bar").rect();
+    let border = bar.center_top() - vec2(0.0, 29.0);
+    plain_drag(&mut window, border, border - vec2(0.0, 150.0));
+    window.run_steps(4);
+    assert!(height(&window) > 2.0 * before, "{before}, {}", height(&window));
+}

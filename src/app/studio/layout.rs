@@ -22,8 +22,8 @@ const LANES: f32 = 184.0;
 /// its bar.
 const FOLDED: f32 = 92.0;
 const NARROW_FOLDED: f32 = 131.0;
-/// Smallest width and height of the main pane in points.
-const LEAST: f32 = 120.0;
+/// Width and height in points that the main pane keeps, at most half the room: first the panes beside it shrink.
+const LEAST: [f32; 2] = [400.0, 240.0];
 
 /// A slot for one panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -363,12 +363,18 @@ fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<
             let shown: Vec<TileId> = (linear.children.iter().copied())
                 .filter(|&child| tiles.is_visible(child))
                 .collect();
-            let room = size[axis] - BORDER * shown.len().saturating_sub(1) as f32;
+            let room = (size[axis] - BORDER * shown.len().saturating_sub(1) as f32).max(1.0);
             if let Some(&flexible) = shown.iter().find(|&&child| holds(tiles, child, main)) {
                 let others = shown.iter().filter(|&&child| child != flexible);
                 let others: f32 = others.map(|&child| linear.shares[child]).sum();
-                let rest = (room - others).max(LEAST);
-                linear.shares.set_share(flexible, rest);
+                let least = LEAST[axis].min(0.5 * room);
+                // The others keep their shares, and get their widths back as the window grows.
+                let share = if room - others < least {
+                    others * least / (room - least)
+                } else {
+                    room - others
+                };
+                linear.shares.set_share(flexible, share);
             }
             let lengths = linear.shares.split(&shown, room);
             let sizes = shown.into_iter().zip(lengths).map(|(child, length)| {
@@ -414,6 +420,25 @@ mod tests {
                 assert!(tree.active_tiles().contains(&tile), "{workspace:?} {pane:?}");
             }
         }
+    }
+
+    #[test]
+    fn panes_beside_the_picture_shrink_before_it_and_get_their_widths_back() {
+        let mut layout = Layout::default();
+        let tree = layout.tree(Workspace::Relight);
+        let root = tree.root.unwrap();
+        let main = HashSet::from([tree.tiles.find_pane(&Pane::Picture).unwrap()]);
+        let mut widths = |width: f32| {
+            settle(&mut tree.tiles, root, egui::vec2(width, 600.0), &main);
+            let Some(Tile::Container(Container::Linear(columns))) = tree.tiles.get(root) else {
+                panic!("the columns");
+            };
+            let widths = columns.shares.split(&columns.children, width - 2.0 * BORDER);
+            widths.into_iter().map(f32::round).collect::<Vec<_>>()
+        };
+        assert_eq!(widths(1280.0), [208.0, 708.0, LIGHT]);
+        assert_eq!(widths(900.0), [182.0, 400.0, 314.0]);
+        assert_eq!(widths(1280.0), [208.0, 708.0, LIGHT]);
     }
 
     #[test]

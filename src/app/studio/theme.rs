@@ -1,7 +1,10 @@
 //! Theme of the window: neutral greys, so that nothing competes with the picture.
 
 use super::icons;
-use egui::{Button, Color32, CornerRadius, FontDefinitions, FontId, RichText, Stroke, TextStyle};
+use egui::{
+    Button, Color32, CornerRadius, FontDefinitions, FontId, Rect, Response, RichText, Stroke,
+    StrokeKind, TextStyle, Ui,
+};
 
 /// Surround of the picture: middle grey, 18 % of white, which does not bias the eye.
 pub const SURROUND: Color32 = Color32::from_gray(118);
@@ -33,6 +36,8 @@ pub const KEY: Color32 = Color32::from_rgb(255, 192, 248);
 pub const VIEWING: Color32 = Color32::from_rgb(178, 149, 255);
 /// Opacity of a disabled control, which must stay readable.
 const DISABLED: f32 = 0.65;
+/// Opacity of a scroll bar away from the pointer.
+const SCROLL_BAR: f32 = 0.5;
 /// Greys of a button (normal, under the pointer, pressed or selected) and of alternate rows.
 const BUTTON: u8 = 54;
 const HOVERED: u8 = 60;
@@ -66,6 +71,9 @@ pub fn apply(ctx: &egui::Context) {
         style.spacing.item_spacing = egui::vec2(GAP, 6.0);
         style.spacing.button_padding = egui::vec2(10.0, 4.0);
         style.spacing.interact_size.y = 24.0;
+        // Visible without the pointer, over the gap that panels leave.
+        style.spacing.scroll.floating_width = 4.0;
+        style.spacing.scroll.dormant_handle_opacity = SCROLL_BAR;
         style.interaction.selectable_labels = false;
         // Animations would request frames while nothing happens.
         style.animation_time = 0.0;
@@ -107,6 +115,14 @@ pub fn main_button(enabled: bool, words: impl Into<String>) -> Button<'static> {
         Button::new(words.color(Color32::WHITE)).fill(PRIMARY)
     } else {
         Button::new(words)
+    }
+}
+
+/// Marks the focus of the keyboard on a control that paints itself into `rect`, as buttons do.
+pub fn focus_ui(ui: &Ui, rect: Rect, response: &Response) {
+    if response.has_focus() {
+        let stroke = ui.visuals().widgets.active.bg_stroke;
+        ui.painter().rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);
     }
 }
 

@@ -102,9 +102,6 @@ impl MattesReport {
                 " Without a screen, a network found the person in {guessed}: check their mattes."
             );
         }
-        if let Some(uncertain) = self.uncertain {
-            text += &format!(" {:.1} % of their pixels are edges.", 100.0 * uncertain);
-        }
         if let (Some(after), Some(before)) = (self.flicker, self.flicker_before) {
             text +=
                 &format!(" Edges flicker by {after:.4} ({before:.4} before averaging over time).");

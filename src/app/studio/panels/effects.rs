@@ -43,7 +43,7 @@ pub struct EffectsPanel;
 impl EffectsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let Some(relit) = context.relit else {
-            let sentence = "Effects are listed once a picture has been made";
+            let sentence = "Passes are listed once a picture has been made";
             return no_picture_ui(ui, context, sentence, out);
         };
         // Leaves room for the scroll bar.
@@ -99,15 +99,15 @@ fn times_ui(ui: &mut Ui, relit: &PreviewPicture) {
 fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
     let says = match effects.forced.count() {
         0 => return,
-        1 => "1 effect set by hand".to_owned(),
-        more => format!("{more} effects set by hand"),
+        1 => "1 pass set by hand".to_owned(),
+        more => format!("{more} passes set by hand"),
     };
     ui.horizontal(|ui| {
         ui.label(RichText::new(says).size(13.0).color(theme::DOUBTFUL));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui
                 .button(RichText::new("All automatic").size(13.0))
-                .on_hover_text("Each effect runs if the picture needs it")
+                .on_hover_text("Each pass runs if the picture needs it")
                 .clicked()
             {
                 out.push(Command::Look(LookCommand::Effects(Effects {

@@ -21,6 +21,9 @@ use light::{Lighting, white};
 use scene::{Setting, Unit};
 use worker::Origin;
 
+/// Width in points of a line with the choice of a map and the buttons that add lights.
+const HEAD: f32 = 304.0;
+
 /// The panorama's picture, and the environment whose front is being picked again.
 #[derive(Default)]
 pub struct LightPanel {
@@ -34,12 +37,17 @@ impl LightPanel {
         let again = listed.is_some_and(|listed| self.asked.as_ref() == Some(&listed.origin));
         let asked = again || listed.is_some_and(ListedEnvironment::asks);
         let before = out.len();
-        ui.horizontal(|ui| {
+        if ui.available_width() < HEAD {
             self.preview.choice_ui(ui);
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                lights::add_ui(ui, context, out);
+            ui.horizontal(|ui| lights::add_ui(ui, context, out));
+        } else {
+            ui.horizontal(|ui| {
+                self.preview.choice_ui(ui);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    lights::add_ui(ui, context, out);
+                });
             });
-        });
+        }
         self.preview.ui(ui, context, asked, out);
         if asked {
             front::question_ui(ui, context, out);

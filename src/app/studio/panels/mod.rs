@@ -116,6 +116,11 @@ fn covering(picture: Vec2, room: Vec2) -> Rect {
     Rect::from_min_size(((Vec2::splat(1.0) - size) * vec2(0.5, 0.3)).to_pos2(), size)
 }
 
+/// The largest rectangle in the middle of `room` that holds a whole picture without stretching.
+fn fitting(picture: Vec2, room: Rect) -> Rect {
+    Rect::from_center_size(room.center(), picture * (room.size() / picture).min_elem())
+}
+
 /// Reason for a refusal, and the button that dismisses the message.
 pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {

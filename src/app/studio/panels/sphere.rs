@@ -91,6 +91,7 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         let seen = turn * direction;
         (center + radius * vec2(seen.x, -seen.y), seen.z)
     };
+    theme::focus_ui(ui, rect, &response);
     let painter = ui.painter();
     painter.circle(center, radius, theme::WELL, Stroke::new(1.0, Color32::from_gray(70)));
     let line = |direction: &dyn Fn(f32) -> Vec3| {

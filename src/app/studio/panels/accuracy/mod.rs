@@ -108,8 +108,9 @@ impl AccuracyPanel {
                     "Trains networks of several shapes and measures time, memory and error of each. Stop at any time; it resumes.",
                 ),
             };
-            let button = theme::main_button(able, text);
-            let button = ui.add_enabled(able, button);
+            // With figures, the main button is the chosen setting's.
+            let is_main = able && ledger.is_none_or(|ledger| ledger.rungs.is_empty());
+            let button = ui.add_enabled(able, theme::main_button(is_main, text));
             if button.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
                 let kept = ledger.filter(|_| goes_on).map(|ledger| ledger.settings.clone());
                 let settings = TradeoffSettings {

@@ -285,7 +285,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
             if ui.add(field).labelled_by(label.id).changed() {
                 out.push(Command::View(ViewCommand::Pose(pose)));
             }
-            quiet_ui(ui, &format!("of 0–{last}, under {}", shoot.lamp(0)));
+            quiet_ui(ui, &format!("of 0–{last}, under {}", context.lamp_title(0)));
         });
     } else {
         range_ui(ui, context, out);

@@ -4,6 +4,7 @@ use crate::command::{Command, ProjectCommand, ViewCommand};
 use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
+use crate::panels::fitting;
 use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
@@ -39,9 +40,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         });
         ui.painter().rect_filled(place, 2.0, theme::WELL);
         if let Some(picture) = context.footage.thumbnail(Thumbnail::Frame(frame)) {
-            let size = picture.size_vec2();
-            let scale = (place.width() / size.x).min(place.height() / size.y);
-            let inside = Rect::from_center_size(place.center(), scale * size);
+            let inside = fitting(picture.size_vec2(), place);
             let tint = if (first..=last).contains(&frame) {
                 Color32::WHITE
             } else {
@@ -62,6 +61,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             let color = if shown { theme::ACCENT } else { theme::QUIET };
             ui.painter().rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);
         }
+        theme::focus_ui(ui, place.expand(2.0), &response);
         if response.clicked() {
             out.push(Command::View(ViewCommand::Frame(frame)));
         }

@@ -78,6 +78,7 @@ impl GammaPanel {
         }
         painter.vline(line, place.y_range(), Stroke::new(1.0, theme::ACCENT));
         painter.circle_filled(pos2(line, place.center().y), 5.0, theme::ACCENT);
+        theme::focus_ui(ui, rect, &response);
         let caption = |at: Pos2, align: Align2, text: String| {
             let galley = ui.painter().layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
             let text = align.anchor_size(at, galley.size());

@@ -95,6 +95,7 @@ pub fn surface_ui(
             );
         }
     }
+    theme::focus_ui(ui, rect, &response);
     let touched = response.dragged() || response.clicked();
     let to = response.interact_pointer_pos().filter(|_| touched).map(|at| {
         let (x, y) = ((at.x - rect.left()) / rect.width(), (rect.bottom() - at.y) / rect.height());

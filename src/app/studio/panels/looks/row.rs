@@ -15,6 +15,7 @@ use egui::{
     Button, Color32, FontId, Id, Key, Painter, Rect, Response, RichText, Role, Sense, TextEdit, Ui,
     UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
+use light::built_in;
 
 /// Height of a look's row, and of a version's, in points.
 const LOOK: f32 = 52.0;
@@ -81,7 +82,7 @@ impl LooksPanel {
         if row.clicked() && !chosen {
             out.push(Command::Looks(LooksCommand::Apply(id.clone(), None)));
         }
-        let environment = &newest.look.environment.name;
+        let environment = built_in::title(&newest.look.environment.name);
         row.on_hover_text(format!("Shows this look, under {environment}"));
         let corner = place.right_top() + vec2(-MORE, 4.0);
         let corner = Rect::from_min_size(corner, Vec2::splat(MORE));
@@ -224,6 +225,7 @@ fn row_ui(
         let edge = Rect::from_min_size(rect.min, vec2(3.0, rect.height()));
         painter.rect_filled(edge, 0.0, theme::ACCENT);
     }
+    theme::focus_ui(ui, rect, &response);
     let side = height - 8.0;
     let picture = Rect::from_min_size(rect.min + vec2(8.0, 4.0), vec2(1.3 * side, side));
     painter.rect_filled(picture, 2.0, theme::WELL);

@@ -88,6 +88,7 @@ impl ProbePanel {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light probe"));
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         ui.painter().image(panorama, rect, whole, Color32::WHITE);
+        theme::focus_ui(ui, rect, &response);
         let mut chosen = sphere::latlong_ui(ui, rect, &response, &marks);
         response.on_hover_text(
             "The mirror ball's light as a panorama; its centre is behind the subject",
@@ -348,6 +349,7 @@ fn row_ui(ui: &mut Ui, cells: [&str; 5], chosen: bool, color: Color32) -> egui::
         let gray = if chosen { 68 } else { 52 };
         ui.painter().rect_filled(rect, 2.0, Color32::from_gray(gray));
     }
+    theme::focus_ui(ui, rect, &response);
     let mut left = rect.left() + 4.0;
     for (i, cell) in cells.into_iter().enumerate() {
         let right = rect.left() + COLUMNS[i] * rect.width() - 6.0;

@@ -98,6 +98,7 @@ impl Photograph {
         let circle = context.state.look.circle.unwrap_or(study.circle);
         let response = ui.interact(rect, ui.scope_id().with("photograph"), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Mirror ball"));
+        theme::focus_ui(ui, rect, &response);
         self.gestures(ui, &response, rect, placement, circle, out);
         let places: Vec<Pos2> = (study.lamps.iter())
             .map(|lamp| {

@@ -5,13 +5,13 @@ use crate::command::{Command, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::ago::{ago, since};
-use crate::panels::covering;
+use crate::panels::fitting;
 use crate::recents::Recent;
 use crate::theme::{self, GAP};
 use base::files::shown;
 use egui::{
-    Align2, Button, Color32, CursorIcon, FontId, Frame, Label, Margin, RichText, Role, Sense, Ui,
-    WidgetInfo, vec2,
+    Align2, Button, Color32, CursorIcon, FontId, Frame, Label, Margin, Pos2, Rect, RichText, Role,
+    Sense, Ui, Vec2, WidgetInfo, vec2,
 };
 
 /// Least width of a card in points, and its first frame's height over its width.
@@ -77,8 +77,8 @@ fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32
     painter.rect_filled(rect, 4.0, theme::WELL);
     match context.recents.thumbnail(&recent.folder) {
         Some(texture) => {
-            let uv = covering(texture.size_vec2(), rect.size());
-            painter.image(texture.id(), rect, uv, Color32::WHITE);
+            let whole = Rect::from_min_size(Pos2::ZERO, Vec2::splat(1.0));
+            painter.image(texture.id(), fitting(texture.size_vec2(), rect), whole, Color32::WHITE);
         }
         None => {
             let (icon, font) = (icons::FOLDER, FontId::proportional(28.0));
@@ -86,6 +86,7 @@ fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32
             painter.text(rect.center(), Align2::CENTER_CENTER, icon, font, gray);
         }
     }
+    theme::focus_ui(ui, rect, &response);
     can_open && response.on_hover_cursor(CursorIcon::PointingHand).clicked()
 }
 

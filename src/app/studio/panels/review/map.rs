@@ -44,6 +44,7 @@ impl MapUi<'_> {
                 self.names_ui(ui.painter(), rect.left(), origin);
                 self.bars_ui(ui.painter(), origin, column);
                 self.cells_ui(ui.painter(), origin, steps);
+                theme::focus_ui(ui, rect, &response);
                 let cell = |at: Pos2| -> Option<(usize, usize)> {
                     let place = (at - origin) / steps;
                     let inside = place.x >= 0.0
@@ -66,7 +67,7 @@ impl MapUi<'_> {
         let (case, name) = (&self.review.cases[case], &self.review.lamps[lamp]);
         let figures =
             Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp]))));
-        let seen = if case.seen { "seen in training" } else { "not seen in training" };
+        let seen = if case.seen { "seen in training" } else { "unseen" };
         let lamp = lamp_title(name);
         let mut text = format!("{}, {lamp}, {seen}\n{}", case.name, figures.join("  "));
         if let Some(marked) = self.marks.of(&case.name, name) {

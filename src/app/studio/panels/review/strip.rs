@@ -4,7 +4,7 @@ use crate::command::{Command, ProjectCommand, ReviewCommand};
 use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::lamp_title;
+use crate::panels::{fitting, lamp_title};
 use crate::theme;
 use egui::text::LayoutJob;
 use egui::{
@@ -85,8 +85,9 @@ impl CaseItem<'_> {
             egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, &name)
         });
         self.paint(ui.painter(), context, response.hovered());
+        theme::focus_ui(ui, self.rect.expand(1.0), &response);
         let clicked = response.clicked();
-        let seen = if self.case.seen { "seen in training" } else { "not seen in training" };
+        let seen = if self.case.seen { "seen in training" } else { "unseen" };
         response.on_hover_text(format!(
             "{name}, {seen}. Click to see it under its worst lamp, {worst_lamp}."
         ));
@@ -98,9 +99,7 @@ impl CaseItem<'_> {
         match context.footage.thumbnail(self.thumbnail) {
             Some(picture) => {
                 painter.rect_filled(place, 2.0, theme::WELL);
-                let size = picture.size_vec2();
-                let scale = (place.size() / size).min_elem();
-                let inside = Rect::from_center_size(place.center(), scale * size);
+                let inside = fitting(picture.size_vec2(), place);
                 let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
                 painter.image(picture.id(), inside, whole, Color32::WHITE);
             }

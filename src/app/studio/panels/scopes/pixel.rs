@@ -86,6 +86,7 @@ fn lamps_ui(
         let color = if chosen { theme::ACCENT } else { theme::QUIET };
         ui.painter().rect_filled(bar, 0.0, color);
     }
+    theme::focus_ui(ui, rect, &response);
     let Some(lamp) = under.filter(|&lamp| lamp < light.len()) else {
         return;
     };

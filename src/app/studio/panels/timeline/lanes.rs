@@ -191,6 +191,7 @@ impl TimelinePanel {
             (false, false) => ui.visuals().widgets.inactive.weak_bg_fill,
         };
         ui.painter().rect_filled(rect, 3.0, fill);
+        theme::focus_ui(ui, rect, &response);
         let inner = rect.shrink2(vec2(5.0, 4.0));
         let points = (0..=12).map(|i| {
             let t = i as f32 / 12.0;

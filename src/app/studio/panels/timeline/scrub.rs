@@ -91,6 +91,7 @@ pub fn scrub_ui(
         let head = Rect::from_center_size(pos2(head.center(), bar.center()), size);
         ui.painter().rect_filled(head, 2.0, theme::ACCENT);
     }
+    theme::focus_ui(ui, rect, &response);
     if state.frames > 1 {
         handles_ui(ui, context, track, bar, out);
     }
@@ -167,6 +168,7 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             let line = rect.y_range().shrink(5.0);
             painter.vline(rect.center().x + grip, line, Stroke::new(1.0, theme::PANEL));
         }
+        theme::focus_ui(ui, rect.expand(2.0), &response);
         // Within the range if there is room, otherwise outside.
         let (x, inwards) = if is_wide {
             (edge - outwards * 4.0, true)

@@ -34,12 +34,16 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
         });
         let fill = match (chosen, response.hovered() && enabled) {
-            (true, _) => theme::PRIMARY,
-            (false, true) => theme::ROW_CHOSEN,
+            (true, _) => theme::ROW_CHOSEN,
+            (false, true) => theme::ROW_HOVERED,
             (false, false) => theme::WELL,
         };
         let painter = ui.painter();
         painter.rect_filled(rect, 3.0, fill);
+        if chosen {
+            painter.rect_filled(rect.with_max_x(rect.left() + 3.0), 0.0, theme::ACCENT);
+        }
+        theme::focus_ui(ui, rect, &response);
         let limited = config.minutes.map(|minutes| 60.0 * minutes) == cost.seconds;
         let line = |x: f32, y: f32, align: egui::Align2, text: String, size: f32, color| {
             let at = egui::pos2(x, rect.top() + y);
@@ -47,12 +51,11 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
         };
         let (left, right) = (rect.left() + 10.0, rect.right() - 10.0);
         let plain = if chosen { egui::Color32::WHITE } else { theme::TEXT };
-        let quiet = if chosen { egui::Color32::WHITE } else { theme::QUIET };
         let name = preset.label().to_owned();
         line(left, 4.0, egui::Align2::LEFT_TOP, name, 14.0, plain);
         line(right, 4.0, egui::Align2::RIGHT_TOP, time(&cost, limited), 13.0, plain);
         let purpose = preset.purpose().to_owned();
-        line(left, 21.0, egui::Align2::LEFT_TOP, purpose, 12.0, quiet);
+        line(left, 21.0, egui::Align2::LEFT_TOP, purpose, 12.0, theme::QUIET);
         let known = match (pace, cost.timed) {
             (None, _) => "The time is known after the first steps.",
             (Some(_), true) => "Estimated from steps timed on this machine.",

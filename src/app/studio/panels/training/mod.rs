@@ -9,6 +9,7 @@ mod preview;
 
 use crate::command::{Command, Dialog, JobCommand};
 use crate::icons;
+use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::{backdrop_ui, notice_ui};
 use crate::theme::{self, GAP};
@@ -51,7 +52,7 @@ impl TrainingPanel {
                 self.side_ui(ui, context, project, records, out);
             });
         });
-        if context.training.is_empty() {
+        if context.training.is_empty() && !context.shown.contains(&Pane::Picture) {
             backdrop_ui(ui, context);
         }
         Frame::new()

@@ -131,6 +131,7 @@ impl OnePicture<'_> {
         let id = ui.scope_id().with(("cell", self.which as usize));
         let response = ui.interact(part, id, Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, self.name));
+        theme::focus_ui(ui, part, &response);
         let drags = [PointerButton::Primary, PointerButton::Middle];
         if drags.into_iter().any(|button| response.dragged_by(button)) {
             let by = response.drag_delta();

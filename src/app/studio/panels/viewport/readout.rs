@@ -15,6 +15,7 @@ use egui::{
     UiBuilder, WidgetInfo, vec2,
 };
 use imaging::color::byte_from_unit;
+use light::built_in;
 use scene::Inspection;
 use std::sync::Arc;
 use worker::{PreviewPicture, SrgbPicture};
@@ -223,7 +224,7 @@ pub fn strip_ui(
         None if relit.scene.lighting.is_solo() => {
             format!("solo {}", relit.scene.lighting.solo_titles().join(", "))
         }
-        None => relit.environment.clone(),
+        None => built_in::title(&relit.environment).to_owned(),
     };
     let mut first = LayoutJob::default();
     let mut add = |text: &str, color| append(&mut first, text, color);
