@@ -7,7 +7,7 @@ use super::export::{
 };
 use super::live::{enter, open};
 use super::{
-    Window, alone, clay, click_on, project, told_job, until, until_labelled, until_said,
+    Window, alone, clay, click_on, press, project, told_job, until, until_labelled, until_said,
     until_shown, window,
 };
 use afterlight::Error;
@@ -290,6 +290,12 @@ fn a_row_shows_the_focus_of_the_keyboard() {
     assert!(is_marked(&window));
 }
 
+/// Number of hints on the screen.
+fn hints(window: &Window) -> usize {
+    let layers = window.ctx.memory(|memory| memory.areas().visible_layer_ids());
+    layers.iter().filter(|layer| layer.order == egui::Order::Tooltip).count()
+}
+
 #[test]
 fn one_hint_at_a_time_is_shown_over_the_panorama() {
     let (_folder, mut window) = crate::shown_window();
@@ -299,14 +305,36 @@ fn one_hint_at_a_time_is_shown_over_the_panorama() {
         for y in [0.2, 0.5, 0.8] {
             window.event(Event::PointerMoved(panorama.lerp_inside(vec2(x, y))));
             window.run_steps(8);
-            let layers = window.ctx.memory(|memory| memory.areas().visible_layer_ids());
-            let hints = layers.iter().filter(|layer| layer.order == egui::Order::Tooltip);
-            let hints = hints.count();
+            let hints = hints(&window);
             assert!(hints <= 1, "{hints} hints at {x}, {y}");
             shown += hints;
         }
     }
     assert!(shown > 0, "there is a hint");
+}
+
+#[test]
+fn a_drag_hides_the_hint() {
+    let (_folder, mut window) = crate::shown_window();
+    for place in ["Environment map", "Yaw"] {
+        let control = match place {
+            "Yaw" => window.get_by_role_and_label(Role::SpinButton, place),
+            _ => window.get_by_label(place),
+        };
+        let at = control.rect().lerp_inside(vec2(0.3, 0.9));
+        window.event(Event::PointerMoved(at));
+        window.run_steps(8);
+        assert_eq!(hints(&window), 1, "{place}");
+        window.event(press(at, true));
+        for step in 1..=4 {
+            window.event(Event::PointerMoved(at + vec2(5.0 * step as f32, 0.0)));
+            window.run_steps(2);
+        }
+        assert_eq!(hints(&window), 0, "{place}");
+        window.event(press(at + vec2(20.0, 0.0), false));
+        window.event(Event::PointerGone);
+        window.run_steps(4);
+    }
 }
 
 #[test]

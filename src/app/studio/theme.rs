@@ -3,7 +3,7 @@
 use super::icons;
 use egui::{
     Button, Color32, CornerRadius, FontDefinitions, FontId, Rect, Response, RichText, Stroke,
-    StrokeKind, TextStyle, Ui,
+    StrokeKind, TextStyle, Ui, WidgetText,
 };
 
 /// Surround of the picture: middle grey, 18 % of white, which does not bias the eye.
@@ -124,6 +124,11 @@ pub fn focus_ui(ui: &Ui, rect: Rect, response: &Response) {
         let stroke = ui.visuals().widgets.active.bg_stroke;
         ui.painter().rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);
     }
+}
+
+/// Hint of a control that can be dragged, hidden during a drag.
+pub fn hint_at_rest_ui(response: Response, hint: impl Into<WidgetText>) -> Response {
+    if response.dragged() { response } else { response.on_hover_text(hint) }
 }
 
 #[cfg(test)]

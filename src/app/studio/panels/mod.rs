@@ -213,7 +213,8 @@ fn resettable_ui(
     if numbers::is_reset(ui, &response) {
         out.push(reset());
     }
-    response.on_hover_text(
+    theme::hint_at_rest_ui(
+        response,
         "Drag, or click to type: 10, +10 or /2. Hold Shift for fine steps; double-click to reset.",
     )
 }

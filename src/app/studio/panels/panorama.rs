@@ -100,9 +100,8 @@ impl Preview {
         }
         let response = response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         if !told {
-            response.on_hover_text(
-                "The light around the subject; the centre is behind, as the camera sees it. Drag to turn.",
-            );
+            let hint = "The light around the subject; the centre is behind, as the camera sees it. Drag to turn.";
+            theme::hint_at_rest_ui(response, hint);
         }
         let chosen = context.state.chosen_light();
         for (i, light) in look.lighting.placed.iter().enumerate() {
@@ -272,7 +271,8 @@ fn dot_ui(
         Stroke::new(1.5, Color32::BLACK)
     };
     ui.painter().circle(at, DOT, fill, edge);
-    response.on_hover_text(format!(
+    let hint = format!(
         "{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°). Delete removes it."
-    ));
+    );
+    theme::hint_at_rest_ui(response, hint);
 }

@@ -128,7 +128,8 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
     let near: Vec<Pos2> =
         seen.iter().map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) }).collect();
     let hit = clicked(&response, marks, &near).or_else(|| clicked(&response, marks, &places));
-    response.on_hover_text("The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its mirror ball.");
+    let hint = "The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its mirror ball.";
+    theme::hint_at_rest_ui(response, hint);
     hit
 }
 

@@ -101,7 +101,8 @@ pub fn surface_ui(
         let (x, y) = ((at.x - rect.left()) / rect.width(), (rect.bottom() - at.y) / rect.height());
         [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
     });
-    response.on_hover_text("Error of each pair of exponents, dark is small. Ring: best fit. Cross: the tried pair; drag it.");
+    let hint = "Error of each pair of exponents, dark is small. Ring: best fit. Cross: the tried pair; drag it.";
+    theme::hint_at_rest_ui(response, hint);
     to
 }
 

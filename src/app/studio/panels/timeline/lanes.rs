@@ -251,12 +251,13 @@ impl TimelinePanel {
         }
         response.context_menu(|ui| self.menu_ui(ui, context, out));
         let unit = of.unit();
-        response.on_hover_text(format!(
+        let hint = format!(
             "{name}: {:.*}{}. Click to go there, drag to move it, right-click to shape it, Delete to remove it.",
             unit.decimals(),
             unit.shown(key.value),
             unit.suffix()
-        ));
+        );
+        theme::hint_at_rest_ui(response, hint);
     }
 
     /// A double-click on an empty place of a lane sets a key there, with the lane's value at that frame.

@@ -193,9 +193,8 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
                 out.push(Command::Look(LookCommand::Range(Some(frames))));
             }
         }
-        response
-            .on_hover_cursor(CursorIcon::ResizeHorizontal)
-            .on_hover_text(format!("{label}: drag it. Key: {key}"));
+        let hint = format!("{label}: drag it. Key: {key}");
+        theme::hint_at_rest_ui(response.on_hover_cursor(CursorIcon::ResizeHorizontal), hint);
     }
 }
 

@@ -128,7 +128,7 @@ pub fn handles_ui(
         let hint = format!(
             "{name}: drag it to where the light should fall, or use the arrow keys (1°, with Shift 10°)"
         );
-        handle.on_hover_cursor(CursorIcon::Grab).on_hover_text(hint);
+        theme::hint_at_rest_ui(handle.on_hover_cursor(CursorIcon::Grab), hint);
     }
 }
 

@@ -63,7 +63,8 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
             out.push(Command::Look(LookCommand::Turn(turn)));
         }
     }
-    response.on_hover_text("The environment from above, with the camera at the bottom. Drag to turn, click to turn it there, double-click to reset.");
+    let hint = "The environment from above, with the camera at the bottom. Drag to turn, click to turn it there, double-click to reset.";
+    theme::hint_at_rest_ui(response, hint);
 }
 
 /// The subject from above: a head with its ears, whose nose points at the camera.

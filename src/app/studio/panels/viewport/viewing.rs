@@ -81,7 +81,7 @@ fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str
         // The first click started editing the number as text.
         ui.memory_mut(|memory| memory.surrender_focus(response.id));
     }
-    response.on_hover_text(hint);
+    theme::hint_at_rest_ui(response, hint);
     is_reset
 }
 
