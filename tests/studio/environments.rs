@@ -48,9 +48,10 @@ fn a_built_in_environment_yields_to_the_shoot_s_of_that_name() {
     let project = clay::project(folder.path(), environments);
     project.save().unwrap();
     let mut window = open(folder.path());
-    window.get_by_label("Nave").click();
+    window.get_by_label("nave").click();
     until_shown(&mut window);
     assert_eq!(window.state().relit().unwrap().environment, "nave");
+    assert!(window.query_by_label("Nave").is_none());
     window.get_by_label("Courtyard");
     window.get_by_label("window");
     // The saved look contains only the name.

@@ -198,9 +198,9 @@ impl Reference {
 fn reading(environments: &[EnvironmentEntry], listed: &ListedEnvironment) -> String {
     let entry = environments.iter().find(|e| e.listed.origin == listed.origin);
     if entry.is_some_and(|entry| entry.panorama.is_failed()) {
-        format!("{} cannot be read", listed.title())
+        format!("{} cannot be read", listed.name)
     } else {
-        format!("Reading {}", listed.title())
+        format!("Reading {}", listed.name)
     }
 }
 

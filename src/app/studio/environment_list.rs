@@ -40,11 +40,6 @@ impl Owner {
 }
 
 impl ListedEnvironment {
-    /// Name in the window: a file named like a built-in environment has its title.
-    pub fn title(&self) -> &str {
-        built_in::title(&self.name)
-    }
-
     /// True if the front direction of an added file still has to be set.
     pub fn asks(&self) -> bool {
         self.owner == Owner::Person && self.front.is_none()

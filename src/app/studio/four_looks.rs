@@ -147,7 +147,7 @@ impl FourPicture {
                 Self::View(Box::new(LookView { scene: state.scene_of(look), environment }))
             }
             None if entry.panorama.is_failed() => {
-                Self::Missing(format!("{} cannot be read", entry.listed.title()))
+                Self::Missing(format!("{} cannot be read", entry.listed.name))
             }
             None => Self::Waiting,
         }

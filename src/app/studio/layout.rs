@@ -22,7 +22,7 @@ const LANES: f32 = 184.0;
 /// its bar.
 const FOLDED: f32 = 92.0;
 const NARROW_FOLDED: f32 = 131.0;
-/// Width and height in points that the main pane keeps, at most half the room: first the panes beside it shrink.
+/// Least width and height of the main pane in points, or half the room. The panes beside it shrink first.
 const LEAST: [f32; 2] = [400.0, 240.0];
 
 /// A slot for one panel.

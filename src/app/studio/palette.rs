@@ -128,7 +128,7 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
     let listed = |(_, entry): &(usize, &EnvironmentEntry)| entry.listed.owner != Owner::Folder;
     let environments = context.environments.iter().enumerate().filter(listed);
     let environments =
-        environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.title()), e.choose(i)));
+        environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.name), e.choose(i)));
     let looks = context.looks.ids().map(|id| {
         let label = match id.shelf {
             Shelf::Project => format!("Look: {}", id.name),

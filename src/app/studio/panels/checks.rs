@@ -6,7 +6,6 @@ use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use check::{Check, Level, Subject};
 use egui::{Color32, RichText, ScrollArea, Sense, Ui, vec2};
-use light::built_in;
 
 /// The panel has no state of its own.
 #[derive(Default)]
@@ -58,7 +57,7 @@ fn check_ui(ui: &mut Ui, check: &Check, context: &PanelContext, out: &mut Vec<Co
         });
         ui.vertical(|ui| {
             let title = match &check.environment {
-                Some(name) => format!("{} – {}", check.subject.title(), built_in::title(name)),
+                Some(name) => format!("{} – {name}", check.subject.title()),
                 None => check.subject.title().to_owned(),
             };
             ui.label(RichText::new(title).strong().color(Color32::WHITE));

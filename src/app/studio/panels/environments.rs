@@ -245,7 +245,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     let size = vec2(ui.available_width(), 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, entry.listed.title())
+        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.listed.name)
     });
     if !ui.is_rect_visible(rect) {
         return response;
@@ -290,7 +290,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         job.wrap.max_rows = max_rows;
         ui.painter().layout_job(job)
     };
-    let name = line(entry.listed.title(), 14.0, color, if state.is_some() { 1 } else { 2 });
+    let name = line(&entry.listed.name, 14.0, color, if state.is_some() { 1 } else { 2 });
     let state = state.map(|parts| line(parts.join(" ").trim(), 12.0, theme::QUIET, 1));
     let height = name.size().y + state.as_ref().map_or(0.0, |state| state.size().y);
     let at = pos2(text.left(), text.center().y - height / 2.0);
@@ -318,7 +318,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
 
 /// The button that removes a row's entry; returns whether it was clicked.
 fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
-    let name = format!("Remove {}", entry.listed.title());
+    let name = format!("Remove {}", entry.listed.name);
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
     cross_ui(ui, &name, place)
         .on_hover_text(format!("{name} from the list; the file is kept"))
@@ -338,7 +338,7 @@ fn cross_ui(ui: &Ui, name: &str, place: Rect) -> Response {
 
 /// The star over a row's picture; returns whether it was clicked.
 fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
-    let name = entry.listed.title();
+    let name = &entry.listed.name;
     let (called, hint) = if entry.favourite {
         (format!("Unstar {name}"), "Removes it from the favourites")
     } else {

@@ -58,11 +58,6 @@ pub fn named(name: &str) -> Option<&'static BuiltIn> {
     ALL.iter().find(|environment| environment.name == name)
 }
 
-/// The title of the environment with this [`BuiltIn::name`]; other names stay.
-pub fn title(name: &str) -> &str {
-    named(name).map_or(name, |environment| environment.title)
-}
-
 static ALL: [BuiltIn; 8] = [
     BuiltIn {
         name: "three-point",

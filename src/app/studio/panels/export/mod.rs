@@ -322,7 +322,7 @@ fn hand_over_ui(ui: &mut Ui, options: &mut ExportOptions) {
 
 fn hand_over_hint(program: HandOver) -> &'static str {
     match program {
-        HandOver::Nuke => "A script with a scale for each lamp, in key, fill and rim",
+        HandOver::Nuke => "A script with a gain for each lamp, in key, fill and rim",
         HandOver::Blender => "A script with compositor, world and a sun for each lamp",
         HandOver::Otio => "A timeline for Resolve and other editors",
         HandOver::Edl => "An edit decision list for Premiere, Avid and Resolve",

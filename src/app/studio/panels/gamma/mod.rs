@@ -7,7 +7,7 @@ mod plots;
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::numbers::computing;
-use crate::panels::{notice_ui, number_ui};
+use crate::panels::{fitting, notice_ui, number_ui};
 use crate::theme::{self, GAP};
 use calibration::Trial;
 use egui::{
@@ -59,7 +59,7 @@ impl GammaPanel {
         };
         let picture = shown.interview.size_vec2();
         let room = (rect.size() - Vec2::splat(6.0 * GAP)).max(Vec2::splat(1.0));
-        let place = Rect::from_center_size(rect.center(), picture * (room / picture).min_elem());
+        let place = fitting(picture, Rect::from_center_size(rect.center(), room));
         let response = ui.interact(rect, ui.scope_id().with("wipe"), Sense::click_and_drag());
         response.widget_info(|| {
             egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit pose")

@@ -15,7 +15,6 @@ use egui::{
     Button, Color32, FontId, Id, Key, Painter, Rect, Response, RichText, Role, Sense, TextEdit, Ui,
     UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
-use light::built_in;
 
 /// Height of a look's row, and of a version's, in points.
 const LOOK: f32 = 52.0;
@@ -82,7 +81,7 @@ impl LooksPanel {
         if row.clicked() && !chosen {
             out.push(Command::Looks(LooksCommand::Apply(id.clone(), None)));
         }
-        let environment = built_in::title(&newest.look.environment.name);
+        let environment = &newest.look.environment.name;
         row.on_hover_text(format!("Shows this look, under {environment}"));
         let corner = place.right_top() + vec2(-MORE, 4.0);
         let corner = Rect::from_min_size(corner, Vec2::splat(MORE));

@@ -15,7 +15,6 @@ use egui::{
     UiBuilder, WidgetInfo, vec2,
 };
 use imaging::color::byte_from_unit;
-use light::built_in;
 use scene::Inspection;
 use std::sync::Arc;
 use worker::{PreviewPicture, SrgbPicture};
@@ -224,7 +223,7 @@ pub fn strip_ui(
         None if relit.scene.lighting.is_solo() => {
             format!("solo {}", relit.scene.lighting.solo_titles().join(", "))
         }
-        None => built_in::title(&relit.environment).to_owned(),
+        None => relit.environment.clone(),
     };
     let mut first = LayoutJob::default();
     let mut add = |text: &str, color| append(&mut first, text, color);

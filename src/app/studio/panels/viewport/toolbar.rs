@@ -50,7 +50,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
         Reference::Plate => "interview frame".to_owned(),
         Reference::Environment(origin) => {
             let entry = context.environments.iter().find(|e| e.listed.origin == *origin);
-            entry.map_or_else(|| origin.to_string(), |entry| entry.listed.title().to_owned())
+            entry.map_or_else(|| origin.to_string(), |entry| entry.listed.name.clone())
         }
         Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).name(),
         Reference::Exemplar(pose) => {
@@ -257,7 +257,7 @@ fn pictures_ui(
             let entries = context.environments.iter().filter(listed);
             for one in entries.filter(|e| e.panorama.is_done()) {
                 let with = Reference::Environment(one.listed.origin.clone());
-                entry(ui, out, one.listed.title(), with);
+                entry(ui, out, &one.listed.name, with);
             }
         });
     });
