@@ -1,5 +1,5 @@
 // Pass `grain`: adds the plate's grain to codes. `survey` samples a picture for a measurement of its grain. The
-// twins on the CPU are `compositor::grain` and `Grain::of`.
+// twins on the CPU are `compositor::grain` and `Grain::new`.
 
 struct Params {
     // Size of the picture.

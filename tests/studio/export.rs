@@ -11,10 +11,9 @@ use afterlight::export::relight::{RelightSettings, relight};
 use afterlight::export::{Files, provenance_of, rebuilt};
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::file::{read_encoded, read_linear};
-use afterlight::light::Lighting;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
-use afterlight::scene::{Animation, Background, Effects};
+use afterlight::scene::Look;
 use afterlight::studio::{Shown, StudioApp};
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, Origin, WrittenExport};
@@ -358,15 +357,10 @@ fn settings(to: String) -> RelightSettings {
         front: None,
         mapping: None,
         environment_layer: None,
-        yaw_deg: 30.0,
+        look: Look { yaw_deg: 30.0, exposure_stops: 1.0, ..Look::default() },
         turntable: false,
         solo: Vec::new(),
-        lighting: Lighting::default(),
-        animation: Animation::default(),
-        effects: Effects::default(),
         frames: None,
-        exposure_stops: 1.0,
-        background: Background::Environment,
         files: Files::to(to),
         hand_over: Vec::new(),
         profile: false,
@@ -435,9 +429,12 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
         let to = file(&format!("command-{name}.%04d.{ending}"));
         let asked = RelightSettings {
             environment: environment.clone(),
-            yaw_deg: look.yaw_deg,
-            exposure_stops: look.exposure_stops,
-            background: look.background.clone(),
+            look: Look {
+                yaw_deg: look.yaw_deg,
+                exposure_stops: look.exposure_stops,
+                background: look.background.clone(),
+                ..Look::default()
+            },
             files: Files { ocio, ..Files::to(to.display().to_string()) },
             ..settings(String::new())
         };
@@ -507,7 +504,7 @@ fn light_layers_are_exported_behind_effects_and_a_background() {
     let mut settings = settings(to);
     settings.files.layers = true;
     settings.frames = Some((2, 2));
-    settings.effects.glare = 0.5;
+    settings.look.effects.glare = 0.5;
     let report = relight(&project, &settings, &Progress::silent()).unwrap();
     let check = report.layers.unwrap();
     assert_eq!(check.layers, 6);

@@ -71,27 +71,27 @@ impl ExportArgs {
         let mut settings = self.settings;
         let interpolation =
             if self.linear_keys { Interpolation::Linear } else { Interpolation::Smooth };
-        settings.lighting.number_lights();
+        settings.look.lighting.number_lights();
         if let Some(file) = &self.keys {
-            settings.animation = read_keys(file)?;
+            settings.look.animation = read_keys(file)?;
         }
         for (setting, keys, base) in [
-            (Setting::Yaw, self.yaw_keys, settings.yaw_deg),
-            (Setting::Intensity, self.intensity_keys, settings.lighting.intensity_stops),
+            (Setting::Yaw, self.yaw_keys, settings.look.yaw_deg),
+            (Setting::Intensity, self.intensity_keys, settings.look.lighting.intensity_stops),
         ] {
             if let Some(keys) = keys {
                 let mut keys = keys.plus(f64::from(base))?;
                 keys.interpolation = interpolation;
-                settings.animation.set(setting, keys);
+                settings.look.animation.set(setting, keys);
             }
         }
         if self.no_background {
-            settings.background = Background::None;
+            settings.look.background = Background::None;
         }
-        if let Some(file) = settings.background.file() {
+        if let Some(file) = settings.look.background.file() {
             let file = std::path::absolute(file)
                 .map_err(|e| Error::io("open", file, e, "Check the path of the background"))?;
-            settings.background = settings.background.with_file(file);
+            settings.look.background = settings.look.background.with_file(file);
         }
         if self.keep {
             settings.files.existing = Existing::Keep;

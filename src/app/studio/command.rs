@@ -6,8 +6,9 @@ use super::export_options::ExportOptions;
 use super::footage_reader::{FootageView, Thumbnail};
 use super::four_looks::FourSlot;
 use super::layout::{Pane, Workspace};
-use super::look::{AppliedLook, CopiedLight, Group};
+use super::look::{CopiedLight, Group};
 use super::region::Region;
+use super::stored_look::StoredLook;
 use super::stored_looks::LookId;
 use super::training::TrainChoice;
 use super::wizard::Plan;
@@ -24,6 +25,7 @@ use light::keyframes::Keyframes;
 use project::Framing;
 use scene::{Background, Effects, Inspection, Setting, Viewing};
 use std::path::PathBuf;
+use std::sync::Arc;
 use tradeoff::TradeoffSettings;
 use worker::Need;
 
@@ -67,8 +69,11 @@ pub enum LookCommand {
     RemoveEnvironment(usize),
     /// Set the front direction in the file of this entry; None if unknown.
     Front(usize, Option<Front>),
-    /// Apply a stored look.
-    Apply(Box<AppliedLook>),
+    /// Apply a stored look; if its environment's file `exists`, it is added to the list where needed.
+    Apply {
+        look: Arc<StoredLook>,
+        exists: bool,
+    },
     /// Set a key at the current frame, or remove the existing one.
     ToggleKey(Setting),
     /// Replace the keys of these settings.

@@ -13,7 +13,7 @@ use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::Environment;
 use project::Project;
-use scene::{Background, Effects, Inspection, Pass, Setting};
+use scene::{Background, Effects, Inspection, Look, Pass, Setting};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -226,19 +226,18 @@ impl ExportOptions {
             front: Some(look.front()),
             mapping: None,
             environment_layer: None,
-            yaw_deg: look.yaw_deg,
+            look: Look {
+                effects: Effects {
+                    // Channels are for viewing only.
+                    inspection: Inspection::Picture,
+                    ..look.effects
+                },
+                background: self.background.as_ref().unwrap_or(&look.background).clone(),
+                ..look.shown.clone()
+            },
             turntable: false,
             solo,
-            lighting: look.lighting.clone(),
-            animation: look.animation.clone(),
-            effects: Effects {
-                // Channels are for viewing only.
-                inspection: Inspection::Picture,
-                ..look.effects
-            },
             frames: Some(look.range_of(project.settings.shoot.frames.len())),
-            exposure_stops: look.exposure_stops,
-            background: self.background.as_ref().unwrap_or(&look.background).clone(),
             files: Files {
                 to: self.to(&project.root),
                 first_number: self.first_number,

@@ -61,7 +61,7 @@ pub use export_options::ExportOptions;
 pub use footage_reader::{FootageReader, FootageView, MatteView, Thumbnail};
 pub use four_looks::{FourLooks, FourPicture, FourSlot};
 pub use layout::{Layout, Pane, Workspace};
-pub use look::{AppliedLook, Group, LookSettings};
+pub use look::{Group, LookSettings};
 pub use look_name::LookName;
 pub use look_shelf::{LookVersion, ShelvedLook};
 pub use matte_painting::MattePainting;

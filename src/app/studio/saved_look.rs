@@ -4,10 +4,9 @@ use super::environment_list;
 use super::look::LookSettings;
 use base::error::{Error, Result};
 use base::files;
-use light::Lighting;
 use light::keyframes::Keyframes;
 use project::Project;
-use scene::{Animation, Background, Effects, Inspection, Setting};
+use scene::{Effects, Inspection, Look, Setting};
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -18,18 +17,13 @@ use std::path::PathBuf;
 pub struct SavedLook {
     /// Name of the environment in the list.
     environment: String,
-    yaw_deg: f32,
+    #[serde(flatten)]
+    look: Look,
     /// Keys of older files, from before every setting could have keys: read, but never written.
     #[serde(skip_serializing)]
     yaw_keys: Keyframes,
     #[serde(skip_serializing)]
     intensity_keys: Keyframes,
-    /// Keys by the names of their settings.
-    keys: Animation,
-    exposure_stops: f32,
-    lighting: Lighting,
-    effects: Effects,
-    background: Background,
     /// First and last frame to play and export; None for all.
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<(usize, usize)>,
@@ -46,14 +40,9 @@ impl SavedLook {
         let shown = look.environments.get(look.environment);
         Self {
             environment: shown.map_or(String::new(), |listed| listed.name.clone()),
-            yaw_deg: look.yaw_deg,
+            look: look.shown.clone(),
             yaw_keys: Keyframes::NONE,
             intensity_keys: Keyframes::NONE,
-            keys: look.animation.clone(),
-            exposure_stops: look.exposure_stops,
-            lighting: look.lighting.clone(),
-            effects: look.effects,
-            background: look.background.clone(),
             range: look.range,
         }
     }
@@ -95,7 +84,15 @@ impl SavedLook {
     pub fn apply(self, look: &mut LookSettings) {
         let place = environment_list::named(&look.environments, &self.environment);
         look.environment = place.unwrap_or(look.environment);
-        look.animation = self.keys;
+        let Look { yaw_deg, exposure_stops, .. } = self.look;
+        look.shown = Look {
+            yaw_deg: look.yaw_deg,
+            exposure_stops: look.exposure_stops,
+            // In older files, the inspection was part of the look.
+            effects: Effects { inspection: Inspection::Picture, ..self.look.effects.bounded() },
+            background: self.look.background.bounded(),
+            ..self.look
+        };
         for (setting, keys) in
             [(Setting::Yaw, self.yaw_keys), (Setting::Intensity, self.intensity_keys)]
         {
@@ -103,15 +100,8 @@ impl SavedLook {
                 look.animation.set(setting, keys);
             }
         }
-        look.turn_to(self.yaw_deg);
-        look.expose(self.exposure_stops);
-        look.lighting = self.lighting;
-        look.effects = Effects {
-            // In older files, the inspection was part of the look.
-            inspection: Inspection::Picture,
-            ..self.effects.bounded()
-        };
-        look.background = self.background.bounded();
+        look.turn_to(yaw_deg);
+        look.expose(exposure_stops);
         look.range = self.range.filter(|(first, last)| first <= last);
         look.number_lights();
         look.follow(0);

@@ -10,10 +10,9 @@ use export::Files;
 use export::relight::{RelightReport, RelightSettings, relight};
 use footage::{ImportSettings, PictureSize, dimensions, import};
 use gpu::DeviceChoice;
-use light::Lighting;
 use light::weights::Weighting;
 use project::{Framing, Project};
-use scene::{Animation, Background, Effects};
+use scene::Look;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -121,15 +120,10 @@ pub fn run(
             read: None,
             mapping: None,
             environment_layer: None,
-            yaw_deg: 0.0,
+            look: Look::default(),
             turntable: true,
             solo: Vec::new(),
-            lighting: Lighting::default(),
-            animation: Animation::default(),
-            effects: Effects::default(),
             frames: None,
-            exposure_stops: 0.0,
-            background: Background::Environment,
             files: Files::to(clip.display().to_string()),
             hand_over: Vec::new(),
             profile: false,

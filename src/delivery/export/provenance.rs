@@ -130,13 +130,18 @@ fn look(asked: &RelightSettings, front: Front) -> Fnv {
     let mut look = Fnv::default();
     look.text(&format!(
         "{:?} {:?} {} {:?} {:?} {:?}",
-        front, asked.yaw_deg, asked.turntable, asked.animation, asked.solo, asked.lighting
+        front,
+        asked.look.yaw_deg,
+        asked.turntable,
+        asked.look.animation,
+        asked.solo,
+        asked.look.lighting
     ));
     look.text(&format!(
         "{:?} {:?} {:?} {:?}",
-        asked.effects,
-        asked.exposure_stops,
-        without_path(&asked.background),
+        asked.look.effects,
+        asked.look.exposure_stops,
+        without_path(&asked.look.background),
         asked.storage
     ));
     look

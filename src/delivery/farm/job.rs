@@ -152,10 +152,10 @@ impl Job {
         if work.settings.files.lut.is_some() {
             work.settings.files.lut = Some(folder.join(TABLE));
         }
-        let background = work.settings.background.file();
+        let background = work.settings.look.background.file();
         if let Some(file) = background.filter(|_| work.settings.solo.is_empty()) {
             let file = inside(folder, file)?;
-            work.settings.background = work.settings.background.with_file(file);
+            work.settings.look.background = work.settings.look.background.with_file(file);
         }
         check_files(&work.settings.files, 1).map_err(|e| e.within(&folder.join(NAME)))?;
         let mut project = Project::open(&folder.join(SNAPSHOT))?;

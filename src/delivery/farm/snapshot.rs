@@ -110,9 +110,9 @@ pub(crate) fn take(
         copy_file(table, &to)?;
         *table = to;
     }
-    if let Some(file) = settings.background.file().filter(|_| settings.solo.is_empty()) {
+    if let Some(file) = settings.look.background.file().filter(|_| settings.solo.is_empty()) {
         let copied = copy_background(file, job)?;
-        settings.background = std::mem::take(&mut settings.background).with_file(copied);
+        settings.look.background = std::mem::take(&mut settings.look.background).with_file(copied);
     }
     let (first, last) = frame_range(project, settings.frames)?;
     // A damaged frame is replaced by a neighbour.

@@ -232,9 +232,9 @@ fn rate(
     let tried = job.join("tried");
     let part = Part { frames: (first, last.min(first + MEASURED - 1)), folder: tried.clone() };
     let mut settings = settings.clone();
-    if let Some(file) = settings.background.file().filter(|_| settings.solo.is_empty()) {
+    if let Some(file) = settings.look.background.file().filter(|_| settings.solo.is_empty()) {
         let file = job.join(file);
-        settings.background = settings.background.with_file(file);
+        settings.look.background = settings.look.background.with_file(file);
     }
     if let Destination::Stills(_) = Destination::parse(&settings.files.to)? {
         let ending = Path::new(&settings.files.to).extension().unwrap_or_default();

@@ -86,11 +86,11 @@ impl Light {
     ) -> Result<Self> {
         let solo = lamps_named(rig, &settings.solo)?;
         let levels = Levels { subject: 1.0, background: Levels::of_environment(&environment) };
-        let mut lit = EnvironmentWeights::new(&environment, rig, settings.lighting.weighting);
+        let mut lit = EnvironmentWeights::new(&environment, rig, settings.look.lighting.weighting);
         let even = lit.even().per_lamp;
         // Neither on nor solo can have keys.
-        let Lighting { placed, .. } = &settings.lighting;
-        let shines = |i: &usize| solo.is_empty() && settings.lighting.shines(&placed[*i]);
+        let Lighting { placed, .. } = &settings.look.lighting;
+        let shines = |i: &usize| solo.is_empty() && settings.look.lighting.shines(&placed[*i]);
         let shining: Vec<usize> = (0..placed.len()).filter(shines).collect();
         let frame = |frame| {
             let share = (frame - first) as f32 / (last - first + 1) as f32;
@@ -176,7 +176,7 @@ pub mod tests {
     use export::Files;
     use light::keyframes::{Interpolation, Keyframes};
     use light::{Lamp, LightGroup};
-    use scene::{Animation, Background, Effects, LightSetting, Setting};
+    use scene::{Animation, LightSetting, Look, Setting};
     use std::path::PathBuf;
 
     /// Identical keys at frames 10 and 14.
@@ -221,19 +221,19 @@ pub mod tests {
             read: None,
             mapping: None,
             environment_layer: None,
-            yaw_deg: 30.0,
+            look: Look {
+                yaw_deg: 30.0,
+                lighting: Lighting {
+                    placed: vec![moves, off, stays],
+                    groups: vec![group],
+                    ..Lighting::default()
+                },
+                animation,
+                ..Look::default()
+            },
             turntable: false,
             solo: Vec::new(),
-            lighting: Lighting {
-                placed: vec![moves, off, stays],
-                groups: vec![group],
-                ..Lighting::default()
-            },
-            animation,
-            effects: Effects::default(),
             frames: None,
-            exposure_stops: 0.0,
-            background: Background::Environment,
             files: Files::to("shot.%04d.exr"),
             hand_over: Vec::new(),
             profile: false,
@@ -290,9 +290,9 @@ pub mod tests {
     fn a_light_follows_the_keys_of_its_group() {
         let mut settings = moving();
         let still = under(&settings);
-        settings.lighting.number_lights();
+        settings.look.lighting.number_lights();
         // From -1 to 3 stops, formerly 1.
-        settings.animation.set(Setting::Group(1), keys(-1.0, 3.0));
+        settings.look.animation.set(Setting::Group(1), keys(-1.0, 3.0));
         let light = under(&settings);
         for (k, (now, before)) in light.frames.iter().zip(&still.frames).enumerate() {
             let gain = (k as f32 - 2.0).exp2();

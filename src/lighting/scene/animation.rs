@@ -1,6 +1,6 @@
 //! Keys of settings, by setting name.
 
-use super::{Animated, Setting};
+use super::Setting;
 use light::keyframes::Keyframes;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -60,22 +60,12 @@ impl Animation {
         let value = self.of(setting)?.at(frame)?;
         Some(setting.bounded(value) as f32)
     }
-
-    /// Sets each animated setting to its value at a frame.
-    pub fn apply(&self, frame: f64, mut to: Animated) {
-        for setting in self.lanes.keys() {
-            let place = setting.place(&mut to);
-            if let Some((place, value)) = place.zip(self.value(*setting, frame)) {
-                *place = value;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Effects, LightSetting, Pass};
+    use crate::{LightSetting, Look, Pass};
     use light::keyframes::{Interpolation, Key};
     use light::{Lighting, PlacedLight};
 
@@ -100,22 +90,18 @@ mod tests {
             roll_deg: 3.0,
             ..Lighting::default()
         };
-        let (mut yaw_deg, mut exposure_stops) = (30.0, 1.0);
-        let (mut lighting, mut effects) = (before.clone(), Effects::default());
-        animation.apply(
-            5.0,
-            Animated {
-                yaw_deg: &mut yaw_deg,
-                exposure_stops: &mut exposure_stops,
-                lighting: &mut lighting,
-                effects: &mut effects,
-            },
-        );
-        let mut expected = before;
-        expected.pitch_deg = 10.0;
-        expected.placed[1].yaw_deg = 90.0;
-        assert_eq!(lighting, expected);
-        assert_eq!((yaw_deg, exposure_stops, effects.glare), (30.0, 1.0, 0.5));
+        let before = Look {
+            yaw_deg: 30.0,
+            exposure_stops: 1.0,
+            lighting: before,
+            animation,
+            ..Look::default()
+        };
+        let mut expected = before.clone();
+        expected.lighting.pitch_deg = 10.0;
+        expected.lighting.placed[1].yaw_deg = 90.0;
+        expected.effects.glare = 0.5;
+        assert_eq!(before.at(5), expected);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod animation;
 mod background;
 mod forced;
+mod look;
 mod pass;
 mod setting;
 mod viewing;
@@ -10,8 +11,9 @@ mod viewing;
 pub use animation::Animation;
 pub use background::{Background, BackgroundFile};
 pub use forced::Forced;
+pub use look::Look;
 pub use pass::{Effects, Pass, STRENGTHS, Strength};
-pub use setting::{Animated, LightSetting, Setting, Unit};
+pub use setting::{LightSetting, Setting, Unit};
 pub use viewing::{GAMMA, Viewing};
 
 use light::Lighting;

@@ -1,6 +1,6 @@
 //! Animatable settings of a picture, by the names used in files.
 
-use super::{EXPOSURE_STOPS, Effects, Pass, STRENGTHS, Strength};
+use super::{EXPOSURE_STOPS, Look, Pass, STRENGTHS, Strength};
 use base::numbers::ANGLES;
 use light::{Lighting, white};
 use serde::{Deserialize, Serialize};
@@ -55,14 +55,6 @@ pub enum Unit {
     Energy,
     /// A channel of a colour.
     Channel,
-}
-
-/// Targets of the animatable settings.
-pub struct Animated<'a> {
-    pub yaw_deg: &'a mut f32,
-    pub exposure_stops: &'a mut f32,
-    pub lighting: &'a mut Lighting,
-    pub effects: &'a mut Effects,
 }
 
 /// Settings of the picture besides effects: name in files and title in the window.
@@ -223,24 +215,24 @@ impl Setting {
     }
 
     /// Field of the setting; None if the light or group does not exist.
-    pub fn place<'a>(self, of: &'a mut Animated<'_>) -> Option<&'a mut f32> {
+    pub fn field(self, look: &mut Look) -> Option<&mut f32> {
         Some(match self {
-            Self::Yaw => &mut *of.yaw_deg,
-            Self::Pitch => &mut of.lighting.pitch_deg,
-            Self::Roll => &mut of.lighting.roll_deg,
-            Self::BackgroundYaw => &mut of.lighting.background_yaw_deg,
-            Self::Intensity => &mut of.lighting.intensity_stops,
-            Self::Temperature => &mut of.lighting.temperature_k,
-            Self::Tint => &mut of.lighting.tint,
-            Self::Exposure => &mut *of.exposure_stops,
-            Self::Effect(pass) => (strength(pass)?.of)(of.effects),
+            Self::Yaw => &mut look.yaw_deg,
+            Self::Pitch => &mut look.lighting.pitch_deg,
+            Self::Roll => &mut look.lighting.roll_deg,
+            Self::BackgroundYaw => &mut look.lighting.background_yaw_deg,
+            Self::Intensity => &mut look.lighting.intensity_stops,
+            Self::Temperature => &mut look.lighting.temperature_k,
+            Self::Tint => &mut look.lighting.tint,
+            Self::Exposure => &mut look.exposure_stops,
+            Self::Effect(pass) => (strength(pass)?.of)(&mut look.effects),
             Self::Group(id) => {
-                let group = group(id, of.lighting)?;
-                &mut of.lighting.groups[group].gain_stops
+                let group = group(id, &look.lighting)?;
+                &mut look.lighting.groups[group].gain_stops
             }
             Self::Light(id, setting) => {
-                let light = index(id, of.lighting)?;
-                let light = &mut of.lighting.placed[light];
+                let light = index(id, &look.lighting)?;
+                let light = &mut look.lighting.placed[light];
                 match setting {
                     LightSetting::Yaw => &mut light.yaw_deg,
                     LightSetting::Pitch => &mut light.pitch_deg,
@@ -443,18 +435,10 @@ mod tests {
         let (all, lighting) = all();
         let mut seen = Vec::new();
         for setting in all {
-            let (mut yaw_deg, mut exposure_stops) = (0.0, 0.0);
-            let (mut lighting, mut effects) = (lighting.clone(), Effects::default());
-            let mut places = Animated {
-                yaw_deg: &mut yaw_deg,
-                exposure_stops: &mut exposure_stops,
-                lighting: &mut lighting,
-                effects: &mut effects,
-            };
+            let mut changed = Look { lighting: lighting.clone(), ..Look::default() };
             let value = setting.bounded(1e12) as f32;
             assert_eq!(value, *setting.range().end());
-            *setting.place(&mut places).unwrap() = value;
-            let changed = (yaw_deg, exposure_stops, lighting, effects);
+            *setting.field(&mut changed).unwrap() = value;
             assert!(!seen.contains(&changed), "{setting:?}");
             seen.push(changed);
         }

@@ -3,7 +3,6 @@
 use super::StudioApp;
 use crate::command::{Command, Dialog, LookCommand, LooksCommand};
 use crate::four_looks::FourSlot;
-use crate::look::AppliedLook;
 use crate::look_name::LookName;
 use crate::look_shelf::write_to;
 use crate::stored_look::StoredLook;
@@ -196,9 +195,8 @@ impl StudioApp {
         );
     }
 
-    fn show_listed(&mut self, look: Arc<StoredLook>, adds: bool) {
-        let applied = Box::new(AppliedLook { look, adds });
-        self.apply(Command::Look(LookCommand::Apply(applied)));
+    fn show_listed(&mut self, look: Arc<StoredLook>, exists: bool) {
+        self.apply(Command::Look(LookCommand::Apply { look, exists }));
         // One separate undo step, whatever follows.
         self.state.release();
     }

@@ -2,7 +2,7 @@
 
 use super::LookSettings;
 use light::{Lighting, PlacedLight};
-use scene::{Animated, Animation, LightSetting, Setting};
+use scene::{Animation, LightSetting, Setting};
 use serde::{Deserialize, Serialize};
 
 /// Most letters in the name of a light or a group.
@@ -66,15 +66,9 @@ impl LookSettings {
             }
         }
         // The id in the text is arbitrary.
-        let mut animated = Animated {
-            yaw_deg: &mut self.yaw_deg,
-            exposure_stops: &mut self.exposure_stops,
-            lighting: &mut self.lighting,
-            effects: &mut self.effects,
-        };
         for (setting, ..) in LightSetting::ALL {
             let look_setting = Setting::Light(id, setting);
-            if let Some(value) = look_setting.place(&mut animated) {
+            if let Some(value) = look_setting.field(&mut self.shown) {
                 *value = look_setting.bounded(f64::from(*value)) as f32;
             }
         }

@@ -2,54 +2,19 @@
 
 use super::{LookSettings, within_a_turn};
 use light::keyframes::Keyframes;
-use scene::{Animated, LightSetting, Setting};
+use scene::{LightSetting, Look, Setting};
 
 impl LookSettings {
-    /// The keys of a setting.
-    pub fn keys(&self, of: Setting) -> &Keyframes {
-        static NONE: Keyframes = Keyframes::NONE;
-        self.animation.of(of).unwrap_or(&NONE)
-    }
-
-    /// True if a setting has keys.
-    pub fn is_keyed(&self, of: Setting) -> bool {
-        self.animation.of(of).is_some()
-    }
-
     /// Index of the key at a frame.
     pub fn key_at(&self, of: Setting, frame: usize) -> Option<usize> {
         self.keys(of).index_at(frame as f64)
     }
 
-    /// The value of a setting at the current frame; None if its light does not exist.
-    pub fn value(&self, of: Setting) -> Option<f32> {
-        let (mut yaw_deg, mut exposure_stops) = (self.yaw_deg, self.exposure_stops);
-        let (mut lighting, mut effects) = (self.lighting.clone(), self.effects);
-        let mut settings = Animated {
-            yaw_deg: &mut yaw_deg,
-            exposure_stops: &mut exposure_stops,
-            lighting: &mut lighting,
-            effects: &mut effects,
-        };
-        of.place(&mut settings).copied()
-    }
-
-    /// Sets each animated setting to its value at a frame.
-    pub(crate) fn follow(&mut self, frame: usize) {
-        let settings = Animated {
-            yaw_deg: &mut self.yaw_deg,
-            exposure_stops: &mut self.exposure_stops,
-            lighting: &mut self.lighting,
-            effects: &mut self.effects,
-        };
-        self.animation.apply(frame as f64, settings);
-    }
-
     /// Removes the keys of lights that are gone, and gives each light an id for its keys.
     pub(crate) fn number_lights(&mut self) {
-        let lighting = &self.lighting;
-        self.animation.retain(|setting| setting.exists(lighting));
-        self.lighting.number_lights();
+        let Look { lighting, animation, .. } = &mut self.shown;
+        animation.retain(|setting| setting.exists(lighting));
+        lighting.number_lights();
     }
 
     /// Sets a key at a frame for each animated setting whose value differs from `before`.
@@ -83,14 +48,8 @@ impl LookSettings {
         let mut all: Vec<Setting> = all.into_iter().chain(lights).collect();
         all.retain(|of| !self.is_keyed(*of));
         for of in all {
-            let mut settings = Animated {
-                yaw_deg: &mut self.yaw_deg,
-                exposure_stops: &mut self.exposure_stops,
-                lighting: &mut self.lighting,
-                effects: &mut self.effects,
-            };
-            let place = of.place(&mut settings);
-            if let Some(degrees) = place.filter(|degrees| degrees.is_finite()) {
+            let field = of.field(&mut self.shown);
+            if let Some(degrees) = field.filter(|degrees| degrees.is_finite()) {
                 *degrees = within_a_turn(*degrees);
             }
         }

@@ -8,13 +8,12 @@ mod stored;
 
 pub use copied_light::{CopiedLight, MOST_LETTERS};
 pub use groups::Group;
-pub use stored::AppliedLook;
 
 use super::environment_list::ListedEnvironment;
 use super::training::TrainChoice;
 use calibration::{Circle, Trial};
-use light::Lighting;
-use scene::{Animation, Background, EXPOSURE_STOPS, Effects, Setting};
+use scene::{EXPOSURE_STOPS, Look, Setting};
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 /// The undoable settings.
@@ -24,14 +23,10 @@ pub struct LookSettings {
     pub environments: Arc<Vec<ListedEnvironment>>,
     /// Index of the current environment in the list.
     pub environment: usize,
-    /// Keys of settings over the interview's frames. A setting with keys has its value at the current frame.
-    pub animation: Animation,
-    /// From −180 (exclusive) to 180 degrees; with keys, any number of turns.
-    pub yaw_deg: f32,
-    pub exposure_stops: f32,
-    pub lighting: Lighting,
-    pub effects: Effects,
-    pub background: Background,
+    /// The look that is saved and exported; its fields can be read and set as those of these settings. A setting with
+    /// keys has its value at the current frame. The yaw is above −180 and up to 180 degrees; with keys, any number of
+    /// turns.
+    pub shown: Look,
     /// First and last frame to play and export; None for all.
     pub range: Option<(usize, usize)>,
     /// The mirror ball's outline, if set by hand.
@@ -48,6 +43,20 @@ pub fn within_a_turn(degrees: f32) -> f32 {
         degrees
     } else {
         180.0 - (180.0 - degrees).rem_euclid(360.0)
+    }
+}
+
+impl Deref for LookSettings {
+    type Target = Look;
+
+    fn deref(&self) -> &Look {
+        &self.shown
+    }
+}
+
+impl DerefMut for LookSettings {
+    fn deref_mut(&mut self) -> &mut Look {
+        &mut self.shown
     }
 }
 

@@ -3,29 +3,21 @@
 use super::LookSettings;
 use crate::stored_look::StoredLook;
 use std::slice::from_ref;
-use std::sync::Arc;
-
-/// A stored look to apply.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AppliedLook {
-    pub look: Arc<StoredLook>,
-    /// True if its environment's file exists. The file is then added to the list if needed.
-    pub adds: bool,
-}
 
 impl LookSettings {
     /// Applies a stored look with its own environment, if that is in the list or can be added, or else with one of the
     /// same name. If neither exists, the environment stays.
-    pub(crate) fn show_stored(&mut self, applied: &AppliedLook) {
-        let environment = &applied.look.environment;
+    /// `exists`: the file of its environment exists.
+    pub(crate) fn show_stored(&mut self, stored: &StoredLook, exists: bool) {
+        let environment = &stored.environment;
         let mut place = environment.place_in(&self.environments);
-        if let (None, true, Some(file)) = (place, applied.adds, &environment.file) {
+        if let (None, true, Some(file)) = (place, exists, &environment.file) {
             self.add(from_ref(file));
             self.set_front(self.environment, environment.front);
             place = Some(self.environment);
         }
         let place = place.or_else(|| environment.namesake_in(&self.environments));
-        applied.look.apply(self, place);
+        stored.apply(self, place);
     }
 }
 
@@ -37,12 +29,10 @@ mod tests {
     use light::conventions::Front;
     use scene::Setting;
     use std::path::PathBuf;
+    use std::sync::Arc;
 
-    fn applied(look: &LookSettings, adds: bool) -> LookCommand {
-        LookCommand::Apply(Box::new(AppliedLook {
-            look: Arc::new(StoredLook::from_look(look)),
-            adds,
-        }))
+    fn applied(look: &LookSettings, exists: bool) -> LookCommand {
+        LookCommand::Apply { look: Arc::new(StoredLook::from_look(look)), exists }
     }
 
     #[test]

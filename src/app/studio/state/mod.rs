@@ -21,7 +21,7 @@ use color_config::ColorChoice;
 use evaluation::review::Metric;
 use light::Lighting;
 use project::Project;
-use scene::{Background, Channel, Inspection, Output, Scene, Viewing};
+use scene::{Background, Channel, Inspection, Scene, Viewing};
 use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
@@ -251,19 +251,16 @@ impl State {
     pub fn scene_of(&self, look: &LookSettings) -> Scene {
         let mut effects = look.effects;
         effects.inspection = self.shown_inspection();
-        Scene {
-            frame: self.frame,
-            yaw_deg: look.front().turned(look.yaw_deg),
-            lighting: look.lighting.clone(),
-            effects,
-            exposure_stops: look.exposure_stops,
+        let mut scene = look.shown.scene(self.frame);
+        if effects.inspection == Inspection::Channel(Channel::Alpha) {
             // A background covers everything: the matte is shown without it.
-            background: match effects.inspection {
-                Inspection::Channel(Channel::Alpha) => Background::None,
-                _ => look.background.clone(),
-            },
-            output: Output::Display,
+            scene.background = Background::None;
+        }
+        Scene {
+            yaw_deg: look.front().turned(look.yaw_deg),
+            effects,
             viewing: self.viewing.clone().bounded(),
+            ..scene
         }
     }
 
@@ -337,13 +334,13 @@ impl State {
         let light = self.place_of_chosen();
         let chosen = matches!(
             command,
-            LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply(_)
+            LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply { .. }
         );
         let lit_by = before.0;
         let list = match command {
             LookCommand::AddEnvironments(_)
             | LookCommand::TryEnvironment(_)
-            | LookCommand::Apply(_) => Some(self.look.environments.clone()),
+            | LookCommand::Apply { .. } => Some(self.look.environments.clone()),
             _ => None,
         };
         self.set(command);
@@ -398,8 +395,8 @@ impl State {
             }
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),
-            LookCommand::Apply(applied) => {
-                look.show_stored(&applied);
+            LookCommand::Apply { look: stored, exists } => {
+                look.show_stored(&stored, exists);
                 // The current value of an animated setting is not a change that sets a key.
                 look.follow(self.frame);
             }

@@ -199,7 +199,7 @@ impl<'a> Clip<'a> {
 
     /// Reports result and time of each pass.
     pub fn profile(&self, stages: Stages, progress: &Progress) {
-        let turned = self.look.front.turned(self.look.settings.yaw_deg);
+        let turned = self.look.scene(self.look.frames.0).yaw_deg;
         progress.say(conventions::sentence(turned));
         progress.say(match self.compute.passes() {
             Some(_) => "The passes ran on the GPU, timed by its own clock",

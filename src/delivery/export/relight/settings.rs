@@ -2,19 +2,14 @@
 
 use crate::{Files, HandOver};
 use base::error::{Error, Result};
-use base::numbers::{ANGLES, within};
 use compositor::Storage;
 use gpu::DeviceChoice;
 use light::conventions::Front;
-use light::{Environment, Lighting, Mapping};
+use light::{Environment, Mapping};
 use project::Project;
-use scene::{
-    Animated, Animation, Background, EXPOSURE_STOPS, Effects, Output, Pass, STRENGTHS, Scene,
-    Setting, Viewing,
-};
+use scene::{Background, Effects, Look, Output, Pass, STRENGTHS, Scene, Setting};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::sync::Arc;
 
 /// Light, look and destination of a relit interview.
@@ -39,43 +34,18 @@ pub struct RelightSettings {
     #[arg(long, value_name = "NAME")]
     #[serde(default)]
     pub environment_layer: Option<String>,
-    /// Yaw of the environment: positive moves it to camera-right in front.
-    #[arg(
-        long = "yaw",
-        value_name = "DEG",
-        default_value_t = 0.0,
-        allow_negative_numbers = true,
-        value_parser = within(ANGLES)
-    )]
-    pub yaw_deg: f32,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub look: Look,
     /// Turn the environment once around over the frames, starting at --yaw.
     #[arg(long)]
     pub turntable: bool,
     /// Light the subject only by these lamps, without background: each with half of the energy of an even light.
     #[arg(long, value_name = "LAMP,…", value_delimiter = ',')]
     pub solo: Vec<String>,
-    #[command(flatten)]
-    pub lighting: Lighting,
-    /// Keyframes of settings over the interview's frames; they override the fixed values.
-    #[arg(skip)]
-    pub animation: Animation,
-    #[command(flatten)]
-    pub effects: Effects,
     /// Frames A to B, both included, counted from 0 whatever the plate's numbers [default: all].
     #[arg(long, value_name = "A-B", value_parser = range)]
     pub frames: Option<(usize, usize)>,
-    /// Exposure in stops, −10 to 10.
-    #[arg(
-        long = "exposure",
-        default_value_t = 0.0,
-        allow_negative_numbers = true,
-        value_parser = within(EXPOSURE_STOPS)
-    )]
-    pub exposure_stops: f32,
-    /// Background: environment, plate (as filmed), checker, none, a colour #RRGGBB, or a still, movie or pattern of stills
-    /// (sky.%04d.exr), X and Y as shares of the picture's width and height.
-    #[arg(long, value_name = "KIND|FILE[,X,Y[,SCALE[,STOPS]]]", allow_hyphen_values = true, default_value = "environment", value_parser = Background::from_str)]
-    pub background: Background,
     #[command(flatten)]
     pub files: Files,
     /// Write the files that other programs need to open the export (docs/handover.md).
@@ -95,39 +65,21 @@ pub struct RelightSettings {
 impl RelightSettings {
     /// Scene of frame `index`, `share` of the way through the clip.
     pub fn scene(&self, index: usize, share: f32, front: Front, output: Output) -> Scene {
-        let (mut yaw_deg, mut exposure_stops) = (self.yaw_deg, self.exposure_stops);
-        let (mut lighting, mut effects) = (self.lighting.clone(), self.effects);
-        let settings = Animated {
-            yaw_deg: &mut yaw_deg,
-            exposure_stops: &mut exposure_stops,
-            lighting: &mut lighting,
-            effects: &mut effects,
-        };
-        self.animation.apply(index as f64, settings);
+        let mut scene = self.look.at(index).scene(index);
         if self.turntable {
-            yaw_deg += 360.0 * share;
+            scene.yaw_deg += 360.0 * share;
         }
-        Scene {
-            frame: index,
-            yaw_deg: front.turned(yaw_deg),
-            lighting,
-            effects,
-            exposure_stops,
-            background: match &self.solo[..] {
-                [] => self.background.clone(),
-                _ => Background::None,
-            },
-            output,
-            // The viewer's own display settings do not belong to the picture.
-            viewing: Viewing::default(),
+        if !self.solo.is_empty() {
+            scene.background = Background::None;
         }
+        Scene { yaw_deg: front.turned(scene.yaw_deg), output, ..scene }
     }
 
     /// Effects of the clip, with each animated one at its maximum: the most that any frame needs.
     pub fn largest_effects(&self) -> Effects {
-        let mut effects = self.effects;
+        let mut effects = self.look.effects;
         for strength in STRENGTHS {
-            if self.animation.of(Setting::Effect(strength.pass)).is_some() {
+            if self.look.is_keyed(Setting::Effect(strength.pass)) {
                 *(strength.of)(&mut effects) = strength.most;
             }
         }
@@ -170,8 +122,8 @@ impl RelightSettings {
 
     /// Refuses keys of a missing light or group.
     fn check_keys(&self) -> Result<()> {
-        let mut lanes = self.animation.lanes();
-        let lost = lanes.find(|(setting, _)| !setting.exists(&self.lighting));
+        let mut lanes = self.look.animation.lanes();
+        let lost = lanes.find(|(setting, _)| !setting.exists(&self.look.lighting));
         let Some((lost, _)) = lost else {
             return Ok(());
         };
@@ -181,7 +133,7 @@ impl RelightSettings {
                 "Remove its keys",
             ));
         }
-        let numbers = self.lighting.placed.iter().map(|light| light.id.to_string());
+        let numbers = self.look.lighting.placed.iter().map(|light| light.id.to_string());
         let numbers: Vec<String> = numbers.collect();
         Err(Error::missing(
             match &numbers[..] {

@@ -1,7 +1,7 @@
 use super::*;
 use clap::Parser;
 use light::keyframes::Keyframes;
-use scene::{LightSetting, Pass};
+use scene::{Animation, LightSetting, Pass};
 
 #[derive(Parser)]
 struct Options {
@@ -28,8 +28,8 @@ fn keys_take_the_place_of_values_and_a_turntable_turns_what_they_say() {
     let mut moving = settings("--yaw 30 --pitch 5 --exposure 2 --turntable");
     let before = scene(&moving, 4, 0.25);
     assert_eq!((before.yaw_deg, before.exposure_stops), (120.0, 2.0));
-    moving.animation.set(Setting::Yaw, keys("0:10,8:20"));
-    moving.animation.set(Setting::Exposure, keys("0:-1,8:1"));
+    moving.look.animation.set(Setting::Yaw, keys("0:10,8:20"));
+    moving.look.animation.set(Setting::Exposure, keys("0:-1,8:1"));
     let after = scene(&moving, 4, 0.25);
     assert_eq!((after.yaw_deg, after.exposure_stops), (105.0, 0.0));
     assert_eq!(after.lighting, before.lighting);
@@ -40,7 +40,7 @@ fn an_effect_that_any_frame_may_ask_for_counts_for_the_whole_clip() {
     let mut moving = settings("--vignette 0.2");
     assert!(!moving.largest_effects().asks(Pass::Smoothing));
     let smoothing = Setting::Effect(Pass::Smoothing);
-    moving.animation.set(smoothing, keys("0:0,8:0.5"));
+    moving.look.animation.set(smoothing, keys("0:0,8:0.5"));
     assert!(moving.largest_effects().asks(Pass::Smoothing));
     assert_eq!(moving.largest_effects().vignette, 0.2);
     assert!(!scene(&moving, 0, 0.0).effects.asks(Pass::Smoothing));
@@ -50,19 +50,19 @@ fn an_effect_that_any_frame_may_ask_for_counts_for_the_whole_clip() {
 #[test]
 fn keys_of_a_light_that_is_not_there_are_refused() {
     let mut moving = settings("--light 0,0,10,1 --light 90,0,10,1");
-    moving.lighting.number_lights();
+    moving.look.lighting.number_lights();
     let azimuth = |id| Setting::Light(id, LightSetting::Yaw);
-    moving.animation.set(azimuth(2), keys("0:0,8:90"));
+    moving.look.animation.set(azimuth(2), keys("0:0,8:90"));
     moving.check_keys().unwrap();
     assert_eq!(scene(&moving, 4, 0.0).lighting.placed[1].yaw_deg, 45.0);
-    moving.animation.set(azimuth(3), keys("0:0"));
+    moving.look.animation.set(azimuth(3), keys("0:0"));
     let said = moving.check_keys().unwrap_err().to_string();
     assert!(said.contains("lights.3.yaw") && said.contains("1, 2"), "{said}");
-    moving.lighting.placed.clear();
+    moving.look.lighting.placed.clear();
     let said = moving.check_keys().unwrap_err().to_string();
     assert!(said.contains("no light"), "{said}");
-    moving.animation = Animation::default();
-    moving.animation.set(Setting::Group(3), keys("0:1"));
+    moving.look.animation = Animation::default();
+    moving.look.animation.set(Setting::Group(3), keys("0:1"));
     let said = moving.check_keys().unwrap_err().to_string();
     assert!(said.contains("groups.3.gain"), "{said}");
 }
@@ -76,21 +76,21 @@ fn all_settings_come_back_from_a_file_as_they_were() {
          --lut look.cube --no-sound --at square --size 640 --bits 16 --layers --hand-over nuke,edl --profile --device cpu \
          --field compressed --exr-samples float --background #102030",
     );
-    all.lighting.number_lights();
-    all.lighting.placed[1].group = "rim".to_owned();
-    all.lighting.groups = vec![light::LightGroup {
+    all.look.lighting.number_lights();
+    all.look.lighting.placed[1].group = "rim".to_owned();
+    all.look.lighting.groups = vec![light::LightGroup {
         name: "rim".to_owned(),
         id: 1,
         gain_stops: -1.3,
         ..light::LightGroup::default()
     }];
-    assert_eq!(all.background, Background::Color([16, 32, 48]));
+    assert_eq!(all.look.background, Background::Color([16, 32, 48]));
     let mut lanes = vec![Setting::Yaw, Setting::Exposure, Setting::Tint];
     lanes.extend(STRENGTHS.iter().map(|strength| Setting::Effect(strength.pass)));
     lanes.extend(LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting)));
     lanes.push(Setting::Group(1));
     for (number, lane) in lanes.into_iter().enumerate() {
-        all.animation.set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));
+        all.look.animation.set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));
     }
     let text = serde_json::to_string(&all).unwrap();
     let read: RelightSettings = serde_json::from_str(&text).unwrap();
