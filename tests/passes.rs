@@ -81,7 +81,7 @@ impl Shoot {
             before: None,
         };
         let first = Scene { frame: 0, ..scene() };
-        shoot.before = compose(&first, &shoot.of(&shoot.memory)).unwrap().steady;
+        shoot.before = compose(&first, &shoot.ingredients(&shoot.memory)).unwrap().steady;
         shoot.memory = field.into();
         shoot
     }
@@ -100,7 +100,7 @@ impl Shoot {
         Plate::new(light, matte, square, working).unwrap()
     }
 
-    fn of<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
+    fn ingredients<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
         Ingredients {
             extra: Extra {
                 before: self.before.as_ref(),
@@ -115,7 +115,7 @@ impl Shoot {
 impl Shoot {
     /// At the plate's size.
     fn on_plate<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
-        let mut ingredients = self.of(field);
+        let mut ingredients = self.ingredients(field);
         ingredients.extra.plate = Some(&self.plate);
         ingredients
     }
@@ -187,7 +187,7 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     // Counts and times come in the same copy.
     let picture = (16 * SIZE * SIZE + 16 + clock) as u64;
     let plain = Scene { effects: Effects::default(), ..scene() };
-    let (made, mapped) = mapped_during(|| compose(&plain, &shoot.of(&shoot.gpu)).unwrap());
+    let (made, mapped) = mapped_during(|| compose(&plain, &shoot.ingredients(&shoot.gpu)).unwrap());
     assert_eq!(ran(&made), ["relight", "background", "exposure", "view", "dither"]);
     assert!(made.linear.is_none());
     assert_eq!(mapped, [picture]);
@@ -195,7 +195,7 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     // An active effect is measured first, on little data, and not again while its input is unchanged.
     let mut reuse = Reuse::default();
     let mut make = |scene: &Scene| {
-        let ingredients = shoot.of(&shoot.gpu);
+        let ingredients = shoot.ingredients(&shoot.gpu);
         mapped_during(|| compose_reusing(scene, &ingredients, &mut reuse).unwrap())
     };
     let (_, mapped) = make(&scene());

@@ -283,7 +283,7 @@ fn a_review_of_any_content_is_shown_or_refused() {
     let target = Target::of_text("marks", project.marks_path(), vec![marks.to_vec()]);
     let second = fuzz::run!(target, |_: &Path| {
         let marks = Marks::load(&project).map_err(|e| e.to_string())?;
-        marks.of("frame_005", "a");
+        marks.get("frame_005", "a");
         Ok(())
     });
     shown!(Strangers, "A `measured.json` and a `review.toml` with arbitrary content", bound: "4 GiB at once", measured: format!("{first}; {second}"));

@@ -39,7 +39,7 @@ fn corner(window: &mut Window, name: &str, by: egui::Vec2) {
 }
 
 fn framing(project: &Project) -> Framing {
-    Project::open(&project.root).unwrap().settings.framing.of((32, 32))
+    Project::open(&project.root).unwrap().settings.framing.for_size((32, 32))
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     until(&mut window, "need of a calibration", needs(Some(Need::Calibration)));
     let chosen = framing(&project);
     assert!(chosen.side < 32 && chosen.x > 0 && chosen.y < 0, "{chosen:?}");
-    assert_eq!(window.state().project().unwrap().settings.framing.of((32, 32)), chosen);
+    assert_eq!(window.state().project().unwrap().settings.framing.for_size((32, 32)), chosen);
     assert!(project.root.join("aside-1/calibration.toml").exists());
     window.get_by_label("Footage");
     window.get_by_label("Whole").click();

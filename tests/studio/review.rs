@@ -131,12 +131,12 @@ fn a_cell_is_found_looked_at_and_marked() {
     window.run_steps(3);
     let marks_of = |project: &Project| Marks::load(project).unwrap();
     let started = Instant::now();
-    while marks_of(&project).of("frame_005", "olat_10").is_none_or(|m| m.note.is_empty()) {
+    while marks_of(&project).get("frame_005", "olat_10").is_none_or(|m| m.note.is_empty()) {
         assert!(started.elapsed() < test_support::PATIENCE);
         window.step();
     }
     let kept = marks_of(&project);
-    let marked = kept.of("frame_005", "olat_10").unwrap();
+    let marked = kept.get("frame_005", "olat_10").unwrap();
     assert_eq!((marked.mark, marked.note.as_str()), (Some(Mark::Bad), "the chin's shadow"));
 
     // The other metric puts other cells first.
@@ -169,7 +169,7 @@ fn until_marked(window: &mut Window, project: &Project, (case, lamp): (&str, &st
     let started = Instant::now();
     let on_disk = || {
         let marks = Marks::load(project).unwrap();
-        marks.of(case, lamp).and_then(|marked| marked.mark)
+        marks.get(case, lamp).and_then(|marked| marked.mark)
     };
     while on_disk() != Some(mark) {
         assert!(started.elapsed() < test_support::PATIENCE, "no {mark:?}");
@@ -207,7 +207,7 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     let verdict = |window: &Window, (case, lamp): (usize, usize)| {
         let review = measurement(window);
         let marks = &window.state().review().marks;
-        let marked = marks.of(&review.cases[case].name, &review.lamps[lamp]);
+        let marked = marks.get(&review.cases[case].name, &review.lamps[lamp]);
         marked.and_then(|marked| marked.mark)
     };
     assert_eq!(verdict(&window, cell), Some(Mark::Bad));
@@ -508,7 +508,7 @@ fn a_verdict_is_taken_back_by_its_key_and_undone_while_the_light_stays() {
         let started = Instant::now();
         let on_disk = || {
             let marks = Marks::load(&project).unwrap();
-            let marked = marks.of("frame_005", "olat_10").cloned();
+            let marked = marks.get("frame_005", "olat_10").cloned();
             marked.map_or((None, String::new()), |marked| (marked.mark, marked.note))
         };
         while on_disk() != (mark, note.to_owned()) {

@@ -112,7 +112,7 @@ impl ExportOptions {
     fn has_foreign_grain(&self, look: &LookSettings) -> bool {
         let mut effects = look.effects;
         let grain = Setting::Effect(Pass::Grain);
-        if look.animation.of(grain).is_some() {
+        if look.animation.keys(grain).is_some() {
             effects.grain = 1.0;
         }
         self.ocio.is_asked() && effects.asks(Pass::Grain)

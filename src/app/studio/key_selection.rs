@@ -21,7 +21,7 @@ impl KeySelection {
 
     /// All keys of a setting.
     pub fn lane(setting: Setting, animation: &Animation) -> Self {
-        let keys = animation.of(setting).map_or(&[][..], Keyframes::keys);
+        let keys = animation.keys(setting).map_or(&[][..], Keyframes::keys);
         Self { keys: keys.iter().map(|key| (setting, key.frame)).collect() }
     }
 
@@ -60,7 +60,7 @@ impl KeySelection {
     /// Drops keys that no longer exist.
     pub fn keep(&mut self, animation: &Animation) {
         self.keys.retain(|(setting, frame)| {
-            let keys = animation.of(*setting);
+            let keys = animation.keys(*setting);
             keys.is_some_and(|keys| keys.index_at(*frame).is_some())
         });
     }
@@ -164,7 +164,7 @@ impl KeySelection {
     /// The common interpolation of the selected keys; None if they differ.
     pub fn kind(&self, animation: &Animation) -> Option<Interpolation> {
         let mut kinds = self.keys.iter().filter_map(|(setting, frame)| {
-            let keys = animation.of(*setting)?;
+            let keys = animation.keys(*setting)?;
             Some(keys.kind(keys.index_at(*frame)?))
         });
         let first = kinds.next()?;
@@ -222,7 +222,7 @@ impl Onto {
     }
 
     /// Target of a setting's keys. `is_one`: the copy has a single lane; `is_light`: its keys belong to a single light.
-    fn of(self, of: Setting, (is_one, is_light): (bool, bool)) -> Setting {
+    fn target(self, of: Setting, (is_one, is_light): (bool, bool)) -> Setting {
         match (self, of) {
             (Self::Lane(Some(lane)), _) if is_one && lane.unit() == of.unit() => lane,
             (_, Setting::Light(own, setting)) if is_light => {
@@ -260,11 +260,11 @@ pub fn pasted(
     }
     let (mut lanes, mut selection) = (Lanes::new(), KeySelection::default());
     for (of, copied) in copy.lanes() {
-        let setting = onto.of(of, (is_one, is_light));
+        let setting = onto.target(of, (is_one, is_light));
         if !setting.exists(lighting) {
             continue;
         }
-        let mut keys = animation.of(setting).cloned().unwrap_or_default();
+        let mut keys = animation.keys(setting).cloned().unwrap_or_default();
         for (index, key) in copied.keys().iter().enumerate() {
             let key = Key {
                 frame: key.frame + frame as f64,
@@ -385,7 +385,7 @@ mod tests {
     #[test]
     fn keys_are_pasted_at_the_frame_in_their_lanes_or_in_one_of_the_same_unit() {
         let mut source = animation(&[(YAW, "2:0,5:30,9:60"), (GLARE, "4:0.5")]);
-        let mut shaped = source.of(YAW).unwrap().clone();
+        let mut shaped = source.keys(YAW).unwrap().clone();
         shaped.set_kind(1, Interpolation::Hold);
         shaped.set_slopes(1, [Some(2.0), None]).unwrap();
         source.set(YAW, shaped);

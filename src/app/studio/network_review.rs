@@ -75,7 +75,7 @@ impl MarkHistory {
     /// Adds a step before a mark is set.
     fn push(&mut self, before: &Marks, marked: &MarkedOlat) {
         let cell = [&marked.case, &marked.lamp].map(String::clone);
-        let previous = before.of(&marked.case, &marked.lamp);
+        let previous = before.get(&marked.case, &marked.lamp);
         let types = previous.and_then(|of| of.mark) == marked.mark;
         let last = self.undo.last();
         if !(types && self.typing && last.is_some_and(|last| last.cell == cell)) {

@@ -57,7 +57,7 @@ impl Region {
 
     /// The pixels of the region, row by row, in a picture with this many columns. Pixels outside the picture are
     /// skipped.
-    pub fn of<T>(self, pixels: &[T], columns: usize) -> impl Iterator<Item = &T> {
+    pub fn pixels<T>(self, pixels: &[T], columns: usize) -> impl Iterator<Item = &T> {
         self.every(1, pixels, columns)
     }
 
@@ -114,11 +114,11 @@ mod tests {
     fn a_region_counts_its_own_pixels_in_pictures_of_any_size() {
         let pixels: Vec<usize> = (0..12).collect();
         let region = Region { left: 1, top: 1, right: 3, bottom: 3 };
-        let found: Vec<usize> = region.of(&pixels, 4).copied().collect();
+        let found: Vec<usize> = region.pixels(&pixels, 4).copied().collect();
         assert_eq!(found, [5, 6, 9, 10]);
         let found: Vec<usize> = region.every(2, &pixels, 4).copied().collect();
         assert_eq!(found, [5, 6]);
-        assert_eq!(region.of(&pixels[..6], 4).count(), 0, "incomplete rows");
+        assert_eq!(region.pixels(&pixels[..6], 4).count(), 0, "incomplete rows");
         assert_eq!(region.inside([2, 9]).map(Region::size), Some([1, 2]));
         assert_eq!(region.inside([1, 9]), None);
         assert_eq!(region.scaled([4, 4], [2, 2]).size(), [2, 2]);

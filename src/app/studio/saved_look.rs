@@ -108,7 +108,7 @@ impl SavedLook {
     }
 
     /// Parses the text from [`Self::text`].
-    pub fn of_text(text: &str) -> Option<Self> {
+    pub fn parse(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()
     }
 
@@ -173,7 +173,7 @@ mod tests {
         let text = SavedLook::from_look(&other.look).text();
         assert!(!text.contains("yaw_keys") && text.contains("\"yaw\": {"), "{text}");
         let mut again = State::new(10, 24.0);
-        SavedLook::of_text(&text).unwrap().apply(&mut again.look);
+        SavedLook::parse(&text).unwrap().apply(&mut again.look);
         assert_eq!(again.look, other.look);
 
         std::fs::write(SavedLook::path(&project), "half a f").unwrap();

@@ -143,7 +143,7 @@ impl StoredLook {
     pub fn read(path: &Path) -> Result<Self> {
         let text = files::read_text(path, MOST_BYTES);
         let text = text.map_err(|e| Error::io("read", path, e, "Choose another file"))?;
-        Self::of_text(&text, path)
+        Self::parse(&text, path)
     }
 
     /// Reads one of the program's own files.
@@ -163,10 +163,10 @@ impl StoredLook {
             let cause = format!("it has more than {MOST_BYTES} bytes");
             return Err(Error::codec("understand the look in", path, cause, LEFT));
         }
-        Self::of_text(&text, path)
+        Self::parse(&text, path)
     }
 
-    fn of_text(text: &str, path: &Path) -> Result<Self> {
+    fn parse(text: &str, path: &Path) -> Result<Self> {
         let fail = |cause: String| Error::codec("understand the look in", path, cause, LEFT);
         let look: Self = serde_json::from_str(text).map_err(|e| fail(e.to_string()))?;
         match look.afterlight_look {

@@ -62,7 +62,7 @@ impl Behind {
     }
 
     /// The picture behind, and its number; None if the background is no file, or cannot be read.
-    pub fn of(&self, background: &Background) -> Option<(u64, &Image)> {
+    pub fn picture(&self, background: &Background) -> Option<(u64, &Image)> {
         let file = background.file()?;
         let (.., shown) = self.files.iter().find(|(of, ..)| of == file)?;
         shown.as_ref().map(|(number, picture)| (*number, &**picture))

@@ -94,7 +94,7 @@ impl RelitFrame<'_> {
                 }
                 let all = self.light.on(&olats.field, &olats.frame.mask);
                 let weights = self.solo.unwrap_or(all.weights);
-                let extra = extra(olats, self.behind.of(&scene.background));
+                let extra = extra(olats, self.behind.picture(&scene.background));
                 compose(&scene, &Ingredients { weights, extra, ..all })?
             }
             (Comparison::Light(environment, yaw_deg), _) => {
@@ -123,7 +123,7 @@ impl RelitFrame<'_> {
             EnvironmentLight::update(own_light, environment, self.rig, scene, self.reference)?;
         let PredictedFrame { field, frame, .. } = self.predicted;
         let all = light.on(field, &frame.mask);
-        let extra = extra(self.predicted, self.behind.of(&scene.background));
+        let extra = extra(self.predicted, self.behind.picture(&scene.background));
         compose(scene, &Ingredients { extra, ..all })
     }
 }

@@ -55,7 +55,7 @@ impl LookPictures {
             };
             let scene =
                 Scene { frame: request.scene.frame, output: Output::Display, ..view.scene.clone() };
-            let behind = behind.of(&scene.background);
+            let behind = behind.picture(&scene.background);
             let number = behind.map(|(number, _)| number);
             let is_made = made.of.as_ref().is_some_and(|(of, frame, table, shown)| {
                 of == view && Arc::ptr_eq(frame, predicted) && *table == through && *shown == number
@@ -72,7 +72,7 @@ impl LookPictures {
                 let extra = extra(predicted, behind);
                 let all = light.on(&predicted.field, &predicted.frame.mask);
                 let mut codes = compose(&scene, &Ingredients { extra, ..all })?.display;
-                let table = table.of(&scene, request.table.as_ref())?;
+                let table = table.read(&scene, request.table.as_ref())?;
                 if let (Some(codes), Some(table)) = (&mut codes, table) {
                     table.apply_to(codes);
                 }

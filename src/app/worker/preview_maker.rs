@@ -102,7 +102,7 @@ impl PreviewMaker {
         let (request, predicted) = (&inputs.request, &inputs.predicted);
         self.identify(request, predicted);
         let missing = self.behind.read(request);
-        let behind = self.behind.of(&request.scene.background);
+        let behind = self.behind.picture(&request.scene.background);
         self.identity.behind = behind.map_or(0, |(number, _)| number);
         let reference = self.reference.get_or_insert_with(|| predicted.clone());
         let reference = (&*reference.field, &reference.frame.mask);
@@ -162,7 +162,7 @@ impl PreviewMaker {
         let asked_frame = (request, predicted);
         let table = &mut self.table;
         let looks = (self.looks).make(asked_frame, (&self.rig, reference), table, &self.behind)?;
-        let table = self.table.of(&request.scene, request.table.as_ref())?;
+        let table = self.table.read(&request.scene, request.table.as_ref())?;
         if inputs.in_memory || table.is_some() {
             shown.read()?;
         }
@@ -277,7 +277,7 @@ pub(super) fn changed(path: &Path) -> Option<SystemTime> {
 impl ViewTable {
     /// The table in a file, if the scene is shown through one. It reads codes of our own curves, so it does not
     /// apply to a configuration's view.
-    pub fn of(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
+    pub fn read(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
         let is_picture = scene.effects.inspection == Inspection::Picture;
         let is_ours = scene.viewing.through.is_none();
         let Some(path) = path.filter(|_| is_picture && is_ours) else {

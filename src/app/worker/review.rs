@@ -92,7 +92,7 @@ impl CellReader {
                 self.compared.insert((measurements, cell.clone(), pictures))
             }
         };
-        let ([truth, predicted], difference) = pictures.of(cell.lamp)?;
+        let ([truth, predicted], difference) = pictures.compare(cell.lamp)?;
         Ok(CellPictures {
             cell: cell.clone(),
             truth: SrgbPicture::from_picture(&truth),

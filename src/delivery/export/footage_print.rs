@@ -23,21 +23,23 @@ pub(super) struct FootagePrints {
 
 impl FootagePrints {
     /// Fingerprint of a picture: its frame and the fingerprint of its file; "missing" if the file cannot be read.
-    pub fn of(&self, picture: &Picture) -> String {
+    pub fn picture_print(&self, picture: &Picture) -> String {
         match picture {
-            Picture::File(file) => self.of_file(file),
+            Picture::File(file) => self.file_print(file),
             Picture::Movie { file, frame } => match movies::open(file).as_deref() {
                 Ok(Source::Sequence(sequence)) => {
                     sequence.file(*frame).map_or_else(missing, |file| print_or_missing(&file))
                 }
-                Ok(Source::Movie(_)) => format!("{frame} of {}", self.of_file(file)),
+                Ok(Source::Movie(_)) => format!("{frame} of {}", self.file_print(file)),
                 Err(_) => missing(),
             },
-            Picture::Mirrored(picture, axis) => format!("{axis:?} of {}", self.of(picture)),
+            Picture::Mirrored(picture, axis) => {
+                format!("{axis:?} of {}", self.picture_print(picture))
+            }
         }
     }
 
-    fn of_file(&self, file: &Path) -> String {
+    fn file_print(&self, file: &Path) -> String {
         let mut known = self.files.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(print) = known.get(file) {
             return print.clone();
@@ -99,7 +101,9 @@ mod tests {
         std::fs::copy(&here, &there).unwrap();
         let file = std::fs::File::options().write(true).open(&there).unwrap();
         file.set_modified(std::time::UNIX_EPOCH).unwrap();
-        let print = |path: &Path| FootagePrints::default().of(&Picture::File(path.to_path_buf()));
+        let print = |path: &Path| {
+            FootagePrints::default().picture_print(&Picture::File(path.to_path_buf()))
+        };
         assert_eq!(print(&here), print(&there));
         let mut bytes = vec![7; 200_000];
         bytes[123_456] = 8;

@@ -60,7 +60,7 @@ impl Provenance {
         made_of.bytes(&read(&project.calibration_path())?);
         let footage = FootagePrints::default();
         for picture in exemplar_sources(project) {
-            made_of.text(&footage.of(&picture));
+            made_of.text(&footage.picture_print(&picture));
         }
         // It holds the checksums of the weights.
         let mut network = Fnv::default();
@@ -87,7 +87,7 @@ impl Provenance {
         written.text(&format!("{plain:?} {first}"));
         // The first frame's light sets the level of all.
         for picture in sources(project, first, &Background::None)? {
-            written.text(&footage.of(&picture));
+            written.text(&footage.picture_print(&picture));
         }
         if let Some(table) = &asked.files.lut {
             written.bytes(&read(table)?);
@@ -114,7 +114,7 @@ impl Provenance {
         look.text(&format!("{:?}", Scene { background, ..scene.clone() }));
         let mut plate = Fnv::default();
         for picture in pictures {
-            plate.text(&self.footage.of(picture));
+            plate.text(&self.footage.picture_print(picture));
         }
         format!("{} look={look} plate={plate} frame={}", self.common, scene.frame)
     }

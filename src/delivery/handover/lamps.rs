@@ -119,7 +119,7 @@ impl Layers {
     }
 
     /// Lamps of a group.
-    pub fn of(&self, group: Group) -> impl Iterator<Item = &LampLayer> {
+    pub fn lamps_in(&self, group: Group) -> impl Iterator<Item = &LampLayer> {
         self.lamps.iter().filter(move |lamp| lamp.group == group)
     }
 }

@@ -216,7 +216,7 @@ impl Script {
     /// Adds the lamps of a group and applies the group's gain. Returns true if there are any.
     fn group(&mut self, shot: &Shot, layers: &Layers, group: Group) -> bool {
         let start = self.columns;
-        for (index, lamp) in layers.of(group).enumerate() {
+        for (index, lamp) in layers.lamps_in(group).enumerate() {
             self.lamp(shot, layers, lamp);
             if index > 0 {
                 self.add(&format!("Add_{}", lamp.layer), self.columns, Row::Sum);

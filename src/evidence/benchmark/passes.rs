@@ -283,7 +283,7 @@ impl Shoot {
         })
     }
 
-    fn of<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
+    fn ingredients<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
         Ingredients {
             extra: Extra {
                 before: self.before.as_ref(),
@@ -298,7 +298,7 @@ impl Shoot {
     /// Smoothing state left by a darker frame.
     fn steady(&self, field: &Field) -> Result<Steady> {
         let first = Scene { frame: 0, ..scenes().remove(0) };
-        let steady = compose(&first, &self.of(field))?.steady;
+        let steady = compose(&first, &self.ingredients(field))?.steady;
         let mut steady =
             steady.ok_or_else(|| Error::bug("a scene with smoothing hands on nothing"))?;
         // As if that frame's light had been held back.
@@ -309,7 +309,7 @@ impl Shoot {
     /// Renders pictures within the budget, after one that warms up. Returns the times of each pass and the milliseconds
     /// of each picture.
     fn timed(&self, scene: &Scene, field: &Field, budget: Budget) -> Result<Made> {
-        let ingredients = self.of(field);
+        let ingredients = self.ingredients(field);
         compose(scene, &ingredients)?;
         let mut pictures = Vec::new();
         let times = budget.time(|| {

@@ -58,7 +58,7 @@ impl Pictures {
         let side = SIDE.min(project.settings.size);
         let framings = &project.settings.framing;
         let [filmed, lit] = [project.frame_picture(0), project.first_olat(0)]
-            .map(|picture| Ok(within(&framings.of(dimensions(&picture)?), side)));
+            .map(|picture| Ok(within(&framings.for_size(dimensions(&picture)?), side)));
         let (mut shown, lit): (Mask, Mask) = (filmed?, lit?);
         for (share, other) in shown.pixels.iter_mut().zip(lit.pixels) {
             *share = share.min(other);

@@ -46,7 +46,7 @@ impl Truth {
             framing: (!shoot.frames.is_empty())
                 .then(|| dimensions(&project.frame_picture(0)).ok())
                 .flatten()
-                .map(|size| project.settings.framing.of(size)),
+                .map(|size| project.settings.framing.for_size(size)),
             framings: project.settings.framing.clone(),
             frame_names: shoot.frames.names().map(Into::into).collect(),
             lamps: shoot.lamps.clone(),
@@ -153,7 +153,7 @@ impl Truth {
             truth.width * height == truth.height * width
         };
         let Some(framing) = self.framing.filter(same_shape) else {
-            let framing = self.framings.of(truth.size());
+            let framing = self.framings.for_size(truth.size());
             return cut_picture(truth, &framing);
         };
         match framing.scaled(truth.size()) {

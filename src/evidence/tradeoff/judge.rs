@@ -252,7 +252,7 @@ impl Judge {
 /// When the first OLAT cannot be read.
 pub fn exemplar_size(project: &Project) -> Result<usize> {
     let picture = dimensions(&project.first_olat(0))?;
-    let side = project.settings.framing.of(picture).side;
+    let side = project.settings.framing.for_size(picture).side;
     Ok(1 << side.max(1).ilog2())
 }
 

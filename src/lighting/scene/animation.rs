@@ -27,7 +27,7 @@ impl From<Animation> for BTreeMap<Setting, Keyframes> {
 
 impl Animation {
     /// Keys of a setting; None without keys.
-    pub fn of(&self, setting: Setting) -> Option<&Keyframes> {
+    pub fn keys(&self, setting: Setting) -> Option<&Keyframes> {
         self.lanes.get(&setting)
     }
 
@@ -57,7 +57,7 @@ impl Animation {
 
     /// Value of a setting at a frame, within its range; None without keys.
     pub fn value(&self, setting: Setting, frame: f64) -> Option<f32> {
-        let value = self.of(setting)?.at(frame)?;
+        let value = self.keys(setting)?.at(frame)?;
         Some(setting.bounded(value) as f32)
     }
 }
@@ -137,7 +137,7 @@ mod tests {
         let lanes: Vec<Setting> = read.lanes().map(|(setting, _)| setting).collect();
         assert_eq!(lanes, [Setting::Tint]);
         let key = Key { frame: 4.0, value: -3.0, ..Key::default() };
-        assert_eq!(read.of(Setting::Tint).unwrap().keys(), [key]);
+        assert_eq!(read.keys(Setting::Tint).unwrap().keys(), [key]);
         for broken in [
             r#"{"tilt": {"keys": []}}"#,
             r#"{"tint": {"keys": [{"frame": 1e99, "value": 0}]}}"#,

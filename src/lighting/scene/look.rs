@@ -46,12 +46,12 @@ impl Look {
     /// Keys of a setting; empty without keys.
     pub fn keys(&self, setting: Setting) -> &Keyframes {
         static NONE: Keyframes = Keyframes::NONE;
-        self.animation.of(setting).unwrap_or(&NONE)
+        self.animation.keys(setting).unwrap_or(&NONE)
     }
 
     /// True if a setting has keys.
     pub fn is_keyed(&self, setting: Setting) -> bool {
-        self.animation.of(setting).is_some()
+        self.animation.keys(setting).is_some()
     }
 
     /// Value of a setting, without its keys; None if its light or group does not exist.

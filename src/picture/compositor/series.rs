@@ -145,7 +145,7 @@ mod tests {
             ReflectanceField::from_olats(&[olat.clone(), olat]).into()
         }
 
-        fn of<'a>(&'a self, field: &'a Field, frame: u64) -> Ingredients<'a> {
+        fn ingredients<'a>(&'a self, field: &'a Field, frame: u64) -> Ingredients<'a> {
             Ingredients {
                 extra: Extra {
                     identity: Identity { frame, ..Identity::default() },
@@ -171,11 +171,11 @@ mod tests {
         let plate = (&clip.plate, &clip.mask);
         let (mut series, mut with_stand_in) = (Series::default(), Series::default());
         for (frame, field) in fields.iter().take(2).enumerate() {
-            let ingredients = clip.of(field, frame as u64);
+            let ingredients = clip.ingredients(field, frame as u64);
             let scene = Clip::scene(frame);
             let picture = series.compose(&scene, plate, &ingredients).unwrap();
             // A smaller picture of another brightness comes in between.
-            let between = clip.of(&fields[2], 9);
+            let between = clip.ingredients(&fields[2], 9);
             let mut reuse = Reuse::default();
             with_stand_in
                 .compose_stand_in(&Clip::scene(frame), plate, &between, &mut reuse)
@@ -197,7 +197,7 @@ mod tests {
         let field = Clip::field(0.5);
         let plate = (&clip.plate, &clip.mask);
         let mut series = Series::default();
-        let ingredients = clip.of(&field, 1);
+        let ingredients = clip.ingredients(&field, 1);
         series.compose(&Clip::scene(0), plate, &ingredients).expect("a picture with grain");
         let (key, grain) = series.grain.clone().unwrap();
         assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
@@ -207,7 +207,7 @@ mod tests {
         let flat = Image::filled(64, 64, [0.3; 3]);
         series.compose(&Clip::scene(0), (&flat, &clip.mask), &ingredients).unwrap();
         assert_eq!(series.grain, Some((key, grain)));
-        series.compose(&Clip::scene(0), (&flat, &clip.mask), &clip.of(&field, 2)).unwrap();
+        series.compose(&Clip::scene(0), (&flat, &clip.mask), &clip.ingredients(&field, 2)).unwrap();
         assert_ne!(series.grain.as_ref().map(|(_, grain)| *grain), Some(grain));
         series.compose(&Scene::default(), plate, &ingredients).unwrap();
         assert_eq!(series.grain, None);

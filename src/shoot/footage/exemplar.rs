@@ -142,7 +142,7 @@ impl<'a> OlatReader<'a> {
     /// When the first OLAT cannot be read.
     pub fn side(&self) -> Result<usize> {
         let size = dimensions(&self.project.first_olat(self.pose))?;
-        Ok(self.project.settings.framing.of(size).side)
+        Ok(self.project.settings.framing.for_size(size).side)
     }
 
     /// Coverage of the subject at `side` × `side` pixels.

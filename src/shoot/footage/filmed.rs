@@ -53,7 +53,7 @@ impl Frame {
         if stand_in.is_some_and(|stand_in| stand_in.is_black) {
             let (width, height) = plate.size();
             let filmed = FilmedFrame {
-                framing: project.settings.framing.of((width, height)),
+                framing: project.settings.framing.for_size((width, height)),
                 plate: Image::filled(width, height, [0.0; 3]),
                 mask: Mask::filled(width, height, 0.0),
             };
@@ -71,7 +71,8 @@ impl Frame {
                 "Provide a matte of the frame's size",
             ));
         }
-        let filmed = FilmedFrame { framing: project.settings.framing.of(mask.size()), plate, mask };
+        let filmed =
+            FilmedFrame { framing: project.settings.framing.for_size(mask.size()), plate, mask };
         Ok((filmed.at_working_size(index, project.settings.size), filmed))
     }
 }
@@ -86,7 +87,7 @@ pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usiz
         return Ok((working, working));
     }
     let plate = dimensions(&project.frame_picture(readable_frame(project, 0)?))?;
-    let side = project.settings.framing.of(plate).side;
+    let side = project.settings.framing.for_size(plate).side;
     Ok(match size {
         PictureSize::Plate => plate,
         _ => (side, side),

@@ -162,7 +162,7 @@ pub fn read_linear(path: &Path, framings: &Framings) -> Result<Image> {
 /// When the file cannot be read.
 pub fn read_mask(matte: &Matte, framings: &Framings) -> Result<Mask> {
     let mask = read_matte(matte)?;
-    let framing = framings.of(mask.size());
+    let framing = framings.for_size(mask.size());
     Ok(cut_mask(mask, &framing))
 }
 
@@ -172,7 +172,7 @@ pub(super) fn cut_mask(mask: Mask, framing: &Framing) -> Mask {
 }
 
 fn framed(picture: Image, framings: &Framings) -> Image {
-    let framing = framings.of(picture.size());
+    let framing = framings.for_size(picture.size());
     cut_picture(picture, &framing)
 }
 

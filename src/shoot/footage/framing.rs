@@ -97,8 +97,8 @@ impl FrameSettings {
         }
         let framing = &project.settings.framing;
         Ok(FrameReport {
-            interview: framing.of(sizes[0]),
-            exemplars: framing.of(sizes[1]),
+            interview: framing.for_size(sizes[0]),
+            exemplars: framing.for_size(sizes[1]),
             damaged_frames: project.settings.shoot.damaged_frames,
             aside,
         })

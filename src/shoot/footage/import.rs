@@ -211,7 +211,7 @@ fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &P
         project.settings.framing.set(fitted.framing);
     }
     for (what, (width, height)) in [("frames", sizes[0]), ("poses", sizes[1])] {
-        let framing = project.settings.framing.of((width, height));
+        let framing = project.settings.framing.for_size((width, height));
         let square = if framing == Framing::largest((width, height)) {
             "The network sees the largest square in their middle".to_owned()
         } else {

@@ -18,7 +18,7 @@ enum Activation {
 }
 
 impl Activation {
-    fn of(self, x: Tensor<4>) -> Tensor<4> {
+    fn apply(self, x: Tensor<4>) -> Tensor<4> {
         match self {
             Self::Relu => activation::relu(x),
             Self::HardSwish => x.clone() * (x + 3.0).clamp(0.0, 6.0) / 6.0,
@@ -71,7 +71,7 @@ impl Gate {
     }
 
     /// `[n, c, h, w]` → `[n, c, 1, 1]`.
-    fn of(&self, x: Tensor<4>) -> Tensor<4> {
+    fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let reduced = activation::relu(self.reduce.forward(mean(x)));
         activation::sigmoid(self.expand.forward(reduced))
     }
@@ -111,10 +111,10 @@ impl Block {
     }
 
     fn forward(&self, x: Tensor<4>) -> Tensor<4> {
-        let y = self.activation.of(self.expand.forward(x.clone()));
-        let y = self.activation.of(self.depthwise.forward(y));
+        let y = self.activation.apply(self.expand.forward(x.clone()));
+        let y = self.activation.apply(self.depthwise.forward(y));
         let y = match &self.gate {
-            Some(gate) => y.clone() * gate.of(y),
+            Some(gate) => y.clone() * gate.forward(y),
             None => y,
         };
         let y = self.project.forward(y);
@@ -148,7 +148,7 @@ impl Stage {
             .with_align_corners(false)
             .with_output_size([height, width]);
         let below = self.narrow.forward(interpolate(below, bilinear));
-        let gate = self.gate.of(down.clone() + below.clone());
+        let gate = self.gate.forward(down.clone() + below.clone());
         let x = activation::relu(self.blend.forward(down * gate + below));
         x.clone() + activation::relu(self.depthwise.forward(x))
     }
@@ -203,7 +203,7 @@ impl Network {
 
     /// `[n, 3, h, w]` encoded RGB in `[0, 1]` → `[n, 1, h, w]` probabilities of a person; h and w are multiples of 16.
     pub fn forward(&self, picture: Tensor<4>) -> Tensor<4> {
-        let mut x = Activation::HardSwish.of(self.stem.forward(picture));
+        let mut x = Activation::HardSwish.apply(self.stem.forward(picture));
         let mut seen = vec![x.clone()];
         for block in &self.blocks {
             x = block.forward(x);

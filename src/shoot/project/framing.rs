@@ -126,7 +126,7 @@ pub struct Framings(Vec<Framing>);
 
 impl Framings {
     /// The framing of pictures of `width × height` pixels: the chosen one, or the largest square in the middle.
-    pub fn of(&self, size: (usize, usize)) -> Framing {
+    pub fn for_size(&self, size: (usize, usize)) -> Framing {
         let chosen = self.0.iter().find(|framing| framing.source == [size.0, size.1]);
         chosen.copied().unwrap_or_else(|| Framing::largest(size))
     }
@@ -164,8 +164,8 @@ mod tests {
         let wide = Framing { x: 100, padding: Padding::Edge, ..Framing::whole((1920, 1080)) };
         assert_eq!((wide.y, wide.side), (-420, 1920));
         framings.set(wide);
-        assert_eq!(framings.of((1920, 1080)), wide);
-        assert_eq!(framings.of((58, 32)), Framing::largest((58, 32)));
+        assert_eq!(framings.for_size((1920, 1080)), wide);
+        assert_eq!(framings.for_size((58, 32)), Framing::largest((58, 32)));
         let text = toml::to_string(&Kept { framing: framings.clone() }).unwrap();
         assert!(text.starts_with("[[framing]]"), "{text}");
         assert_eq!(toml::from_str::<Kept>(&text).unwrap().framing, framings);

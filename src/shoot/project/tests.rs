@@ -76,7 +76,7 @@ fn another_framing_puts_aside_what_was_made_under_the_old_one() {
         }
     }
     let read = Project::open(&project.root).unwrap();
-    assert_eq!(read.settings.framing.of((40, 30)).x, 2);
+    assert_eq!(read.settings.framing.for_size((40, 30)).x, 2);
     assert!(frame(40).is_err());
 }
 

@@ -123,7 +123,7 @@ impl Autosave {
     pub fn load_look(&mut self, project: &Project, mine: bool, state: &mut State) -> Result<()> {
         let look = &mut state.look;
         let loaded = match self.saver.unwritten(&SavedLook::path(project)) {
-            Some(text) => Ok(SavedLook::of_text(&text)),
+            Some(text) => Ok(SavedLook::parse(&text)),
             None => SavedLook::load(project, mine),
         };
         let loaded = loaded.map(|saved| saved.into_iter().for_each(|saved| saved.apply(look)));

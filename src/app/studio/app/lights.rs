@@ -25,7 +25,7 @@ impl StudioApp {
                 let text = copied.map(|copied| copied.text());
                 self.ctx.copy_text(text.unwrap_or_default());
             }
-            LightsCommand::Paste(text) => self.add_light(CopiedLight::of_text(&text)?),
+            LightsCommand::Paste(text) => self.add_light(CopiedLight::parse(&text)?),
             LightsCommand::Remove => {
                 lighting.placed.remove(self.chosen_light()?);
                 self.relight(LookCommand::Lighting(Box::new(lighting)));

@@ -85,7 +85,7 @@ impl StudioApp {
         let Some((case, lamp)) = names else {
             return Err("Choose a cell first: click one in the error map".to_owned());
         };
-        let marked = self.readers.review.marks.of(case, lamp);
+        let marked = self.readers.review.marks.get(case, lamp);
         let note = marked.map_or("", |marked| &marked.note);
         let given = marked.and_then(|marked| marked.mark);
         let verdict = (given != Some(verdict)).then_some(verdict);

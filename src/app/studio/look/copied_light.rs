@@ -41,7 +41,7 @@ impl CopiedLight {
     ///
     /// # Errors
     /// A sentence if the text holds no light.
-    pub fn of_text(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, String> {
         let none = "The clipboard holds no light. Choose one and press Ctrl+C";
         serde_json::from_str(text).map_err(|_| none.to_owned())
     }
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_light_goes_through_the_clipboard_into_another_look() {
         let copied = CopiedLight::new(&lit().look, 0).unwrap();
-        let pasted = CopiedLight::of_text(&copied.text()).unwrap();
+        let pasted = CopiedLight::parse(&copied.text()).unwrap();
         assert_eq!(pasted, copied);
         let mut other = State::new(11, 24.0);
         add(&mut other, pasted);
@@ -163,13 +163,13 @@ mod tests {
     #[test]
     fn any_text_is_refused_or_gives_a_light_within_the_ranges() {
         for text in ["", "no light", "{}", "[1]", "{\"yaw\": {\"keys\": []}}"] {
-            let said = CopiedLight::of_text(text).unwrap_err();
+            let said = CopiedLight::parse(text).unwrap_err();
             assert!(said.contains("no light"), "{text}: {said}");
         }
         let far = r#"{"light": {"id": 7, "pitch_deg": 1e30, "radius_deg": -5, "intensity": 1e30},
             "keys": {"lights.9.red": {"keys": [{"frame": 0, "value": 0.5}]}, "yaw": {"keys": [{"frame": 0, "value": 1}]}}}"#;
         let mut s = lit();
-        add(&mut s, CopiedLight::of_text(far).unwrap());
+        add(&mut s, CopiedLight::parse(far).unwrap());
         let light = &s.look.lighting.placed[1];
         assert_eq!(
             (light.id, light.pitch_deg, light.radius_deg, light.intensity, light.color[0]),

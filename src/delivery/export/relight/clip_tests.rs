@@ -69,7 +69,7 @@ impl Shot {
         }
     }
 
-    fn of<'a>(&'a self, field: &'a Field, extra: Extra<'a>) -> Ingredients<'a> {
+    fn ingredients<'a>(&'a self, field: &'a Field, extra: Extra<'a>) -> Ingredients<'a> {
         Ingredients {
             extra,
             ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
@@ -127,7 +127,7 @@ fn layers_add_up_on_every_plate_under_every_light() {
         let shot = Shot::new(turn);
         scene.effects.smoothing = 0.8;
         let darker = Field::from(field(0.9));
-        let before = compose(&scene, &shot.of(&darker, Extra::default())).unwrap();
+        let before = compose(&scene, &shot.ingredients(&darker, Extra::default())).unwrap();
         let before: Option<&Steady> = before.steady.as_ref();
         scene.frame = 1;
         for field in [HalfField::from(&field(1.0)).into(), Field::from(field(1.0))] {
@@ -138,7 +138,7 @@ fn layers_add_up_on_every_plate_under_every_light() {
                         scene.effects.smoothing = smoothing;
                         let plate = Some(&plate);
                         let extra = Extra { plate, before, ..Extra::default() };
-                        check(&scene, &shot.of(&field, extra));
+                        check(&scene, &shot.ingredients(&field, extra));
                     }
                 }
             }

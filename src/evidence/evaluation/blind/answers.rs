@@ -103,7 +103,7 @@ impl Answers {
                 Error::codec("read answers in", path, problem, REMEDY)
             };
             let (asked, answer) = parsed(line).map_err(refuse)?;
-            let key = keys.of(project, &asked.study)?.ok_or_else(|| {
+            let key = keys.load(project, &asked.study)?.ok_or_else(|| {
                 refuse(format!(
                     "it answers study {}, which {} has no key for",
                     asked.study,
@@ -163,7 +163,7 @@ impl Keys {
     ///
     /// # Errors
     /// When it is damaged.
-    pub fn of(&mut self, project: &Project, study: &str) -> Result<Option<&Key>> {
+    pub fn load(&mut self, project: &Project, study: &str) -> Result<Option<&Key>> {
         if !self.0.contains_key(study)
             && let Some(key) = Key::load(project, study)?
         {

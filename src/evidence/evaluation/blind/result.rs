@@ -120,7 +120,7 @@ pub fn answers(project: &Project, files: &[PathBuf]) -> Result<AnswersReport> {
 }
 
 fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Result<StudyResult> {
-    let key = keys.of(project, study)?;
+    let key = keys.load(project, study)?;
     let key = key.ok_or_else(|| Error::bug(format!("the key of study {study} is gone")))?;
     let method = |clip: &str| -> Result<Method> {
         let shown = key.clips.get(clip);

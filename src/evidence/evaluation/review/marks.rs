@@ -114,7 +114,7 @@ impl Marks {
     }
 
     /// Mark of a lamp in a frame or pose.
-    pub fn of(&self, case: &str, lamp: &str) -> Option<&MarkedOlat> {
+    pub fn get(&self, case: &str, lamp: &str) -> Option<&MarkedOlat> {
         self.cells.iter().find(|m| m.case == case && m.lamp == lamp)
     }
 
@@ -148,8 +148,8 @@ mod tests {
                     mark = \"bad\"\nstamp = 12\n";
         std::fs::write(project.marks_path(), text).unwrap();
         let mut marks = Marks::load(&project).unwrap();
-        assert_eq!(marks.of("frame_005", "olat_01").unwrap().mark, Some(Mark::Bad));
-        assert_eq!(marks.of("frame_005", "olat_02"), None);
+        assert_eq!(marks.get("frame_005", "olat_01").unwrap().mark, Some(Mark::Bad));
+        assert_eq!(marks.get("frame_005", "olat_02"), None);
         let note = "a \"hard\" edge\nunder <the> chin";
         marks.set(MarkedOlat::new("frame_005", "olat_01", Some(Mark::Doubtful), note));
         marks.set(MarkedOlat::new("pose02", "olat_00", None, "fine"));
@@ -160,7 +160,7 @@ mod tests {
         let again = Marks::load(&project).unwrap();
         assert_eq!(again, marks);
         assert_eq!(again.all().len(), 2);
-        assert_eq!(again.of("frame_005", "olat_01").unwrap().note, note);
+        assert_eq!(again.get("frame_005", "olat_01").unwrap().note, note);
         marks.set(MarkedOlat::new("pose02", "olat_00", None, ""));
         assert_eq!(marks.all().len(), 1);
     }

@@ -136,7 +136,7 @@ impl Metric {
     }
 
     /// Score by this metric.
-    pub fn of(self, cell: &OlatScore) -> f64 {
+    pub fn score(self, cell: &OlatScore) -> f64 {
         match self {
             Self::Psnr => cell.psnr_db,
             Self::Ssim => cell.ssim,
@@ -147,7 +147,7 @@ impl Metric {
     /// Score of several OLATs: the mean, or for PSNR the value of the pooled error.
     pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a OlatScore>) -> f64 {
         let count = cells.len();
-        let values = cells.map(|cell| self.of(cell));
+        let values = cells.map(|cell| self.score(cell));
         match self {
             Self::Psnr => pooled(values),
             Self::Ssim | Self::Flip => values.sum::<f64>() / count as f64,
@@ -180,8 +180,9 @@ impl Review {
 
     /// Indices of cases and lamps, the worst first.
     pub fn worst(&self, metric: Metric) -> Vec<(usize, usize)> {
-        let figure =
-            |&(case, lamp): &(usize, usize)| metric.order(metric.of(&self.cases[case].cells[lamp]));
+        let figure = |&(case, lamp): &(usize, usize)| {
+            metric.order(metric.score(&self.cases[case].cells[lamp]))
+        };
         let lamps = 0..self.lamps.len();
         let mut cells: Vec<(usize, usize)> = (0..self.cases.len())
             .flat_map(|case| lamps.clone().map(move |lamp| (case, lamp)))
@@ -202,7 +203,7 @@ impl Review {
         let place = after.and_then(|after| order.iter().position(|&cell| cell == after));
         let (before, rest) = order.split_at(place.map_or(0, |place| place + 1));
         let is_unmarked = |&(case, lamp): &(usize, usize)| {
-            let marked = marks.of(&self.cases[case].name, &self.lamps[lamp]);
+            let marked = marks.get(&self.cases[case].name, &self.lamps[lamp]);
             marked.is_none_or(|marked| marked.mark.is_none())
         };
         rest.iter().chain(before).copied().find(is_unmarked)
@@ -241,7 +242,7 @@ impl Review {
     /// Lamp with the worst score in a case. None if there is no such case.
     pub fn worst_lamp(&self, metric: Metric, case: usize) -> Option<usize> {
         let cells = &self.cases.get(case)?.cells;
-        let order = |lamp: usize| metric.order(metric.of(&cells[lamp]));
+        let order = |lamp: usize| metric.order(metric.score(&cells[lamp]));
         (0..cells.len()).max_by(|&a, &b| order(a).total_cmp(&order(b)))
     }
 

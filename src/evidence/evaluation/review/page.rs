@@ -119,7 +119,7 @@ fn summary(review: &Review) -> String {
         };
         let _ = write!(out, "<tr><td>{what}</td><td class=\"n\">{cases}</td>");
         for metric in Metric::ALL {
-            let figure = metric.text(metric.of(&over_cells));
+            let figure = metric.text(metric.score(&over_cells));
             let _ = write!(out, "<td class=\"n\"><strong>{figure}</strong></td>");
         }
         out += "</tr>\n";
@@ -179,10 +179,10 @@ fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String
         let label = escape(&case.name);
         let _ = writeln!(out, "<text x=\"4\" y=\"{:.1}\">{label}{seen}</text>", y + 12.5);
         for (lamp, cell) in case.cells.iter().enumerate() {
-            let value = metric.of(cell);
+            let value = metric.score(cell);
             let x = LABEL + lamp as f32 * step;
             let lamp_name = &review.lamps[lamp];
-            let marked = marks.of(&case.name, lamp_name);
+            let marked = marks.get(&case.name, lamp_name);
             let note = marked.map_or(String::new(), |m| {
                 format!(": {} {}", m.mark.map_or("", |mark| mark.name()), escape(&m.note))
             });
@@ -219,7 +219,7 @@ fn worst(Contents { review, worst, marks, .. }: &Contents) -> String {
         let case = &review.cases[*case];
         let lamp_name = &review.lamps[*lamp];
         let figures =
-            Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.of(&case.cells[*lamp]))));
+            Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.score(&case.cells[*lamp]))));
         let seen = if case.seen { ", seen in training" } else { "" };
         let (case_name, lamp_text) = (escape(&case.name), escape(lamp_name));
         out += "<figure><div>";
@@ -235,7 +235,7 @@ fn worst(Contents { review, worst, marks, .. }: &Contents) -> String {
             "</div><figcaption><strong>{case_name}, {lamp_text}</strong>{seen}<br>{}",
             figures.join(", ")
         );
-        if let Some(marked) = marks.of(&case.name, lamp_name) {
+        if let Some(marked) = marks.get(&case.name, lamp_name) {
             let mark = marked.mark.map_or("", |m| m.name());
             let _ =
                 write!(out, "<br><span class=\"{mark}\">{mark}</span> {}", escape(&marked.note));

@@ -73,7 +73,7 @@ impl ScoredPictures {
     ///
     /// # Errors
     /// When there is no such lamp, or the pictures differ in size.
-    pub fn of(&self, lamp: usize) -> Result<([Encoded; 2], Raster<f32>)> {
+    pub fn compare(&self, lamp: usize) -> Result<([Encoded; 2], Raster<f32>)> {
         let Some(truth) = self.pictures.truths.get(lamp) else {
             return Err(Error::missing(
                 format!("the measurement has no lamp {lamp}"),
@@ -88,7 +88,7 @@ impl ScoredPictures {
 
     /// The same with FLIP as heat, as data URIs.
     pub(super) fn row(&self, lamp: usize) -> Result<[String; 3]> {
-        let ([truth, predicted], errors) = self.of(lamp)?;
+        let ([truth, predicted], errors) = self.compare(lamp)?;
         let errors = Encoded(errors.map(heat));
         Ok([
             data_uri(&truth, SIDE_PX)?,

@@ -85,7 +85,7 @@ impl Reach {
         Self { points: points(), kernel, end }
     }
 
-    pub fn of(&self, direction: DVec3) -> Vec<(u16, f32)> {
+    pub fn amounts(&self, direction: DVec3) -> Vec<(u16, f32)> {
         let near = self.points.iter().enumerate().filter_map(|(i, point)| {
             let cosine = point.dot(direction);
             (cosine > self.end).then(|| (i as u16, self.kernel.at(cosine) as f32))

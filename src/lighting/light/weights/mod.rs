@@ -141,7 +141,7 @@ impl Partition {
         let nodes = Nodes::from_rig(rig);
         let reach = Reach::new();
         let fit = Fit::new(rig, &nodes);
-        Self::build(rig, width, &nodes, Some(fit), |_, direction, _, _| reach.of(direction))
+        Self::build(rig, width, &nodes, Some(fit), |_, direction, _, _| reach.amounts(direction))
     }
 
     fn build(

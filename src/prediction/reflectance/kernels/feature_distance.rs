@@ -52,12 +52,12 @@ impl<'a> FeatureDistance<'a> {
 /// on. The gradient takes the place of `x`.
 fn distance(x: &mut [f32], [h, w]: [usize; 2], norms: Norms, scales: usize) -> f64 {
     let sums = SquareSums::new(x, [h, w]);
-    let (mut distance, per_value) = norms.of(sums.values);
+    let (mut distance, per_value) = norms.part(sums.values);
     if h < 2 || w < 2 {
         into_gradient(x, [h, w], [per_value, 0.0], &[]);
         return distance;
     }
-    let (of_differences, per_difference) = norms.of(sums.differences);
+    let (of_differences, per_difference) = norms.part(sums.differences);
     distance += of_differences;
     let mut coarser = Vec::new();
     if scales > 1 {
@@ -80,7 +80,7 @@ struct Norms {
 
 impl Norms {
     /// Part of the loss for a Σ x², and the factor f that makes f·x its gradient.
-    fn of(self, square_sum: f64) -> (f64, f32) {
+    fn part(self, square_sum: f64) -> (f64, f32) {
         let norm = (square_sum / self.values + EPSILON * EPSILON).sqrt();
         (self.share * norm, (self.share / (norm * self.values)) as f32)
     }

@@ -45,7 +45,7 @@ pub struct Values {
 impl Losses<'_> {
     /// Losses of the network's output `[lamps, 3, h, w]`. `gradient`, of the same shape, becomes that of
     /// λ1 · reconstruction + λ2 · rendering.
-    pub fn of(&self, output: &[f32], gradient: &mut [f32]) -> Values {
+    pub fn values(&self, output: &[f32], gradient: &mut [f32]) -> Values {
         let picture = self.light.len();
         let lamps = output.len() / picture;
         assert_eq!(picture, 3 * self.size[0] * self.size[1]);

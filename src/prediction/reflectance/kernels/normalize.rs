@@ -61,7 +61,7 @@ impl GroupNorm<'_> {
                         let x = &x[channel * self.pixels..][..self.pixels];
                         let affine = self.affine(moments, channels.start + channel);
                         for (y, &x) in y.iter_mut().zip(x) {
-                            let value = affine.of(x);
+                            let value = affine.apply(x);
                             *y = if value > 0.0 { value } else { self.slope * value };
                         }
                     },
@@ -134,13 +134,13 @@ impl GroupNorm<'_> {
                 dy,
                 x,
                 #[inline(always)]
-                |dy, x| self.through_leak(dy, affine.of(x)),
+                |dy, x| self.through_leak(dy, affine.apply(x)),
             );
             centred += sum_of_pairs(
                 dy,
                 x,
                 #[inline(always)]
-                |dy, x| self.through_leak(dy, affine.of(x)) * (x - affine.centre),
+                |dy, x| self.through_leak(dy, affine.apply(x)) * (x - affine.centre),
             );
         }
         let low = moments.centre().low;
@@ -178,7 +178,7 @@ impl GroupNorm<'_> {
                 let plane = channel * self.pixels..(channel + 1) * self.pixels;
                 let affine = self.affine(moments, channels.start + channel);
                 for ((dx, &dy), &x) in dx.iter_mut().zip(&dy[plane.clone()]).zip(&x[plane]) {
-                    let gradient = self.through_leak(dy, affine.of(x));
+                    let gradient = self.through_leak(dy, affine.apply(x));
                     *dx = affine.scale * gradient + (per_x * (x - affine.centre) + constant);
                 }
             },
@@ -230,7 +230,7 @@ struct Affine {
 
 impl Affine {
     #[inline(always)]
-    fn of(self, x: f32) -> f32 {
+    fn apply(self, x: f32) -> f32 {
         self.scale * (x - self.centre) + self.shift
     }
 }

@@ -264,7 +264,7 @@ fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTenso
         settings,
     };
     let mut gradient = vec![0.0; output.get().len()];
-    let parts = losses.of(output.get(), &mut gradient);
+    let parts = losses.values(output.get(), &mut gradient);
     let total =
         settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
     (

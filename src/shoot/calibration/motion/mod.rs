@@ -135,7 +135,7 @@ fn paths(
 /// Pixels along the side of the exemplars' square.
 fn side_px(project: &Project) -> Result<f32> {
     let size = footage::dimensions(&project.first_olat(0))?;
-    Ok(project.settings.framing.of(size).side as f32)
+    Ok(project.settings.framing.for_size(size).side as f32)
 }
 
 /// Lamps in the order of lighting: by the numbers at the end of their names, or by the names.
@@ -209,14 +209,14 @@ impl Paths {
     }
 
     /// Position of the subject in a pose under each lamp; `None` if unknown.
-    fn of(&self, pose: usize) -> Option<&Path> {
+    fn path(&self, pose: usize) -> Option<&Path> {
         self.paths.as_ref()?.get(self.places[pose]?)
     }
 
     /// Summary of a pose's motion. The true distance of the farthest place exceeds the measured one on average by
     /// √2 of the error's deviation, as measured on swaying stages.
     fn motion(&self, pose: usize, name: &str, side_px: f32) -> Option<PoseMotion> {
-        let path = self.of(pose)?;
+        let path = self.path(pose)?;
         let (mut largest, mut deviation, mut seen) = (0.0f64, 0.0f64, false);
         for (way, variance) in path.iter().flat_map(|p| p.way.iter().zip(&p.variance)) {
             let far = way[0].hypot(way[1]);

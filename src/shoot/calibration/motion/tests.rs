@@ -59,7 +59,7 @@ fn compared(project: &Project, truth: &Truth) -> Comparison {
             sway.iter().map(|s| s[axis]).sum::<f32>() / sway.len() as f32 / SIZE as f32
         });
         for (lamp, way) in sway.iter().enumerate() {
-            let shift = shift(&paths.of(pose).unwrap()[lamp]);
+            let shift = shift(&paths.path(pose).unwrap()[lamp]);
             places += 1.0;
             for axis in 0..2 {
                 let face = way[axis] / SIZE as f32 - mean[axis];

@@ -221,7 +221,7 @@ fn longer_side(context: &PanelContext, project: &Project, options: &ExportOption
     let shown = context.relit.map(|relit| (relit.width, relit.height));
     match (options.at, shown) {
         (PictureSize::Plate, Some((width, height))) => width.max(height),
-        (PictureSize::Box, Some(plate)) => project.settings.framing.of(plate).side,
+        (PictureSize::Box, Some(plate)) => project.settings.framing.for_size(plate).side,
         _ => working,
     }
 }

@@ -76,14 +76,14 @@ impl FootagePanel {
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         match picture {
             Some(Ok(shown)) if context.matte.on => {
-                let kept = project.settings.framing.of(shown.size);
+                let kept = project.settings.framing.for_size(shown.size);
                 let frame = context.state.frame;
                 let is_interview = !context.state.footage.exemplars;
                 let allowed = is_interview && matte::refusal(context, project, frame).is_none();
                 (self.brush).ui(ui, context, shown, kept, (frame, allowed), out);
             }
             Some(Ok(shown)) => {
-                let kept = project.settings.framing.of(shown.size);
+                let kept = project.settings.framing.for_size(shown.size);
                 let mut framing = self.framing(kept);
                 self.square.ui(ui, shown, kept, &mut framing);
                 self.draft = (framing != kept).then_some(framing);
@@ -114,7 +114,7 @@ impl FootagePanel {
         shown: &FootagePicture,
         out: &mut Vec<Command>,
     ) {
-        let kept = project.settings.framing.of(shown.size);
+        let kept = project.settings.framing.for_size(shown.size);
         let mut framing = self.framing(kept);
         let (width, height) = shown.size;
         quiet_ui(ui, &format!("The square used of {width} × {height} pixels"));

@@ -20,12 +20,12 @@ impl ChosenUi<'_> {
     pub fn ui(&self, ui: &mut Ui, out: &mut Vec<Command>) {
         let (case, lamp) = self.cell;
         let (case, lamp_name) = (&self.review.cases[case], &self.review.lamps[lamp]);
-        let marked = self.marks.of(&case.name, lamp_name);
+        let marked = self.marks.get(&case.name, lamp_name);
         let mark = marked.and_then(|m| m.mark);
         let note = marked.map_or("", |m| m.note.as_str());
         ui.strong(format!("{}, {}", case.name, lamp_title(lamp_name)));
         let figures = Metric::ALL.map(|m| {
-            let text = format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp])));
+            let text = format!("{} {}", m.name(), m.text(m.score(&case.cells[lamp])));
             let strong = m == self.metric;
             RichText::new(text).color(if strong { theme::TEXT } else { theme::QUIET })
         });

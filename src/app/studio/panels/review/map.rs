@@ -66,11 +66,11 @@ impl MapUi<'_> {
     fn says(&self, (case, lamp): (usize, usize)) -> String {
         let (case, name) = (&self.review.cases[case], &self.review.lamps[lamp]);
         let figures =
-            Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp]))));
+            Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.score(&case.cells[lamp]))));
         let seen = if case.seen { "seen in training" } else { "unseen" };
         let lamp = lamp_title(name);
         let mut text = format!("{}, {lamp}, {seen}\n{}", case.name, figures.join("  "));
-        if let Some(marked) = self.marks.of(&case.name, name) {
+        if let Some(marked) = self.marks.get(&case.name, name) {
             let mark = marked.mark.map_or("", |m| m.name());
             text += &format!("\n{mark} {}", marked.note);
         }
@@ -114,10 +114,10 @@ impl MapUi<'_> {
         for (row, case) in self.review.cases.iter().enumerate() {
             for (lamp, cell) in case.cells.iter().enumerate() {
                 let rect = place(row, lamp);
-                let error = badness(self.metric, self.metric.of(cell));
+                let error = badness(self.metric, self.metric.score(cell));
                 let [r, g, b] = heat(error).map(byte_from_unit);
                 painter.rect_filled(rect, 0.0, Color32::from_rgb(r, g, b));
-                if let Some(marked) = self.marks.of(&case.name, &self.review.lamps[lamp]) {
+                if let Some(marked) = self.marks.get(&case.name, &self.review.lamps[lamp]) {
                     let radius = (0.3 * steps.x).min(3.0);
                     let rim = Stroke::new(1.0, Color32::BLACK);
                     let color = marked.mark.map_or(Color32::WHITE, verdict::color);

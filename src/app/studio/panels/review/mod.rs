@@ -195,7 +195,7 @@ fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
     let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
     for (what, cases) in [("unseen frame", unseen), ("frame", seen)] {
         if let Some(means) = Means::from_cases(&cases) {
-            let figure = metric.text(metric.of(&means.over_cells));
+            let figure = metric.text(metric.score(&means.over_cells));
             let mut count = counted(means.cases, what);
             if what == "frame" {
                 count += " seen in training";
@@ -224,7 +224,7 @@ fn worst_ui(
     ui.label(RichText::new("Largest errors").color(theme::QUIET));
     for cell in review.worst(metric).into_iter().take(WORST) {
         let (case, lamp) = (&review.cases[cell.0], &review.lamps[cell.1]);
-        let figure = metric.text(metric.of(&case.cells[cell.1]));
+        let figure = metric.text(metric.score(&case.cells[cell.1]));
         let text = format!("{}, {}: {figure}", case.name, lamp_title(lamp));
         if ui.selectable_label(chosen == Some(cell), text).clicked() {
             pressed = Some(cell);

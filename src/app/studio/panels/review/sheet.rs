@@ -74,7 +74,7 @@ impl LampSheetPanel {
         for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
             let corner = area.min + vec2(*x, *y);
             let marked =
-                frame.as_deref().and_then(|frame| context.review.marks.of(frame, &lamp.name));
+                frame.as_deref().and_then(|frame| context.review.marks.get(frame, &lamp.name));
             let picture = LampPicture {
                 number,
                 lamp,

@@ -145,7 +145,7 @@ impl ScopesPanel {
                 let Region { left, top, .. } = region;
                 let text = format!("Mean of {columns} × {rows} pixels at {left}, {top}");
                 ui.label(RichText::new(text).color(theme::QUIET)).on_hover_text(REGION_HINT);
-                readings_ui(ui, self.means.of(context, relit, region, moves));
+                readings_ui(ui, self.means.readings(context, relit, region, moves));
             }
             None => {
                 let hint = "Ctrl+Shift+drag: mean of a region";

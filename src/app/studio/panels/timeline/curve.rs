@@ -48,7 +48,7 @@ impl Plot {
     }
 
     /// The same for another curve, which fills the plot by its own values.
-    fn of(&self, of: Setting, keys: &Keyframes) -> Self {
+    fn for_curve(&self, of: Setting, keys: &Keyframes) -> Self {
         Self { values: span(of, keys, self.track.frames), ..*self }
     }
 
@@ -112,8 +112,9 @@ impl TimelinePanel {
         }
         let plot = Plot { track, rect: rect.shrink2(vec2(0.0, 2.0)), values: self.values };
         let others = look.animation.lanes().filter(|(other, _)| *other != of);
-        let others: Vec<(Setting, Vec<Pos2>)> =
-            others.map(|(other, keys)| (other, plot.of(other, keys).line(other, keys))).collect();
+        let others: Vec<(Setting, Vec<Pos2>)> = others
+            .map(|(other, keys)| (other, plot.for_curve(other, keys).line(other, keys)))
+            .collect();
         plot_ui(ui, of, (keys, &others), &plot, context.state.frame);
         let area = ui.interact(rect, ui.scope_id().with("curve"), Sense::click_and_drag());
         let tangents = self.tangents_ui(ui, context, of, &plot);
@@ -360,7 +361,7 @@ mod tests {
         let plot = Plot { track, rect, values: span(Setting::Yaw, &rising, 11) };
         let own = plot.line(Setting::Yaw, &rising);
         let falling: Keyframes = "0:2,10:-2".parse().unwrap();
-        let other = plot.of(Setting::Exposure, &falling).line(Setting::Exposure, &falling);
+        let other = plot.for_curve(Setting::Exposure, &falling).line(Setting::Exposure, &falling);
         let ends = [other[0], other[other.len() - 1]];
         assert!(ends[0].y < 40.0 && ends[1].y > 80.0, "it fills the plot: {ends:?}");
         let others = [(Setting::Exposure, other.clone())];

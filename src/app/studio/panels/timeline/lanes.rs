@@ -382,7 +382,7 @@ pub fn push_changed(
     now: &scene::Animation,
     out: &mut Vec<Command>,
 ) {
-    let is_new = |(of, keys): &(Setting, Keyframes)| now.of(*of) != Some(keys);
+    let is_new = |(of, keys): &(Setting, Keyframes)| now.keys(*of) != Some(keys);
     if lanes.iter().any(is_new) {
         out.push(Command::Look(LookCommand::Keys(lanes)));
     }

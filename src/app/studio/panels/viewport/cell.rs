@@ -167,7 +167,7 @@ fn bar_ui(
                 ui.strong(format!("{}, {title}", case.name));
                 if let Some(cell) = case.cells.get(lamp) {
                     for metric in Metric::ALL {
-                        let figure = metric.text(metric.of(cell));
+                        let figure = metric.text(metric.score(cell));
                         ui.label(format!("{} {figure}", metric.name()));
                     }
                 }

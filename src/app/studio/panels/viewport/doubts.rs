@@ -84,7 +84,7 @@ fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
     let (Some(_), Some(project)) = (&relit.predicted.plate, context.project) else {
         return place;
     };
-    let framing = project.settings.framing.of((relit.width, relit.height));
+    let framing = project.settings.framing.for_size((relit.width, relit.height));
     let points = place.width() / relit.width.max(1) as f32;
     let corner = place.min + points * vec2(framing.x as f32, framing.y as f32);
     let side = points * framing.side as f32;

@@ -80,7 +80,7 @@ struct RegionReading {
 impl RegionReadings {
     /// The readings of a region of the newest picture. While the picture `moves`, only some rows of a large region are
     /// read.
-    pub fn of(
+    pub fn readings(
         &mut self,
         context: &PanelContext,
         relit: &Arc<PreviewPicture>,
@@ -241,7 +241,7 @@ pub fn strip_ui(
     let found = match (state.region, state.probed) {
         (Some(region), _) => {
             let [columns, rows] = region.size();
-            let found = means.of(context, relit, region, moves(ui, context));
+            let found = means.readings(context, relit, region, moves(ui, context));
             add(&format!("   mean of {columns} × {rows}"), theme::QUIET);
             found
         }
