@@ -132,14 +132,18 @@ fn a_shoot_whose_poses_lack_olats_is_calibrated_and_relit_nearly_as_well() {
 fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
     let stage = &*STAGE;
     let frame = stage.frames[1].clone();
-    let field = transfer().carry(&frame).field;
+    let transfer = transfer();
+    let beside = [0, 2].map(|i| Arc::new(transfer.alone(&stage.frames[i])));
+    let alone = transfer.carry(&frame).field;
+    let steady = transfer.carry_beside(&transfer.alone(&frame), &beside).field;
     let brightest = frame.plate.pixels.iter().flatten().copied().fold(0.0, f32::max);
-    for (p, plate) in frame.plate.pixels.iter().enumerate() {
+    let pixels = frame.plate.pixels.iter().enumerate();
+    for (field, (p, plate)) in pixels.flat_map(|pixel| [(&alone, pixel), (&steady, pixel)]) {
         // At the matte's edge the plate shows the background.
         if frame.mask.pixels[p] > 0.0 && frame.mask.pixels[p] < 0.95 {
             continue;
         }
-        let found = sum(&field, &stage.calibration.learnt_light(), p);
+        let found = sum(field, &stage.calibration.learnt_light(), p);
         for c in 0..3 {
             let expected = if frame.mask.pixels[p] > 0.0 { plate[c] } else { 0.0 };
             // Where there is hardly any light, the quotient is skipped.
@@ -209,7 +213,7 @@ fn change(fields: [&ReflectanceField; 2], plates: [&Image; 2], mask: &Mask) -> f
 fn frames_beside_a_frame_steady_its_light() {
     let frame = &STAGE.frames[1];
     let transfer = transfer();
-    let frames = [1, 2, 3, 4].map(|seed| Arc::new(transfer.matched(&grainy(frame, seed))));
+    let frames = [1, 2, 3, 4].map(|seed| Arc::new(transfer.alone(&grainy(frame, seed))));
     let plates = [2, 3].map(|seed| grainy(frame, seed).plate);
     let changed =
         |fields: [ReflectanceField; 2]| change(fields.each_ref(), plates.each_ref(), &frame.mask);
@@ -231,9 +235,9 @@ fn frames_beside_a_frame_steady_its_light() {
     let small =
         Frame { index: 0, plate: Image::filled(32, 32, [0.2; 3]), mask: Mask::filled(32, 32, 1.0) };
     let lone = transfer.carry(frame).field;
-    let own = transfer.matched(frame);
+    let own = transfer.alone(frame);
     for other in [black, jump, small] {
-        let beside = [Arc::new(transfer.matched(&other))];
+        let beside = [Arc::new(transfer.alone(&other))];
         let field = transfer.carry_beside(&own, &beside).field;
         let moved = change([&field, &lone], [&frame.plate; 2], &frame.mask);
         assert!(moved < 0.02, "{moved}");
@@ -260,7 +264,9 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     other.plate = other.plate.map(|pixel| pixel.map(|v| 0.5 * v));
     assert!(sequence.predict(&other).unwrap() != fields[2]);
     let far = Frame { index: usize::MAX, ..frame(2) };
-    assert!(open().predict(&far).unwrap() == transfer().carry(&far).field);
+    let (found, lone) = (open().predict(&far).unwrap(), transfer().carry(&far).field);
+    let off = change([&found, &lone], [&far.plate; 2], &far.mask);
+    assert!(off < 1e-3, "half floats keep {off}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::file::{read_encoded, read_linear};
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
-use afterlight::scene::Look;
+use afterlight::scene::{Background, Look};
 use afterlight::studio::{Shown, StudioApp};
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, Origin, WrittenExport};

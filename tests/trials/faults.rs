@@ -265,10 +265,10 @@ pub fn section(rows: &[FaultRow]) -> String {
         "
 ## Faults in the files
 
-Each of the first shoots is checked as it is, and with one fault drawn at random in its files. Good shoots
-accused: {accused} of {good} ({:.0} %; aim: at most 2 %). Of {} faults {:.0} % are found and {:.0} % named with pose and
-lamps (aim: at least 95 %); after the correction that the check offers, {:.0} % are green. The limits are from seeds 1 to
-60 (none accused, 95 % found), but one for exchanges in one pose from seeds 101 to 160.
+The first shoots are checked as they are, and with a random fault in their files. Good shoots accused: {accused} of {good} ({:.0} %;
+aim: at most 2 %). Of {} faults {:.0} % are found and {:.0} % named with pose and lamps (aim: at least 95 %); after the
+correction that the check offers, {:.0} % are green. The limits are from seeds 1 to 60 (none accused, 95 % found), but one
+for exchanges in one pose from seeds 101 to 160.
 
 | fault | shoots | found | named | corrected |
 |---|---:|---:|---:|---:|

@@ -167,15 +167,13 @@ fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     format!(
         "# Robustness of the calibration
 
-`make trials` writes this page: {count} shoots of the [virtual stage](method.md) with random light, camera, subject and
-mirror ball (`afterlight stage DIR --trouble --seed N`, seeds {first} to {last}), calibrated with the default settings
-and compared with the truth. Seeds below 101 chose the calibration's constants; seeds 101 to 190 showed where the balls
-mislead it. {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} refused; {minutes:.0} minutes.
+`make trials` writes this page: {count} shoots of the virtual stage with [random
+troubles](method-mattes.md#shoots-with-trouble) (`afterlight stage DIR --trouble --seed N`, seeds {first} to {last}),
+calibrated with default settings and compared with the truth. Seeds below 101 chose the calibration's constants; seeds
+101 to 190 showed where the balls mislead it. {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} refused; {minutes:.0} minutes.
 
-Random: interview light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; tint; a bright room), exposure
-after the balls (changed in one of five, up to a stop), response (γ from 1.2 to 3.2, sRGB, log-like), noise, JPEG, skin,
-hair, glasses, hands, seat, sway, dust on the ball, a room and a photographer in it, clipped balls. True γ of other
-responses: the nearest dual gamma's. {named} shoots got a standard curve, without an interval.
+True γ of responses other than a dual gamma: the nearest dual gamma's. {named} shoots got a standard curve, without an
+interval.
 
 | | aim | found |
 |---|---:|---:|

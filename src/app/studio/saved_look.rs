@@ -127,6 +127,7 @@ mod tests {
     use super::super::command::{LookCommand, ViewCommand};
     use super::super::state::State;
     use super::*;
+    use scene::Background;
     use test_support::small_disk::names;
 
     #[test]

@@ -123,7 +123,7 @@ fn check(folder: &Path, project: &Project) {
     let number = saved(folder);
     let found = SavedLook::load(project, false).unwrap().unwrap();
     let near = [look(number), look(number + 1)];
-    assert!(near.contains(&found), "{:?} after {number}", found.lighting);
+    assert!(near.contains(&found), "{:?} after {number}", found.look.lighting);
     // The steps belong to the look, whichever file was written last.
     let mut shown = settings(0);
     found.apply(&mut shown);

@@ -158,11 +158,10 @@ impl Lighting {
         parts
     }
 
-    /// The lighting with every solo switch off.
-    pub fn without_solo(mut self) -> Self {
+    /// Turns every solo switch off.
+    pub fn clear_solo(&mut self) {
         (self.placed.iter_mut()).for_each(|light| light.solo = false);
         (self.groups.iter_mut()).for_each(|group| group.solo = false);
-        self
     }
 
     /// Gives the smallest free [`PlacedLight::id`] to each light without one, and to duplicates of an earlier id.

@@ -14,9 +14,39 @@ use std::sync::Arc;
 /// [`Carried::unlike`] at which the exemplars' fine light counts half.
 const UNKNOWN: f32 = 0.4;
 
+/// Blend of all predictions of a frame.
+pub struct Blend {
+    /// Linear OLATs, `olats[(i · 3 + channel) · stride + lamp]` of the pixel `Target::pixels[i]`.
+    pub olats: Vec<f32>,
+    /// All but the field, which is empty.
+    pub rest: Carried,
+}
+
 impl Target<'_> {
-    /// The blend of all predictions, summing to the frame under the interview's light.
+    /// Blend of all predictions, summing to the frame under the interview's light.
     pub fn blended(&self, said: Vec<Said>) -> Carried {
+        let Blend { olats, rest } = self.blend(said);
+        Carried { field: self.field(&olats), ..rest }
+    }
+
+    /// OLATs of a [`Blend`] as a field.
+    pub fn field(&self, olats: &[f32]) -> ReflectanceField {
+        let (width, height) = self.plate.size();
+        let (lamps, stride) = (self.transfer.lamps.len(), self.transfer.lamps.stride);
+        let mut values = vec![0.0; 3 * lamps * width * height];
+        values.par_chunks_exact_mut((width * height).max(1)).enumerate().for_each(
+            |(plane, out)| {
+                let at = plane % 3 * stride + plane / 3;
+                for (i, &p) in self.pixels.iter().enumerate() {
+                    out[p] = olats[i * 3 * stride + at];
+                }
+            },
+        );
+        ReflectanceField { width, height, lamps, values }
+    }
+
+    /// As [`Self::blended`], its OLATs pixel by pixel.
+    pub fn blend(&self, said: Vec<Said>) -> Blend {
         let (width, height) = self.plate.size();
         let lamps = &self.transfer.lamps;
         let (count, stride) = (lamps.len(), lamps.stride);
@@ -109,15 +139,6 @@ impl Target<'_> {
             let sum: f32 = of_lamps.iter().map(|of| of[lamp]).sum();
             sum / (3 * self.pixels.len()).max(1) as f32
         };
-        let mut planes = vec![0.0; 3 * count * width * height];
-        planes.par_chunks_exact_mut((width * height).max(1)).enumerate().for_each(
-            |(plane, out)| {
-                let at = plane % 3 * stride + plane / 3;
-                for (i, &p) in self.pixels.iter().enumerate() {
-                    out[p] = olats[i * values + at];
-                }
-            },
-        );
         let mut spread = Raster::filled(width, height, 0.0);
         for (&p, value) in self.pixels.iter().zip(&spreads) {
             spread.pixels[p] = *value;
@@ -132,14 +153,15 @@ impl Target<'_> {
         };
         let pose = said.iter().min_by(|a, b| miss(a).total_cmp(&miss(b))).map(|one| one.number);
         let unlike = Raster::from_fn(width, height, least);
-        Carried {
-            field: ReflectanceField { width, height, lamps: count, values: planes },
+        let rest = Carried {
+            field: ReflectanceField { width, height, lamps: count, values: Vec::new() },
             places: self.places(said, near, &unlike),
             unlike,
             pose,
             spread,
             lamp_spreads: (0..count).map(mean).collect(),
-        }
+        };
+        Blend { olats, rest }
     }
 
     /// The exemplars' shares in the frame's fine light. `near`: weight of each exemplar under each lamp.

@@ -19,7 +19,7 @@ mod target;
 mod transfer;
 mod turn;
 
-pub use beside::Matched;
+pub use beside::Alone;
 pub use detail::{ExemplarDetail, FineField, SharedDetail};
 pub use places::Place;
 pub use predictor::OlatPredictor;

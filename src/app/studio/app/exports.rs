@@ -248,7 +248,7 @@ fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
         PictureSize::Square => "Square",
     };
     let size = files.size.map_or(String::new(), |pixels| format!(", {pixels} px"));
-    let background = match &settings.background {
+    let background = match &settings.look.background {
         _ if !settings.solo.is_empty() => "none".to_owned(),
         Background::Environment => "environment".to_owned(),
         Background::None => "none".to_owned(),

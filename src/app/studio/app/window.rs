@@ -174,7 +174,8 @@ fn leave(state: &mut State) {
     } else if !state.solo.is_empty() {
         state.solo.clear();
     } else if state.look.lighting.is_solo() {
-        let lighting = state.look.lighting.clone().without_solo();
+        let mut lighting = state.look.lighting.clone();
+        lighting.clear_solo();
         state.change(LookCommand::Lighting(Box::new(lighting)));
     } else {
         state.show(ViewCommand::ChooseLight(None));

@@ -55,12 +55,13 @@ impl LookSettings {
 
     /// Resets a group to its defaults and removes its keys.
     pub(crate) fn restore(&mut self, group: Group) {
-        self.animation.retain(|setting| Group::from_setting(setting) != group);
-        let lighting = &mut self.lighting;
+        let look = &mut self.shown;
+        look.animation.retain(|setting| Group::from_setting(setting) != group);
+        let lighting = &mut look.lighting;
         let default = Lighting::default();
         match group {
             Group::Environment => {
-                self.yaw_deg = 0.0;
+                look.yaw_deg = 0.0;
                 lighting.pitch_deg = default.pitch_deg;
                 lighting.roll_deg = default.roll_deg;
                 lighting.background_yaw_deg = default.background_yaw_deg;
@@ -76,12 +77,12 @@ impl LookSettings {
                 lighting.groups = default.groups;
             }
             Group::Picture => {
-                (self.exposure_stops, self.background) = (0.0, Background::default());
-                self.effects.view = Effects::default().view;
+                (look.exposure_stops, look.background) = (0.0, Background::default());
+                look.effects.view = Effects::default().view;
             }
             Group::Effects => {
                 for strength in STRENGTHS {
-                    *(strength.of)(&mut self.effects) = 0.0;
+                    *(strength.of)(&mut look.effects) = 0.0;
                 }
             }
         }

@@ -374,12 +374,12 @@ impl State {
             LookCommand::Environment(entry) => {
                 look.light_by(entry);
                 // Such a change is invisible under solo lights.
-                look.lighting = look.lighting.without_solo();
+                look.lighting.clear_solo();
             }
             LookCommand::AddEnvironments(files) => {
                 look.add(&files);
                 if look.environment != self.look.environment {
-                    look.lighting = look.lighting.without_solo();
+                    look.lighting.clear_solo();
                 }
             }
             LookCommand::TryEnvironment(file) => {
@@ -389,7 +389,7 @@ impl State {
                 }
                 let count = look.environments.len();
                 look.add(&[file]);
-                look.lighting = look.lighting.without_solo();
+                look.lighting.clear_solo();
                 let new = look.environments.get(count);
                 self.tried = new.map(|listed| listed.origin.clone());
             }

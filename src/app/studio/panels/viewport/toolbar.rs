@@ -94,7 +94,8 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
                 };
                 let hint = "All lights and the environment again. Key: Esc";
                 if solo_ui(ui, &names, hint) {
-                    let lighting = lighting.clone().without_solo();
+                    let mut lighting = lighting.clone();
+                    lighting.clear_solo();
                     out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
                 }
             }
