@@ -631,7 +631,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         (&relight, "--yaw nan", "from -100000 to 100000"),
         (&relight, "--pitch inf", "from -100000 to 100000"),
         (&relight, "--temperature -5", "from 1667 to 25000"),
-        (&relight, "--tint 1e9", "from -100 to 100"),
+        (&relight, "--tint 1e9", "from -150 to 150"),
         (&relight, "--vignette -0.1", "from 0 to 0.9"),
         (&relight, "--grain nan", "from 0 to 4"),
         (&relight, "--size -16", "from 16 to 8192"),

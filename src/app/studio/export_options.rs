@@ -421,7 +421,7 @@ mod tests {
         (lighting.placed, lighting.groups) = (vec![light; 2], vec![group]);
         s.change(LookCommand::Lighting(Box::new(lighting)));
         let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
-        let lights = LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting));
+        let lights = LightSetting::ALL.map(|setting| Setting::Light(2, setting));
         let settings = [
             Setting::Yaw,
             Setting::Pitch,

@@ -52,8 +52,8 @@ pub struct Lighting {
         value_parser = within(white::RANGE_K)
     )]
     pub temperature_k: f32,
-    /// Tint of the environment, −100 green to 100 magenta.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = within(-100.0f32..=100.0))]
+    /// Tint of the environment, −150 green to 150 magenta.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = within(white::RANGE_TINT))]
     pub tint: f32,
     /// Extra yaw of the background in degrees, relative to the light.
     #[arg(

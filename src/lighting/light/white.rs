@@ -11,6 +11,9 @@ pub const NEUTRAL_K: f32 = 6504.0;
 /// Range of the loci in kelvin.
 pub const RANGE_K: std::ops::RangeInclusive<f32> = 1667.0..=25000.0;
 
+/// Allowed tints, from green to magenta.
+pub const RANGE_TINT: std::ops::RangeInclusive<f32> = -150.0..=150.0;
+
 /// Linear Rec. 709 gains of luminance 1 for light of a temperature in kelvin, clamped to [`RANGE_K`], and a tint.
 /// Tint 0 is on the locus; +100 is magenta and −100 green by 1/30 in CIE 1960 (u, v), across the locus (3000 steps
 /// per unit, as in photo software). Colours outside Rec. 709 are clipped at 0. 6504 K without tint is exactly
@@ -18,7 +21,7 @@ pub const RANGE_K: std::ops::RangeInclusive<f32> = 1667.0..=25000.0;
 pub fn gains(kelvin: f32, tint: f32) -> [f32; 3] {
     let finite = |v: f32, or: f32| if v.is_finite() { v } else { or };
     let kelvin = finite(kelvin, NEUTRAL_K).clamp(*RANGE_K.start(), *RANGE_K.end());
-    let tint = finite(tint, 0.0).clamp(-150.0, 150.0);
+    let tint = finite(tint, 0.0).clamp(*RANGE_TINT.start(), *RANGE_TINT.end());
     let neutral = rgb(f64::from(NEUTRAL_K), 0.0);
     let light = rgb(f64::from(kelvin), f64::from(tint));
     let gains: [f32; 3] = std::array::from_fn(|c| (light[c] / neutral[c]).max(0.0));

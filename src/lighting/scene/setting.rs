@@ -2,7 +2,7 @@
 
 use super::{EXPOSURE_STOPS, Look, Pass, STRENGTHS, Strength};
 use base::numbers::ANGLES;
-use light::{Lighting, white};
+use light::{Lighting, PlacedLight, white};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
@@ -57,33 +57,64 @@ pub enum Unit {
     Channel,
 }
 
-/// Settings of the picture besides effects: name in files and title in the window.
-const PLAIN: [(Setting, &str, &str); 8] = [
-    (Setting::Yaw, "yaw", "Yaw"),
-    (Setting::Pitch, "pitch", "Pitch"),
-    (Setting::Roll, "roll", "Roll"),
-    (Setting::BackgroundYaw, "background_yaw", "Background yaw"),
-    (Setting::Intensity, "intensity", "Intensity"),
-    (Setting::Temperature, "temperature", "Temperature"),
-    (Setting::Tint, "tint", "Tint"),
-    (Setting::Exposure, "exposure", "Exposure"),
+/// A setting as files, command line, window and keys know it.
+struct Row<S, T> {
+    setting: S,
+    /// Name in files.
+    name: &'static str,
+    /// Name in the window.
+    title: &'static str,
+    unit: Unit,
+    /// Allowed values. Angles may span many turns.
+    range: RangeInclusive<f32>,
+    field: fn(&mut T) -> &mut f32,
+}
+
+const fn row<S: Copy, T>(
+    setting: S,
+    (name, title): (&'static str, &'static str),
+    (unit, range): (Unit, RangeInclusive<f32>),
+    field: fn(&mut T) -> &mut f32,
+) -> Row<S, T> {
+    Row { setting, name, title, unit, range, field }
+}
+
+const DEGREES: (Unit, RangeInclusive<f32>) = (Unit::Degrees, ANGLES);
+const CHANNEL: (Unit, RangeInclusive<f32>) = (Unit::Channel, 0.0..=1e4);
+
+/// Settings of the picture besides effects.
+#[rustfmt::skip]
+static PLAIN: [Row<Setting, Look>; 8] = [
+    row(Setting::Yaw, ("yaw", "Yaw"), DEGREES, |look| &mut look.yaw_deg),
+    row(Setting::Pitch, ("pitch", "Pitch"), DEGREES, |look| &mut look.lighting.pitch_deg),
+    row(Setting::Roll, ("roll", "Roll"), DEGREES, |look| &mut look.lighting.roll_deg),
+    row(Setting::BackgroundYaw, ("background_yaw", "Background yaw"), DEGREES, |look| &mut look.lighting.background_yaw_deg),
+    row(Setting::Intensity, ("intensity", "Intensity"), (Unit::Stops, Lighting::STOPS), |look| &mut look.lighting.intensity_stops),
+    row(Setting::Temperature, ("temperature", "Temperature"), (Unit::Kelvin, white::RANGE_K), |look| &mut look.lighting.temperature_k),
+    row(Setting::Tint, ("tint", "Tint"), (Unit::Tint, white::RANGE_TINT), |look| &mut look.lighting.tint),
+    row(Setting::Exposure, ("exposure", "Exposure"), (Unit::Stops, EXPOSURE_STOPS), |look| &mut look.exposure_stops),
+];
+
+/// Settings of a placed light.
+#[rustfmt::skip]
+static LIGHTS: [Row<LightSetting, PlacedLight>; 7] = [
+    row(LightSetting::Yaw, ("yaw", "azimuth"), DEGREES, |light| &mut light.yaw_deg),
+    row(LightSetting::Pitch, ("pitch", "elevation"), (Unit::Degrees, -90.0..=90.0), |light| &mut light.pitch_deg),
+    row(LightSetting::Radius, ("radius", "radius"), (Unit::Degrees, 0.0..=85.0), |light| &mut light.radius_deg),
+    row(LightSetting::Intensity, ("intensity", "intensity"), (Unit::Energy, 0.0..=1e4), |light| &mut light.intensity),
+    row(LightSetting::Red, ("red", "red"), CHANNEL, |light| &mut light.color[0]),
+    row(LightSetting::Green, ("green", "green"), CHANNEL, |light| &mut light.color[1]),
+    row(LightSetting::Blue, ("blue", "blue"), CHANNEL, |light| &mut light.color[2]),
 ];
 
 impl LightSetting {
-    /// All light settings: name in files and title in the window.
-    pub const ALL: [(Self, &'static str, &'static str); 7] = [
-        (Self::Yaw, "yaw", "azimuth"),
-        (Self::Pitch, "pitch", "elevation"),
-        (Self::Radius, "radius", "radius"),
-        (Self::Intensity, "intensity", "intensity"),
-        (Self::Red, "red", "red"),
-        (Self::Green, "green", "green"),
-        (Self::Blue, "blue", "blue"),
-    ];
+    /// All light settings.
+    pub const ALL: [Self; 7] =
+        [Self::Yaw, Self::Pitch, Self::Radius, Self::Intensity, Self::Red, Self::Green, Self::Blue];
 
-    fn names(self) -> (&'static str, &'static str) {
-        let found = Self::ALL.iter().find(|(setting, ..)| *setting == self);
-        found.map_or(("", ""), |(_, name, title)| (name, title))
+    fn row(self) -> &'static Row<Self, PlacedLight> {
+        // In the order of the rows, as a test checks.
+        &LIGHTS[self as usize]
     }
 }
 
@@ -158,53 +189,37 @@ impl Setting {
             Self::Light(id, setting) => {
                 let index = index(id, lighting);
                 let light = index.map_or("Light".to_owned(), |i| lighting.placed[i].title(i));
-                format!("{light} {}", setting.names().1)
+                format!("{light} {}", setting.row().title)
             }
             Self::Group(id) => {
                 let name = group(id, lighting).map_or("Group", |i| &lighting.groups[i].name);
                 format!("{name} intensity")
             }
-            plain => plain.names().1.to_owned(),
+            plain => plain.row().map_or("", |row| row.title).to_owned(),
         }
     }
 
-    fn names(self) -> (&'static str, &'static str) {
-        let found = PLAIN.iter().find(|(setting, ..)| *setting == self);
-        found.map_or(("", ""), |(_, name, title)| (name, title))
+    /// Row of a setting of the picture; None for effects, lights and groups.
+    fn row(self) -> Option<&'static Row<Self, Look>> {
+        PLAIN.iter().find(|row| row.setting == self)
     }
 
     /// Unit of the setting.
     pub fn unit(self) -> Unit {
         match self {
-            Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => Unit::Degrees,
-            Self::Intensity | Self::Exposure | Self::Group(_) => Unit::Stops,
-            Self::Temperature => Unit::Kelvin,
-            Self::Tint => Unit::Tint,
             Self::Effect(Pass::Grain) => Unit::Times,
             Self::Effect(_) => Unit::Share,
-            Self::Light(_, setting) => match setting {
-                LightSetting::Yaw | LightSetting::Pitch | LightSetting::Radius => Unit::Degrees,
-                LightSetting::Intensity => Unit::Energy,
-                LightSetting::Red | LightSetting::Green | LightSetting::Blue => Unit::Channel,
-            },
+            Self::Light(_, setting) => setting.row().unit,
+            plain => plain.row().map_or(Unit::Stops, |row| row.unit),
         }
     }
 
     /// Allowed values. Angles may span many turns.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
-            Self::Yaw | Self::Pitch | Self::Roll | Self::BackgroundYaw => ANGLES,
-            Self::Intensity | Self::Group(_) => Lighting::STOPS,
-            Self::Exposure => EXPOSURE_STOPS,
-            Self::Temperature => white::RANGE_K,
-            Self::Tint => -150.0..=150.0,
             Self::Effect(pass) => 0.0..=strength(pass).map_or(0.0, |strength| strength.most),
-            Self::Light(_, setting) => match setting {
-                LightSetting::Yaw => ANGLES,
-                LightSetting::Pitch => -90.0..=90.0,
-                LightSetting::Radius => 0.0..=85.0,
-                _ => 0.0..=1e4,
-            },
+            Self::Light(_, setting) => setting.row().range.clone(),
+            plain => plain.row().map_or(Lighting::STOPS, |row| row.range.clone()),
         }
     }
 
@@ -216,34 +231,18 @@ impl Setting {
 
     /// Field of the setting; None if the light or group does not exist.
     pub fn field(self, look: &mut Look) -> Option<&mut f32> {
-        Some(match self {
-            Self::Yaw => &mut look.yaw_deg,
-            Self::Pitch => &mut look.lighting.pitch_deg,
-            Self::Roll => &mut look.lighting.roll_deg,
-            Self::BackgroundYaw => &mut look.lighting.background_yaw_deg,
-            Self::Intensity => &mut look.lighting.intensity_stops,
-            Self::Temperature => &mut look.lighting.temperature_k,
-            Self::Tint => &mut look.lighting.tint,
-            Self::Exposure => &mut look.exposure_stops,
-            Self::Effect(pass) => (strength(pass)?.of)(&mut look.effects),
+        match self {
+            Self::Effect(pass) => Some((strength(pass)?.of)(&mut look.effects)),
             Self::Group(id) => {
                 let group = group(id, &look.lighting)?;
-                &mut look.lighting.groups[group].gain_stops
+                Some(&mut look.lighting.groups[group].gain_stops)
             }
             Self::Light(id, setting) => {
                 let light = index(id, &look.lighting)?;
-                let light = &mut look.lighting.placed[light];
-                match setting {
-                    LightSetting::Yaw => &mut light.yaw_deg,
-                    LightSetting::Pitch => &mut light.pitch_deg,
-                    LightSetting::Radius => &mut light.radius_deg,
-                    LightSetting::Intensity => &mut light.intensity,
-                    LightSetting::Red => &mut light.color[0],
-                    LightSetting::Green => &mut light.color[1],
-                    LightSetting::Blue => &mut light.color[2],
-                }
+                Some((setting.row().field)(&mut look.lighting.placed[light]))
             }
-        })
+            plain => Some((plain.row()?.field)(look)),
+        }
     }
 
     /// True if the setting exists under this lighting.
@@ -275,9 +274,9 @@ impl Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match *self {
             Self::Effect(pass) => write!(f, "effects.{}", pass.name()),
-            Self::Light(id, setting) => write!(f, "lights.{id}.{}", setting.names().0),
+            Self::Light(id, setting) => write!(f, "lights.{id}.{}", setting.row().name),
             Self::Group(id) => write!(f, "groups.{id}.gain"),
-            plain => f.write_str(plain.names().0),
+            plain => f.write_str(plain.row().map_or("", |row| row.name)),
         }
     }
 }
@@ -289,9 +288,8 @@ impl FromStr for Setting {
         let light = |rest: &str| {
             let (id, name) = rest.split_once('.')?;
             let id = id.parse().ok().filter(|id| *id > 0)?;
-            let all = LightSetting::ALL;
-            let (setting, ..) = *all.iter().find(|(_, own, _)| *own == name)?;
-            Some(Self::Light(id, setting))
+            let row = LIGHTS.iter().find(|row| row.name == name)?;
+            Some(Self::Light(id, row.setting))
         };
         let group = |rest: &str| {
             let id = rest.strip_suffix(".gain")?.parse().ok();
@@ -304,10 +302,10 @@ impl FromStr for Setting {
                 .map(|strength| Self::Effect(strength.pass)),
             Some(("lights", rest)) => light(rest),
             Some(("groups", rest)) => group(rest),
-            _ => (PLAIN.iter()).find(|(_, name, _)| *name == text).map(|(setting, ..)| *setting),
+            _ => PLAIN.iter().find(|row| row.name == text).map(|row| row.setting),
         };
         found.ok_or_else(|| {
-            let plain = PLAIN.map(|(_, name, _)| name).join(", ");
+            let plain = PLAIN.each_ref().map(|row| row.name).join(", ");
             format!(
                 "{text:?} cannot have keys; settings with keys are {plain}, effects.NAME such as effects.glare, \
                  lights.NUMBER.NAME such as lights.1.yaw, and groups.NUMBER.gain"
@@ -345,11 +343,11 @@ mod tests {
             ..Lighting::default()
         };
         lighting.number_lights();
-        let plain = PLAIN.map(|(setting, ..)| setting).into_iter();
+        let plain = PLAIN.iter().map(|row| row.setting);
         let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
         let lights = [1, 2].into_iter().flat_map(|id| {
             let all = LightSetting::ALL;
-            all.map(|(setting, ..)| Setting::Light(id, setting))
+            all.map(|setting| Setting::Light(id, setting))
         });
         let groups = [1, 2].map(Setting::Group);
         let all = plain.chain(effects).chain(lights).chain(groups);
@@ -381,6 +379,13 @@ mod tests {
         titles.sort();
         titles.dedup();
         assert_eq!(titles.len(), all.len(), "{titles:?}");
+    }
+
+    #[test]
+    fn each_light_setting_has_its_row() {
+        for setting in LightSetting::ALL {
+            assert_eq!(setting.row().setting, setting);
+        }
     }
 
     #[test]

@@ -66,7 +66,7 @@ impl LookSettings {
             }
         }
         // The id in the text is arbitrary.
-        for (setting, ..) in LightSetting::ALL {
+        for setting in LightSetting::ALL {
             let look_setting = Setting::Light(id, setting);
             if let Some(value) = look_setting.field(&mut self.shown) {
                 *value = look_setting.bounded(f64::from(*value)) as f32;

@@ -110,7 +110,7 @@ const GRADES: [Row<Lighting>; 3] = [
     Row {
         name: "Tint",
         of: |lighting| &mut lighting.tint,
-        range: -150.0..=150.0,
+        range: white::RANGE_TINT,
         unit: Unit::Tint,
         hint: "",
     },

@@ -87,7 +87,7 @@ fn all_settings_come_back_from_a_file_as_they_were() {
     assert_eq!(all.look.background, Background::Color([16, 32, 48]));
     let mut lanes = vec![Setting::Yaw, Setting::Exposure, Setting::Tint];
     lanes.extend(STRENGTHS.iter().map(|strength| Setting::Effect(strength.pass)));
-    lanes.extend(LightSetting::ALL.map(|(setting, ..)| Setting::Light(2, setting)));
+    lanes.extend(LightSetting::ALL.map(|setting| Setting::Light(2, setting)));
     lanes.push(Setting::Group(1));
     for (number, lane) in lanes.into_iter().enumerate() {
         all.look.animation.set(lane, keys(&format!("0:0.1,{}:0.7", number + 1)));
