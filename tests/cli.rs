@@ -158,7 +158,7 @@ fn a_small_shoot_goes_all_the_way() {
     let checked = succeed(at, &["check", "out_2.0003.exr", "--strict", "--json"]);
     assert_eq!((&checked["layers"], &checked["level"]), (&Value::from(12), &Value::from("green")));
     layers_are_of_lights(at);
-    shots_are_certified(at);
+    shots_are_checked(at);
     configurations_decide_colors(at);
     exports_go_on(at);
     stills_stand_behind(at);
@@ -247,39 +247,39 @@ fn stills_stand_behind(at: &Path) {
 }
 
 /// Checks the two frames of a shot with their light layers, as delivered.
-fn shots_are_certified(at: &Path) {
-    let shot = ["check", "out_2.####.exr", "--frames", "2-3"];
-    let written = [&shot[..], &["--certificate", "out_2.json", "--strict", "--json"]].concat();
-    let certificate = succeed(at, &written);
-    has_keys(
-        &certificate,
-        &["sentence", "faults", "remarks", "time_code", "made_of", "files", "sha256"],
-    );
-    assert_eq!(certificate["passed"], true);
-    assert_eq!(certificate["layers"]["layers"], 12);
-    has_keys(
-        &certificate["made_of"],
-        &["version", "project", "checkpoint", "environment", "settings"],
-    );
-    assert_eq!(succeed(at, &["check", "out_2.json", "--json"])["same"], 2);
+fn shots_are_checked(at: &Path) {
+    let folder = at.join("delivered");
+    std::fs::create_dir(&folder).unwrap();
+    for frame in ["out_2.0002.exr", "out_2.0003.exr"] {
+        std::fs::copy(at.join(frame), folder.join(frame)).unwrap();
+    }
+    let shot = ["check", "delivered/out_2.####.exr", "--frames", "2-3"];
+    let report = succeed(at, &[&shot[..], &["--mhl", "--strict", "--json"]].concat());
+    has_keys(&report, &["sentence", "faults", "remarks", "time_code", "made_of", "files"]);
+    assert_eq!(report["passed"], true);
+    assert_eq!(report["layers"]["layers"], 12);
+    has_keys(&report["made_of"], &["version", "project", "checkpoint", "environment", "settings"]);
+    let list = report["hash_list"].as_str().unwrap();
+    assert_eq!(succeed(at, &["check", list, "--json"])["same"], 2);
     let said = afterlight(at, &shot).stdout;
     let said = String::from_utf8_lossy(&said).into_owned();
     assert!(said.contains("2 frames 2-3") && said.lines().count() == 1, "{said}");
-    let refused = fail(at, &["check", "out_2.%04d.exr", "--frames", "2-9"]);
+    let refused = fail(at, &["check", "delivered/out_2.%04d.exr", "--frames", "2-9"]);
     assert!(refused.contains("4-9"), "{refused}");
     // A frame by another network or under other light does not belong to the shot.
-    let frame = at.join("out_2.0003.exr");
+    let frame = folder.join("out_2.0003.exr");
     let whole = std::fs::read(&frame).unwrap();
-    let other = "relight film --environment nave --frames 3-3 --exposure 1.5 --layers --size 24 --to out_2.%04d.exr --json";
+    let other = "relight film --environment nave --frames 3-3 --exposure 1.5 --layers --size 24 --to delivered/out_2.%04d.exr --json";
     succeed(at, &other.split(' ').collect::<Vec<_>>());
     let refused = fail(at, &shot);
     assert!(refused.contains("(settings)"), "{refused}");
-    assert!(fail(at, &["check", "out_2.json"]).contains("a different picture"));
+    assert!(fail(at, &["check", list]).contains("a different picture"));
     std::fs::write(&frame, whole).unwrap();
-    succeed(at, &["check", "out_2.json", "--json"]);
+    succeed(at, &["check", "delivered/ascmhl", "--json"]);
     for (arguments, wanted) in [
         (&["check", "film", "--frames", "1-2"][..], "is not a shot"),
-        (&["check", "out_2.json", "--environment", "nave"], "an environment does not apply"),
+        (&["check", list, "--environment", "nave"], "an environment does not apply"),
+        (&["check", list, "--mhl"], "is a hash list"),
         (&["check", "none.####.exr"], "none.####.exr"),
         (&["check", "film/project.toml", "out_2.0002.exr"], "different folders"),
     ] {

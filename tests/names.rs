@@ -7,7 +7,7 @@ const ALLOWED: [(&str, &str, &str); 9] = [
     ("movies/index.rs", "kept.sort()", "by time of change"),
     ("movies/sequence.rs", "numbers.sort_unstable()", "numbers read from the names"),
     ("studio/look_shelf.rs", "numbers.sort_unstable_by", "numbers of versions"),
-    ("export/certificate/shot.rs", "files.sort()", "by frame number"),
+    ("export/shot_check/shot.rs", "files.sort()", "by frame number"),
     ("farm/record.rs", "found.sort_unstable_by_key", "by frames of a chunk"),
     ("training/checkpoints.rs", "all.sort_unstable_by_key", "by number, the newest first"),
     ("footage/lamp_list.rs", "names.sort()", "search for a name that appears twice"),

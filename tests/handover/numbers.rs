@@ -1,10 +1,11 @@
-//! Exports of numbered plates: pictures, scripts, timelines and certificates have the plates' numbers.
+//! Exports of numbered plates: pictures, scripts, timelines and hash lists have the plates' numbers.
 
 use crate::program::{fail, succeed};
 use serde_json::Value;
 use std::path::Path;
 use std::sync::LazyLock;
 use tempfile::TempDir;
+use test_support::python;
 
 /// Folder with the project `film` of the plates 1001 to 1004; 1003 is missing.
 static PLATES: LazyLock<TempDir> = LazyLock::new(|| project(&["1001", "1002", "", "1004"]));
@@ -63,7 +64,7 @@ fn blender_frames(script: &Path) -> Value {
 }
 
 #[test]
-fn plates_keep_their_numbers_in_pictures_scripts_timelines_and_certificates() {
+fn plates_keep_their_numbers_in_pictures_scripts_and_timelines() {
     let at = PLATES.path();
     for (folder, more, [first, last]) in [
         ("own", "", [1001, 1004]),
@@ -100,10 +101,39 @@ fn plates_keep_their_numbers_in_pictures_scripts_timelines_and_certificates() {
         assert!(list.contains(&format!("shot.[{first:04}-{last:04}].exr\n")), "{list}");
         let range = format!("{first}-{last}");
         let check = ["check", "shot.####.exr", "--frames", &range, "--strict", "--json"];
-        let checked = succeed(&folder, &[&check[..], &["--certificate", "shot.json"]].concat());
+        let checked = succeed(&folder, &[&check[..], &["--mhl"]].concat());
         assert_eq!(checked["frames"], serde_json::json!([first, last]));
-        succeed(&folder, &["check", "shot.json", "--json"]);
+        assert_eq!(succeed(&folder, &["check", "ascmhl", "--json"])["passed"], true);
     }
+    is_verified_by_ascmhl(&at.join("own"));
+}
+
+/// Verifies a folder's hash lists with the reference implementation, and one of its lists with ours.
+fn is_verified_by_ascmhl(folder: &Path) {
+    let Some(python) = python(&["ascmhl"]) else { return };
+    let run = |command: &str, more: &[&str]| {
+        let program = format!("from ascmhl.commands import {command}; {command}()");
+        let mut run = std::process::Command::new(&python);
+        run.args(["-c", &program]).arg(folder).args(more);
+        let output = run.output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_eq!(run("verify", &[]).0, Some(0), "{}", run("verify", &[]).1);
+    for formats in [&["-h", "c4"][..], &["-h", "xxh64", "-h", "c4"]] {
+        assert_eq!(run("create", formats).0, Some(0), "{}", run("create", formats).1);
+        let found = succeed(folder, &["check", "ascmhl", "--strict", "--json"]);
+        assert_eq!(found["files"], found["same"]);
+    }
+    let check = ["check", "shot.####.exr", "--mhl", "--json"];
+    let written = succeed(folder, &check)["hash_list"].as_str().unwrap().to_owned();
+    assert!(written.contains("0004_own_"), "{written}");
+    assert_eq!(run("verify", &[]).0, Some(0), "{}", run("verify", &[]).1);
+    std::fs::write(folder.join("shot.edl"), "").unwrap();
+    assert_eq!(run("verify", &[]).0, Some(11), "changed");
+    assert!(fail(folder, &["check", "ascmhl"]).contains("shot.edl differs in its bytes"));
+    std::fs::remove_file(folder.join("shot.edl")).unwrap();
+    assert_eq!(run("verify", &[]).0, Some(10), "missing");
+    assert!(fail(folder, &["check", "ascmhl"]).contains("shot.edl is missing"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use base::error::{Error, Result};
 use base::has_extension;
 use base::numbers::within;
 use clap::Args;
-use export::{Certificate, CertifySettings, Fault, Rebuild, Remark, Verification, names_frames};
+use export::{Fault, Rebuild, Remark, Requirements, ShotReport, Verification, names_frames};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use worker::{Job, Outcome};
@@ -19,8 +19,8 @@ const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: see
 /// red or not known, with a sentence and a remedy.
 ///
 /// Or check the frames of an exported shot: that none is missing, damaged or unlike the others, that their light
-/// layers add up to the pictures, and that time codes and colour tags are right. --certificate writes the result
-/// with a checksum of each file. Given a certificate, compares the files with it.
+/// layers add up to the pictures, and that time codes and colour tags are right. --mhl writes an ASC MHL: the hashes
+/// of all files of the folder. Given an ASC MHL, compares the files with it.
 ///
 /// Or rebuild the picture of one exported EXR from its light layers and print the difference.
 ///
@@ -28,12 +28,12 @@ const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: see
 /// green. It is 1 if a shot has a fault, and with --strict also if part of it could not be checked.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr\n         afterlight check shot.%04d.exr --frames 1-240 --certificate shot.json\n         afterlight check shot.json"
+    after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr\n         afterlight check shot.%04d.exr --frames 1-240 --mhl\n         afterlight check ascmhl"
 )]
 pub struct CheckArgs {
     /// The project's folder; or the frames of a shot: EXR files, their folder, or a pattern such as shot.%04d.exr
-    /// or shot.####.exr; or a shot's certificate.
-    #[arg(required = true, value_name = "PROJECT|FRAMES|CERTIFICATE")]
+    /// or shot.####.exr; or an ASC MHL: a .mhl file or its folder ascmhl.
+    #[arg(required = true, value_name = "PROJECT|FRAMES|MHL")]
     named: Vec<PathBuf>,
     /// Check under this environment: one of the project's, a built-in one or a panorama file. Can be given
     /// several times [default: all of the project's].
@@ -51,9 +51,10 @@ pub struct CheckArgs {
 /// Delivery requirements of a shot.
 #[derive(Debug, Args)]
 struct ShotArgs {
-    /// Write the result for a shot to this file, with a checksum of each frame.
-    #[arg(long, value_name = "FILE")]
-    certificate: Option<PathBuf>,
+    /// Compare all files of the shot's folder with its ASC MHL, and write the next generation to its subfolder
+    /// ascmhl if the shot has no faults.
+    #[arg(long)]
+    mhl: bool,
     /// Frame range required of a shot [default: from the first to the last frame found].
     #[arg(long, value_name = "A-B", allow_hyphen_values = true, value_parser = range)]
     frames: Option<(i64, i64)>,
@@ -79,10 +80,7 @@ fn range(text: &str) -> std::result::Result<(i64, i64), String> {
 
 impl ShotArgs {
     fn is_given(&self) -> bool {
-        self.certificate.is_some()
-            || self.frames.is_some()
-            || self.rate.is_some()
-            || self.allow_repeats
+        self.mhl || self.frames.is_some() || self.rate.is_some() || self.allow_repeats
     }
 }
 
@@ -93,7 +91,7 @@ impl CheckArgs {
     /// When the check cannot run, a shot has a fault, and with `--strict` unless all is green.
     pub fn run(self) -> Result<()> {
         match &self.named[..] {
-            [file] if has_extension(file, "json") && !file.is_dir() => {
+            [file] if has_extension(file, "mhl") || file.ends_with("ascmhl") => {
                 self.of_frames(file)?;
                 self.verify(file)
             }
@@ -113,7 +111,7 @@ impl CheckArgs {
         if self.shot.is_given() {
             return Err(Error::invalid(
                 format!("{} is not a shot", project.display()),
-                "Leave --certificate, --frames, --rate and --allow-repeats out, or name a shot's frames",
+                "Leave --mhl, --frames, --rate and --allow-repeats out, or name a shot's frames",
             ));
         }
         let job =
@@ -149,28 +147,30 @@ impl CheckArgs {
 
     /// Checks all frames of a shot.
     fn check_shot(&self) -> Result<()> {
-        let settings = CertifySettings {
+        let settings = Requirements {
             frames: self.shot.frames,
             rate: self.shot.rate,
             allow_repeats: self.shot.allow_repeats,
         };
         let console = Console::new(self.output.json);
-        let mut certificate =
-            console.run(|progress| Certificate::issue(&self.named, &settings, progress))?;
-        if let Some(file) = &self.shot.certificate {
-            certificate.write(file)?;
-        }
-        let (faults, remarks) = (&certificate.faults, &certificate.remarks);
-        console.finish(&certificate, || lines(&certificate.sentence, faults, remarks))?;
-        self.conclude(&certificate.shot, faults, remarks)
+        let report = console.run(|progress| {
+            let mut report = ShotReport::new(&self.named, &settings, progress)?;
+            if self.shot.mhl {
+                report.list_hashes(progress)?;
+            }
+            Ok(report)
+        })?;
+        let (faults, remarks) = (&report.faults, &report.remarks);
+        console.finish(&report, || lines(&report.sentence, faults, remarks))?;
+        self.conclude(&report.shot, faults, remarks)
     }
 
-    /// Compares files with their certificate.
+    /// Compares files with their hash list.
     fn verify(&self, file: &Path) -> Result<()> {
         if self.shot.is_given() {
             return Err(Error::invalid(
-                format!("{} is a certificate", file.display()),
-                "Leave --certificate, --frames, --rate and --allow-repeats out to compare the files with it",
+                format!("{} is a hash list", file.display()),
+                "Leave --mhl, --frames, --rate and --allow-repeats out to compare the files with it",
             ));
         }
         let console = Console::new(self.output.json);

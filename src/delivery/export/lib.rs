@@ -1,6 +1,5 @@
 //! Export: pictures as PNG, TIFF and EXR stills, with light layers, as movies, and as contact sheets.
 
-mod certificate;
 mod clip;
 mod codec;
 mod colors;
@@ -29,20 +28,17 @@ mod rebuild;
 pub mod relight;
 mod scaled;
 mod sheet;
+mod shot_check;
 mod sound;
 mod still;
 mod time_code;
 mod whole;
 mod writer;
 
-pub use certificate::{
-    Certificate, CertifiedFrame, CertifiedLayers, CertifySettings, Fault, FileHash, Remark,
-    Verification, hash_file, names_frames,
-};
 pub use clip::{ClipWriter, Movie};
 pub use codec::{Codec, Container};
 pub use colors::{Encoding, OutputSpace};
-pub use destination::{Destination, Stills, numbered_from, untaken};
+pub use destination::{Destination, Stills};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples};
 pub use footage_print::footage_print;
 pub use format::{Bits, Existing, Files, Format, MovieAlpha, PixelBits};
@@ -57,6 +53,10 @@ pub use provenance::provenance_of;
 pub use rebuild::{Rebuild, rebuilt};
 pub use scaled::{fitted, scaled};
 pub use sheet::{Tile, contact_sheet};
+pub use shot_check::{
+    Fault, FileHash, FrameReport, Remark, Requirements, ShotLayers, ShotReport, Verification,
+    hash_file, names_frames,
+};
 pub use still::{About, write_still};
 pub use time_code::TimeCode;
 pub use writer::check_files;

@@ -203,14 +203,14 @@ impl PinnedFile {
     /// When the file cannot be read.
     pub(crate) fn new(folder: &Path, name: PathBuf) -> Result<Self> {
         let path = folder.join(&name);
-        let (bytes, sha256) = hash_file(&path, u64::MAX)
-            .map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
+        let (bytes, sha256) =
+            hash_file(&path).map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
         Ok(Self { name, bytes, sha256 })
     }
 
     fn check(&self, folder: &Path) -> Result<()> {
         let path = inside(folder, &self.name)?;
-        let found = hash_file(&path, u64::MAX).map_err(|e| Error::io("read", &path, e, REMEDY))?;
+        let found = hash_file(&path).map_err(|e| Error::io("read", &path, e, REMEDY))?;
         if found == (self.bytes, self.sha256.clone()) {
             return Ok(());
         }

@@ -27,7 +27,7 @@ impl Program {
         }
         let own = || {
             let path = std::env::current_exe()?;
-            hash_file(&path, u64::MAX).map(|(_, sum)| sum)
+            hash_file(&path).map(|(_, sum)| sum)
         };
         let sha256 = own().map_err(|e| {
             let remedy = "Check that Afterlight's program file exists and can be read";

@@ -32,7 +32,7 @@ pub use clip::{Clip, DamagedFrames, Frames, Still, Take, Takes};
 pub use corrections::{Axis, Corrections};
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
 pub use framing::{Framing, Framings, Padding};
-pub use lock::Lock;
+pub use lock::{Lock, host_name};
 pub use picture::{Matte, Picture};
 pub use sealed::{read_sealed, save_sealed};
 pub use shoot::{Ball, SecondBall, Shoot};

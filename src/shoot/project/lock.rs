@@ -36,7 +36,7 @@ impl Lock {
                 "Close the project there, or wait until that job is done",
             ));
         }
-        let host = host().map_or(String::new(), |host| format!(" on {host}"));
+        let host = host_name().map_or(String::new(), |host| format!(" on {host}"));
         let line = format!("{whom}, process {}{host}\n", std::process::id());
         // The name is only for messages; the lock holds without it.
         let _ = file.set_len(0).and_then(|()| file.write_all(line.as_bytes()));
@@ -85,7 +85,7 @@ fn holder(file: &mut File) -> String {
 }
 
 /// The name of this machine.
-fn host() -> Option<String> {
+pub fn host_name() -> Option<String> {
     let kernel = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = kernel.or_else(|| {
         ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok())

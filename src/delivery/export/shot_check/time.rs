@@ -1,7 +1,7 @@
 //! Check that time codes step by one.
 
 use super::super::TimeCode;
-use super::CertifySettings;
+use super::Requirements;
 use super::faults::{Findings, rate_of, spans};
 use super::frame::{Content, Frame};
 use exr::meta::attribute;
@@ -14,7 +14,7 @@ const NAMED: usize = 3;
 pub(super) fn time_codes(
     found: &mut Findings,
     whole: &[(&Frame, &Content)],
-    settings: &CertifySettings,
+    settings: &Requirements,
 ) {
     let without = whole.iter().filter(|(_, content)| content.time_code.is_none());
     let without: BTreeSet<i64> = without.map(|(frame, _)| frame.number).collect();

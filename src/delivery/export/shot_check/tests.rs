@@ -4,8 +4,12 @@ use super::super::still::tests::{about, picture};
 use super::super::{
     About, Bits, ExrCompression, LayerFiles, OutputSpace, Samples, TimeCode, write_still,
 };
+use super::frame::c4;
 use super::*;
+use base::error::Error;
 use compositor::Picture;
+use sha2::{Digest, Sha512};
+use std::path::Path;
 
 const FRAMES: i64 = 6;
 
@@ -66,8 +70,8 @@ fn whole_shot(folder: &Path) {
     (1..=FRAMES).for_each(|number| take(number).write(&file(folder, number)));
 }
 
-fn issued(folder: &Path, settings: &CertifySettings) -> Certificate {
-    Certificate::issue(&[folder.into()], settings, &Progress::silent()).unwrap()
+fn checked(folder: &Path, settings: &Requirements) -> ShotReport {
+    ShotReport::new(&[folder.into()], settings, &Progress::silent()).unwrap()
 }
 
 fn kinds(faults: &[Fault]) -> Vec<&str> {
@@ -75,15 +79,12 @@ fn kinds(faults: &[Fault]) -> Vec<&str> {
 }
 
 #[test]
-fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
+fn a_whole_shot_is_described() {
     let folder = tempfile::tempdir().unwrap();
     whole_shot(folder.path());
-    let asked = CertifySettings {
-        frames: Some((1, FRAMES)),
-        rate: Some(24.0),
-        ..CertifySettings::default()
-    };
-    let found = issued(folder.path(), &asked);
+    let asked =
+        Requirements { frames: Some((1, FRAMES)), rate: Some(24.0), ..Requirements::default() };
+    let found = checked(folder.path(), &asked);
     assert!(found.passed, "{:?}", found.faults);
     assert!(found.remarks.is_empty(), "{:?}", found.remarks);
     assert_eq!((&*found.shot, found.frames), ("shot.####.exr", [1, FRAMES]));
@@ -95,23 +96,12 @@ fn a_shot_that_is_whole_gets_a_certificate_that_says_what_it_is() {
     assert!(layers.layers == 2 && layers.residual <= layers.brightest / 1024.0);
     assert_eq!(found.made_of["checkpoint"], "b");
     assert!(!found.made_of.contains_key("frame"));
-    // Output of `sha256sum` for the files, and for its own list.
-    let mut lines = String::new();
-    for entry in &found.files {
-        let bytes = std::fs::read(folder.path().join(&entry.file.name)).unwrap();
-        assert_eq!(entry.file.bytes, bytes.len() as u64);
-        assert_eq!(entry.file.sha256, hex(Sha256::digest(&bytes)));
-        lines += &format!("{}  {}\n", entry.file.sha256, entry.file.name);
+    for FrameReport { file, .. } in &found.files {
+        let bytes = std::fs::read(folder.path().join(&file.name)).unwrap();
+        assert_eq!(file.bytes, bytes.len() as u64);
+        assert_eq!(file.c4, c4(Sha512::digest(&bytes)));
     }
-    assert_eq!(found.sha256, hex(Sha256::digest(lines)));
-    for part in [
-        "6 frames 1-6",
-        "8 × 5",
-        "2 light layers",
-        "01:00:00:23 to",
-        "no faults",
-        &found.sha256[..16],
-    ] {
+    for part in ["6 frames 1-6", "8 × 5", "2 light layers", "01:00:00:23 to", "no faults"] {
         assert!(found.sentence.contains(part), "{part}: {}", found.sentence);
     }
     assert!(!found.sentence.contains('\n'));
@@ -188,16 +178,13 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         let folder = tempfile::tempdir().unwrap();
         whole_shot(folder.path());
         harm(folder.path());
-        let mut found = issued(folder.path(), &CertifySettings::default());
+        let mut found = checked(folder.path(), &Requirements::default());
         assert!(!found.passed);
-        let all = found.all_files().map(|own| folder.path().join(&own.name));
-        let own = all.filter(|own| own.is_file()).last().unwrap();
-        let said = found.write(&own).unwrap_err().to_string();
-        assert!(said.contains("a file of the shot"), "{said}");
         // Infinite light can be written, too.
-        let path = folder.path().join("certificate.json");
-        found.write(&path).unwrap();
-        Certificate::read(&path).unwrap();
+        serde_json::to_string(&found).unwrap();
+        found.list_hashes(&Progress::silent()).unwrap();
+        assert_eq!(found.hash_list, None);
+        assert!(!folder.path().join("ascmhl").exists());
         let fault = found
             .faults
             .iter()
@@ -225,7 +212,7 @@ fn what_may_be_meant_so_is_a_remark() {
         cropped.layers = None;
         cropped.write(&file(folder.path(), number));
     }
-    let found = issued(folder.path(), &CertifySettings::default());
+    let found = checked(folder.path(), &Requirements::default());
     assert!(found.passed, "{:?}", found.faults);
     let remarks: Vec<&str> = found.remarks.iter().map(|remark| &*remark.kind).collect();
     assert_eq!(remarks, ["layers", "data_window"]);
@@ -235,10 +222,10 @@ fn what_may_be_meant_so_is_a_remark() {
         let light = take(1).picture.linear.unwrap();
         imaging::file::write_exr(&file(plain.path(), number), &light).unwrap();
     }
-    let found = issued(plain.path(), &CertifySettings::default());
+    let found = checked(plain.path(), &Requirements::default());
     assert_eq!(kinds(&found.faults), ["repeated"]);
-    let allowed = CertifySettings { allow_repeats: true, ..CertifySettings::default() };
-    let found = issued(plain.path(), &allowed);
+    let allowed = Requirements { allow_repeats: true, ..Requirements::default() };
+    let found = checked(plain.path(), &allowed);
     assert!(found.passed && found.remarks.len() == 3, "{:?}", found.remarks);
     // Black frames may repeat.
     let black = tempfile::tempdir().unwrap();
@@ -246,7 +233,7 @@ fn what_may_be_meant_so_is_a_remark() {
         let light = imaging::Image::filled(4, 4, [0.0; 3]);
         imaging::file::write_exr(&file(black.path(), number), &light).unwrap();
     }
-    assert!(issued(black.path(), &CertifySettings::default()).passed);
+    assert!(checked(black.path(), &Requirements::default()).passed);
 }
 
 #[test]
@@ -254,8 +241,8 @@ fn a_range_and_a_rate_that_are_asked_for_are_demanded() {
     let folder = tempfile::tempdir().unwrap();
     whole_shot(folder.path());
     let asked = |frames, rate| {
-        let settings = CertifySettings { frames, rate, ..CertifySettings::default() };
-        issued(folder.path(), &settings).faults
+        let settings = Requirements { frames, rate, ..Requirements::default() };
+        checked(folder.path(), &settings).faults
     };
     let missing = asked(Some((0, 1_000_000_000)), None);
     assert_eq!(missing[0].frames, "0, 7-1000000000");
@@ -290,7 +277,7 @@ fn time_codes_step_at_every_rate() {
                 take.about.time_code = start.plus(number as usize + jump);
                 take.write(&file(folder.path(), number));
             }
-            let found = issued(folder.path(), &CertifySettings::default());
+            let found = checked(folder.path(), &Requirements::default());
             let jumps: Vec<_> = found.faults.iter().filter(|f| f.kind == "time_code").collect();
             assert_eq!(jumps.len(), usize::from(harmed), "{rate} {start}: {jumps:?}");
             assert!(!harmed || jumps[0].frames == "7", "{jumps:?}");
@@ -314,8 +301,15 @@ fn a_name_and_chromaticities_that_differ_are_a_fault() {
     assert!(color("lin_ap1_scene").contradiction().unwrap().contains("lin_ap1_scene"));
 }
 
+/// Writes the next hash list of a shot.
+fn listed(folder: &Path) -> ShotReport {
+    let mut report = checked(folder, &Requirements::default());
+    report.list_hashes(&Progress::silent()).unwrap();
+    report
+}
+
 #[test]
-fn a_certificate_is_compared_with_the_files_later() {
+fn a_hash_list_is_compared_with_the_files_later() {
     let folder = tempfile::tempdir().unwrap();
     let frames = folder.path().join("frames");
     for number in 1..=3 {
@@ -323,28 +317,31 @@ fn a_certificate_is_compared_with_the_files_later() {
         take.about.exr.layers = LayerFiles::Files;
         take.write(&file(&frames, number));
     }
-    let path = folder.path().join("shot.json");
-    let mut certificate = issued(&frames, &CertifySettings::default());
-    certificate.write(&path).unwrap();
-    assert_eq!(certificate.folder, Path::new("frames"));
-    assert_eq!(Certificate::read(&path).unwrap(), certificate);
-    // With both, and three files of layers and weights.
-    let verified = || Verification::of_file(&path, &Progress::silent()).unwrap();
-    let found = verified();
+    std::fs::create_dir(frames.join("scripts")).unwrap();
+    std::fs::write(frames.join("scripts/comp <1> & 2.nk"), "").unwrap();
+    let list = listed(&frames).hash_list.unwrap();
+    let name = list.file_name().unwrap().to_str().unwrap();
+    assert!(name.starts_with("0001_frames_2") && name.ends_with("Z.mhl"), "{name}");
+    // Three files of layers and weights for each frame, and the script.
+    let verified = |list: &Path| Verification::of_file(list, &Progress::silent()).unwrap();
+    let found = verified(&list);
     assert!(found.passed && found.remarks.is_empty(), "{found:?}");
-    assert_eq!((found.files, found.same), (12, 12));
-    assert!(found.sentence.contains("all 12 files"), "{}", found.sentence);
+    assert_eq!((found.files, found.same), (13, 13));
+    assert!(found.sentence.contains("all 13 files"), "{}", found.sentence);
     // The folder may move as a whole.
     let moved = folder.path().join("moved");
-    std::fs::create_dir(&moved).unwrap();
-    std::fs::rename(&frames, moved.join("frames")).unwrap();
-    std::fs::rename(&path, moved.join("shot.json")).unwrap();
-    let (path, frames) = (moved.join("shot.json"), moved.join("frames"));
-    let verified = || Verification::of_file(&path, &Progress::silent()).unwrap();
-    assert!(verified().passed);
+    std::fs::rename(&frames, &moved).unwrap();
+    let (frames, list) = (&moved, moved.join("ascmhl").join(name));
+    assert_eq!(verified(&moved.join("ascmhl")).same, 13);
+    // The next generation lists a new file beside those of the first.
+    std::fs::write(frames.join("notes.txt"), "graded").unwrap();
+    assert_eq!(verified(&list).remarks[0].sentence, "notes.txt is not in the hash list");
+    let second = listed(frames);
+    assert!(second.passed && second.sentence.contains("0002_moved_"), "{}", second.sentence);
+    assert_eq!(verified(&list).files, 14);
 
     let said = |wanted: [&str; 2]| {
-        let found = verified();
+        let found = verified(&list);
         let fault = found.faults.iter().find(|f| f.sentence.contains(wanted[1]));
         assert!(fault.is_some_and(|f| f.kind == wanted[0]), "{wanted:?}: {:?}", found.faults);
         found
@@ -352,37 +349,83 @@ fn a_certificate_is_compared_with_the_files_later() {
     let mut take = take(2);
     take.about.exr.layers = LayerFiles::Files;
     take.about.exr.compression = ExrCompression::Piz;
-    take.write(&file(&frames, 2));
+    take.write(&file(frames, 2));
     // The files of the layers were recompressed, too.
     let found = said(["changed", "shot.0002.exr differs in its bytes, with the same picture"]);
-    assert_eq!((found.same, found.passed), (9, false));
+    assert_eq!((found.same, found.passed), (11, false));
+    assert!(found.faults.iter().all(|fault| fault.frames == "2"), "{:?}", found.faults);
+    // A changed file keeps the next list from being written.
+    let third = listed(frames);
+    assert_eq!((third.hash_list, third.passed), (None, false));
     take.picture.linear.as_mut().unwrap().pixels[0] = [0.25; 3];
-    take.write(&file(&frames, 2));
+    take.write(&file(frames, 2));
     said(["changed", "shot.0002.exr has a different picture"]);
-    std::fs::write(file(&frames, 2), "half").unwrap();
+    std::fs::write(file(frames, 2), "half").unwrap();
     said(["unreadable", "shot.0002.exr is damaged"]);
-    std::fs::remove_file(file(&frames, 2)).unwrap();
+    std::fs::remove_file(file(frames, 2)).unwrap();
     said(["missing", "shot.0002.exr is missing"]);
     std::fs::remove_file(frames.join("shot.light_00.0003.exr")).unwrap();
     said(["missing", "shot.light_00.0003.exr"]);
-    take.write(&file(&frames, 4));
-    assert!(verified().remarks[0].sentence.contains("shot.0004.exr"));
+    std::fs::write(frames.join("notes.txt"), "graded again").unwrap();
+    said(["changed", "notes.txt differs in its bytes"]);
 
-    let text = std::fs::read_to_string(&path).unwrap();
-    let of_first = &certificate.files[0].file.sha256;
-    std::fs::write(&path, text.replace(of_first, &"0".repeat(64))).unwrap();
-    said(["certificate", "was edited"]);
-    std::fs::write(&path, text.replace("shot.0001.exr", "../../etc/passwd")).unwrap();
-    said(["certificate", "is not a file name"]);
-    for (text, wanted) in [
-        (text.replace("\"certificate\": 1", "\"certificate\": 9"), "version 9"),
-        ("{}".to_owned(), "shot.json"),
-        ("[".repeat(1 << 16), "shot.json"),
-    ] {
-        std::fs::write(&path, text).unwrap();
-        let said = Verification::of_file(&path, &Progress::silent()).unwrap_err().to_string();
-        assert!(said.contains(wanted), "{said}");
+    let text = std::fs::read_to_string(&list).unwrap();
+    std::fs::write(&list, text.replace(">c4", ">c5")).unwrap();
+    said(["hash_list", "hash mismatch: damaged or edited"]);
+    std::fs::write(&list, text.replace("shot.0001.exr", "../../etc/passwd")).unwrap();
+    said(["hash_list", "../../etc/passwd leads out of the folder"]);
+    for text in ["", "{}", &"<hash>".repeat(1 << 16), &text[..text.len() / 2]] {
+        std::fs::write(&list, text).unwrap();
+        let said = Verification::of_file(&list, &Progress::silent()).unwrap_err().to_string();
+        assert!(said.contains(name), "{said}");
     }
+    std::fs::remove_file(&list).unwrap();
+    let list = moved.join("ascmhl");
+    let found = verified(&list);
+    assert!(found.faults[0].sentence.contains("in the chain, but missing"), "{:?}", found.faults);
+    std::fs::rename(list.join("ascmhl_chain.xml"), frames.join("chain.xml")).unwrap();
+    let said = Verification::of_file(&list, &Progress::silent()).unwrap_err().to_string();
+    assert!(said.contains("ascmhl_chain.xml"), "{said}");
+    let said = Verification::of_file(&frames.join("chain.xml"), &Progress::silent()).unwrap_err();
+    assert!(said.to_string().contains("not in a folder ascmhl"), "{said}");
+}
+
+#[test]
+fn hash_lists_of_other_tools_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let hash = |text: &str| c4(Sha512::digest(text));
+    for (name, text) in [("new.mov", "movie"), ("plain.txt", "notes"), ("added.wav", "sound")] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let list = format!(
+        "<?xml version=\"1.0\"?>\n<hashlist version=\"2.0\" xmlns=\"urn:ASC:MHL:v2.0\">\
+         <creatorinfo><creationdate>2024-01-01T00:00:00+00:00</creationdate><author role=\"DIT\">A</author>\
+         </creatorinfo><processinfo><process>in-place</process><roothash><content><xxh64>0</xxh64></content>\
+         </roothash></processinfo><hashes><hash><path size=\"5\">old.mov</path><c4>{0}</c4></hash>\
+         <directoryhash><path>Clips</path><content><xxh64>1</xxh64></content></directoryhash>\
+         <hash><path>plain.txt</path><md5>ab</md5></hash>\
+         <hash><path>new.mov</path><c4 action=\"verified\">{0}</c4><previousPath>old.mov</previousPath></hash>\
+         </hashes><references/></hashlist>",
+        hash("movie")
+    );
+    let lists = folder.path().join("ascmhl");
+    std::fs::create_dir(&lists).unwrap();
+    std::fs::write(lists.join("0001.mhl"), &list).unwrap();
+    let chain = format!(
+        "<ascmhldirectory xmlns=\"urn:ASC:MHL:DIRECTORY:v2.0\"><hashlist sequencenr=\"1\"><path>0001.mhl</path>\
+         <c4>{}</c4></hashlist></ascmhldirectory>",
+        hash(&list)
+    );
+    std::fs::write(lists.join("ascmhl_chain.xml"), chain).unwrap();
+    let found = Verification::of_file(&lists, &Progress::silent()).unwrap();
+    assert!(found.passed, "{:?}", found.faults);
+    assert_eq!((found.files, found.same), (2, 1));
+    let remarks: Vec<&str> = found.remarks.iter().map(|remark| &*remark.sentence).collect();
+    assert!(remarks[0].contains("added.wav") && remarks[1].contains("ascmhl"), "{remarks:?}");
+    // A folder inside with lists of its own is left to the tool that made them.
+    std::fs::create_dir_all(folder.path().join("reel/ascmhl")).unwrap();
+    let said = Verification::of_file(&lists, &Progress::silent()).unwrap_err().to_string();
+    assert!(said.contains("reel has hash lists of its own"), "{said}");
 }
 
 #[test]
@@ -393,18 +436,21 @@ fn a_stop_ends_the_check_and_nothing_is_written() {
     let control = Control::default();
     control.stop();
     let progress = Progress::new(&|_| (), control);
-    let stopped =
-        Certificate::issue(&[folder.path().into()], &CertifySettings::default(), &progress);
+    let stopped = ShotReport::new(&[folder.path().into()], &Requirements::default(), &progress);
     assert!(matches!(stopped, Err(Error::Cancelled { .. })));
 }
 
 #[test]
-fn the_hash_of_a_file_is_the_published_one() {
+fn the_hashes_of_a_file_are_the_published_ones() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("abc");
     std::fs::write(&path, "abc").unwrap();
     // Example of FIPS 180-4.
     let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-    assert_eq!(hash_file(&path, 3).unwrap(), (3, wanted.to_owned()));
-    assert_eq!(hash_file(&path, 2).unwrap(), (3, String::new()));
+    assert_eq!(hash_file(&path).unwrap(), (3, wanted.to_owned()));
+    assert_eq!(frame::c4_of_file(&path, 2).unwrap(), (3, String::new()));
+    // C4 ID of no bytes, as the standard's authors publish it.
+    let wanted = "c459dsjfscH38cYeXXYogktxf4Cd9ibshE3BHUo6a58hBXmRQdZrAkZzsWcbWtDg5oQstpDuni4Hirj75GEmTc1sFT";
+    assert_eq!(c4(Sha512::digest("")), wanted);
+    assert_eq!(c4([0; 64]), format!("c4{}", "1".repeat(88)));
 }

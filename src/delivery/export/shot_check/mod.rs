@@ -1,7 +1,8 @@
-//! Certificate of a shot for delivery: all frames are present, intact and consistent, each with its checksum.
+//! Check of a shot for delivery: all frames are present, intact and consistent. An ASC MHL keeps their hashes.
 
 mod faults;
 mod frame;
+mod hash_list;
 mod read;
 mod shot;
 mod time;
@@ -12,25 +13,18 @@ pub use verify::Verification;
 
 use self::faults::{Findings, judge, rate_words, span};
 pub use self::frame::hash_file;
-use self::frame::{Content, Frame, hex};
+use self::frame::{Content, Frame};
+use self::hash_list::{Found, History};
 use self::shot::Shot;
-use base::error::{Error, Result};
-use base::files::{read_text, write_beside};
+use base::error::Result;
 use base::progress::Progress;
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-/// Version of the certificates that this program writes and reads.
-const FORMAT: u32 = 1;
-/// Longest certificate that is read, in bytes: a million frames, each with some accompanying files.
-const MOST_BYTES: u64 = 1 << 30;
+use std::path::PathBuf;
 
 /// Delivery requirements of a shot.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct CertifySettings {
+pub struct Requirements {
     /// First and last required frame. None for the frames found.
     pub frames: Option<(i64, i64)>,
     /// Frames per second. None for the rate in the headers.
@@ -40,7 +34,7 @@ pub struct CertifySettings {
 }
 
 /// Fault of a shot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fault {
     /// Kind, such as `missing` or `time_code`.
     pub kind: String,
@@ -50,40 +44,40 @@ pub struct Fault {
 }
 
 /// Point that was not checked, or that may be intended.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remark {
     pub kind: String,
     pub sentence: String,
 }
 
 /// A file and its checksum.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FileHash {
     pub name: String,
     pub bytes: u64,
-    /// SHA-256 of the whole file in hexadecimal digits; "" if the file could not be read.
-    pub sha256: String,
+    /// C4 ID of the whole file; "" if the file could not be read.
+    pub c4: String,
 }
 
-/// A frame's file in a certificate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CertifiedFrame {
+/// A frame's files.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrameReport {
     pub frame: i64,
     #[serde(flatten)]
     pub file: FileHash,
-    /// SHA-256 of the samples of all channels, independent of the compression; "" if the file could not be read.
-    pub pixels_sha256: String,
+    /// C4 ID of the samples of all channels, independent of the compression; "" if the file could not be read.
+    pub pixels_c4: String,
     /// Largest difference between the picture and the sum of its light layers. None without light layers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f32>,
     /// Files of the light layers and of their weights.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<FileHash>,
 }
 
 /// Accuracy with which the light layers of a shot rebuild its pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CertifiedLayers {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ShotLayers {
     /// Number of layers per frame.
     pub layers: usize,
     /// Largest difference of a channel, and the frame with it.
@@ -93,20 +87,16 @@ pub struct CertifiedLayers {
     pub brightest: f32,
 }
 
-/// Certificate of a shot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Certificate {
-    /// Version of this file format.
-    pub certificate: u32,
-    /// Program that wrote the certificate.
-    pub written_by: String,
+/// Result of checking a shot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ShotReport {
     /// The shot has no faults.
     pub passed: bool,
     /// Summary in one line.
     pub sentence: String,
     pub faults: Vec<Fault>,
     pub remarks: Vec<Remark>,
-    /// Folder of the frames: relative to the certificate's folder, or absolute.
+    /// Folder of the frames.
     pub folder: PathBuf,
     /// File names, with `####` for the number.
     pub shot: String,
@@ -118,25 +108,22 @@ pub struct Certificate {
     /// Time codes of the first and the last frame.
     pub time_code: Option<[String; 2]>,
     pub color: Option<String>,
-    pub layers: Option<CertifiedLayers>,
+    pub layers: Option<ShotLayers>,
     /// Provenance of the first frame, without the entries that change per frame.
     pub made_of: BTreeMap<String, String>,
-    /// SHA-256 of the lines `HASH  NAME` of all files, as `sha256sum` writes them.
-    pub sha256: String,
-    pub files: Vec<CertifiedFrame>,
+    /// The ASC MHL that was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hash_list: Option<PathBuf>,
+    pub files: Vec<FrameReport>,
 }
 
-impl Certificate {
+impl ShotReport {
     /// Examines all files of a shot. `named` is a list of files, their folder, or a pattern. Faults of the shot are part of the
-    /// certificate.
+    /// report.
     ///
     /// # Errors
     /// When no such files exist, they belong to several shots, or the user stops.
-    pub fn issue(
-        named: &[PathBuf],
-        settings: &CertifySettings,
-        progress: &Progress,
-    ) -> Result<Self> {
+    pub fn new(named: &[PathBuf], settings: &Requirements, progress: &Progress) -> Result<Self> {
         let shot = Shot::find(named)?;
         let frames = read::frames(&shot, progress)?;
         let mut found = judge(&frames, shot.numbered, settings);
@@ -147,10 +134,10 @@ impl Certificate {
                 format!("an export is writing here or was killed: {}", shot.unfinished.join(", ")),
             );
         }
-        Ok(Self::new(&shot, &frames, found))
+        Ok(Self::from_frames(&shot, &frames, found))
     }
 
-    fn new(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
+    fn from_frames(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
         let whole: Vec<(i64, &Content)> = (frames.iter())
             .filter_map(|frame| Some((frame.number, frame.picture.as_ref().ok()?)))
             .collect();
@@ -159,7 +146,7 @@ impl Certificate {
             |of: Option<&(i64, &Content)>| of.and_then(|(_, c)| c.time_code).map(time::words);
         let layers = whole.iter().filter_map(|(number, content)| {
             let rebuild = content.layers.as_ref()?.as_ref().ok()?;
-            Some(CertifiedLayers {
+            Some(ShotLayers {
                 layers: rebuild.layers,
                 // JSON has no infinity.
                 residual: rebuild.residual.min(f32::MAX),
@@ -173,9 +160,7 @@ impl Certificate {
             pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
         });
         let ends = [frames.first(), frames.last()].map(|f| f.map_or(0, |frame| frame.number));
-        let mut certificate = Self {
-            certificate: FORMAT,
-            written_by: concat!("Afterlight ", env!("CARGO_PKG_VERSION")).to_owned(),
+        let mut report = Self {
             passed: found.faults.is_empty(),
             sentence: String::new(),
             faults: found.faults,
@@ -191,26 +176,11 @@ impl Certificate {
             color: first.and_then(|content| content.color.interop_id.clone()),
             layers: layers.max_by(|a, b| a.residual.total_cmp(&b.residual)),
             made_of: made_of.unwrap_or_default(),
-            sha256: String::new(),
-            files: frames.iter().map(CertifiedFrame::from_frame).collect(),
+            hash_list: None,
+            files: frames.iter().map(FrameReport::from_frame).collect(),
         };
-        certificate.sha256 = certificate.hash();
-        certificate.sentence = certificate.words();
-        certificate
-    }
-
-    /// SHA-256 of the lines `HASH  NAME` of all files.
-    fn hash(&self) -> String {
-        let mut hash = Sha256::new();
-        for FileHash { name, sha256, .. } in self.all_files() {
-            hash.update(format!("{sha256}  {name}\n"));
-        }
-        hex(hash.finalize())
-    }
-
-    /// All files; the accompanying files follow their frame.
-    fn all_files(&self) -> impl Iterator<Item = &FileHash> {
-        (self.files.iter()).flat_map(|frame| [&frame.file].into_iter().chain(&frame.beside))
+        report.sentence = report.words();
+        report
     }
 
     /// Summary in one line.
@@ -236,73 +206,52 @@ impl Certificate {
             1 => "1 fault".to_owned(),
             count => format!("{count} faults"),
         };
-        format!("{}: {}; {verdict}. SHA-256 {}", self.shot, parts.join(", "), &self.sha256[..16])
+        let list = self.hash_list.as_ref();
+        let list = list.map_or(String::new(), |list| format!("; hash list {}", list.display()));
+        format!("{}: {}; {verdict}{list}", self.shot, parts.join(", "))
     }
 
-    /// Writes the certificate as JSON to `path`. The frames' folder is stored relative to the folder of `path`.
+    /// Compares all files of the shot's folder with its hash lists, and writes the next list. Changed and missing files
+    /// are faults. A shot with faults gets no list.
     ///
     /// # Errors
-    /// When `path` cannot be written, names a file of the shot, or a path is not UTF-8.
-    pub fn write(&mut self, path: &Path) -> Result<()> {
-        let whole = |folder: &Path| std::fs::canonicalize(folder).ok();
-        let is_there = whole(path).is_some_and(|path| {
-            self.all_files()
-                .any(|file| whole(&self.folder.join(&file.name)).as_ref() == Some(&path))
-        });
-        if is_there {
-            return Err(Error::invalid(
-                format!("{} is a file of the shot", path.display()),
-                "Give the certificate another name, such as shot.certificate.json",
-            ));
+    /// When a file or a hash list cannot be read or written, or the user stops.
+    pub fn list_hashes(&mut self, progress: &Progress) -> Result<()> {
+        if self.passed {
+            let history = History::read(&self.folder)?;
+            let frames = self.files.iter().map(|frame| (&frame.file, Some(&frame.pixels_c4)));
+            let beside = self.files.iter().flat_map(|frame| &frame.beside).map(|file| (file, None));
+            let read = frames.chain(beside).map(|(file, pixels)| {
+                let c4 = Ok(file.c4.clone());
+                (file.name.clone(), Found { bytes: file.bytes, c4, pixels: pixels.cloned() })
+            });
+            let all = |_: &str| Some(u64::MAX);
+            let found = hash_list::hash_files(&self.folder, read.collect(), all, progress)?;
+            self.faults = history.faults(&self.folder, &found);
+            if self.faults.is_empty() {
+                self.hash_list = Some(history.write(&self.folder, &found)?);
+            }
         }
-        if let Some(folder) = whole(&self.folder) {
-            let own = path.parent().filter(|own| !own.as_os_str().is_empty());
-            let own = whole(own.unwrap_or(Path::new(".")));
-            let inside = own.and_then(|own| folder.strip_prefix(own).ok().map(PathBuf::from));
-            self.folder = match inside {
-                Some(inside) if inside.as_os_str().is_empty() => ".".into(),
-                Some(inside) => inside,
-                None => folder,
-            };
+        self.passed = self.faults.is_empty();
+        if !self.passed {
+            self.remarks.push(Remark {
+                kind: "hash_list".to_owned(),
+                sentence: "No hash list was written: the shot has faults".to_owned(),
+            });
         }
-        let text = serde_json::to_string_pretty(self).map_err(|e| {
-            let problem = format!("cannot write the certificate {}: {e}", path.display());
-            Error::invalid(problem, "Rename the folder of the frames")
-        })?;
-        write_beside(path, |out| writeln!(out, "{text}"))
-    }
-
-    /// Reads a certificate.
-    ///
-    /// # Errors
-    /// When the file cannot be read, or is not a certificate of this version.
-    pub fn read(path: &Path) -> Result<Self> {
-        let remedy = "Name a certificate that `afterlight check FRAMES --certificate FILE` wrote";
-        let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, remedy))?;
-        let read: Self =
-            serde_json::from_str(&text).map_err(|e| Error::codec("read", path, e, remedy))?;
-        if read.certificate != FORMAT {
-            let found = read.certificate;
-            return Err(Error::invalid(
-                format!(
-                    "{} is a certificate of version {found}; this program reads version {FORMAT}",
-                    path.display()
-                ),
-                "Check it with the version of Afterlight that wrote it",
-            ));
-        }
-        Ok(read)
+        self.sentence = self.words();
+        Ok(())
     }
 }
 
-impl CertifiedFrame {
+impl FrameReport {
     fn from_frame(frame: &Frame) -> Self {
         let content = frame.picture.as_ref().ok();
         let rebuild = content.and_then(|content| content.layers.as_ref()?.as_ref().ok());
         Self {
             frame: frame.number,
             file: frame.file.clone(),
-            pixels_sha256: content.map_or(String::new(), |content| content.pixels.clone()),
+            pixels_c4: content.map_or(String::new(), |content| content.pixels.clone()),
             residual: rebuild.map(|rebuild| rebuild.residual),
             beside: content.map_or(Vec::new(), |content| content.beside.clone()),
         }

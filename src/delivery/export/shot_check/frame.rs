@@ -11,7 +11,8 @@ use base::files::is_bare;
 use exr::meta::attribute::{AttributeValue, Text, TimeCode};
 use exr::prelude::{FlatImage, FlatSamples};
 use imaging::color_space::ColorSpace;
-use sha2::{Digest, Sha256};
+use sha2::digest::Output;
+use sha2::{Digest, Sha256, Sha512};
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
@@ -34,7 +35,7 @@ pub(super) struct Frame {
 /// Content of a frame's file.
 #[derive(Clone, Debug)]
 pub(super) struct Content {
-    /// SHA-256 of all channels.
+    /// C4 ID of all channels.
     pub pixels: String,
     /// All pixels of the picture are equal.
     pub is_flat: bool,
@@ -72,7 +73,7 @@ pub(super) struct Color {
 impl Frame {
     /// Reads a file. Faults of the file are part of the result.
     pub fn read(path: &Path, number: i64, name: &str) -> Self {
-        let named = |bytes, sha256| FileHash { name: name.to_owned(), bytes, sha256 };
+        let named = |bytes, c4| FileHash { name: name.to_owned(), bytes, c4 };
         let file = match ExrFile::open(path, REMEDY) {
             Ok(file) => file,
             // A file far longer than any picture is not read to its end for a hash.
@@ -87,7 +88,7 @@ impl Frame {
         let bytes = file.bytes.len() as u64;
         Self {
             number,
-            file: named(bytes, hex(Sha256::digest(&file.bytes))),
+            file: named(bytes, c4(Sha512::digest(&file.bytes))),
             picture: Content::new(path, &file).map_err(|e| e.to_string()),
         }
     }
@@ -202,28 +203,43 @@ impl Color {
 fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
     let of_file = |name: &String| {
         let beside = path.with_file_name(name);
-        let found = is_bare(name).then(|| hash_file(&beside, MOST_BESIDE));
-        let (bytes, sha256) = (found.and_then(std::result::Result::ok)).unwrap_or_default();
-        FileHash { name: name.clone(), bytes, sha256 }
+        let found = is_bare(name).then(|| c4_of_file(&beside, MOST_BESIDE));
+        let (bytes, c4) = (found.and_then(std::result::Result::ok)).unwrap_or_default();
+        FileHash { name: name.clone(), bytes, c4 }
     };
     names.iter().map(of_file).collect()
 }
 
-/// Length of a file and its SHA-256 in hexadecimal digits; of a file above `most` bytes only the length.
+/// Length of a file and its SHA-256 in hexadecimal digits.
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn hash_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
+pub fn hash_file(path: &Path) -> std::io::Result<(u64, String)> {
+    let (bytes, hash) = digest::<Sha256>(path, u64::MAX)?;
+    Ok((bytes, hash.iter().flatten().map(|byte| format!("{byte:02x}")).collect()))
+}
+
+/// Length of a file and its C4 ID; "" for a file above `most` bytes.
+///
+/// # Errors
+/// When the file cannot be read.
+pub(super) fn c4_of_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
+    let (bytes, hash) = digest::<Sha512>(path, most)?;
+    Ok((bytes, hash.map_or(String::new(), c4)))
+}
+
+/// Length of a file and its hash. None for a file above `most` bytes.
+fn digest<D: Digest>(path: &Path, most: u64) -> std::io::Result<(u64, Option<Output<D>>)> {
     let mut file = base::files::open(path)?;
     let whole = file.metadata()?.len();
     if whole > most {
-        return Ok((whole, String::new()));
+        return Ok((whole, None));
     }
-    let (mut hash, mut length) = (Sha256::new(), 0);
+    let (mut hash, mut length) = (D::new(), 0);
     let mut buffer = vec![0; 1 << 20];
     loop {
         match file.read(&mut buffer)? {
-            0 => return Ok((length, hex(hash.finalize()))),
+            0 => return Ok((length, Some(hash.finalize()))),
             read => {
                 hash.update(&buffer[..read]);
                 length += read as u64;
@@ -232,16 +248,25 @@ pub fn hash_file(path: &Path, most: u64) -> std::io::Result<(u64, String)> {
     }
 }
 
-/// Hexadecimal digits of a hash.
-pub(super) fn hex(hash: impl AsRef<[u8]>) -> String {
-    let digits = |byte: &u8| format!("{byte:02x}");
-    hash.as_ref().iter().map(digits).collect()
+/// C4 ID of a SHA-512: `c4` and 88 digits in base 58, the highest first (SMPTE ST 2114).
+pub(super) fn c4(hash: impl AsRef<[u8]>) -> String {
+    const DIGITS: &[u8; 58] = b"123456789ABCDEFGHJKLMNPQRSTUVWXYZabcdefghijkmnopqrstuvwxyz";
+    let mut digits = [0u32; 88];
+    for byte in hash.as_ref() {
+        let mut carry = u32::from(*byte);
+        for digit in digits.iter_mut().rev() {
+            carry += *digit << 8;
+            (*digit, carry) = (carry % 58, carry / 58);
+        }
+    }
+    let digits = digits.iter().map(|digit| char::from(DIGITS[*digit as usize]));
+    "c4".chars().chain(digits).collect()
 }
 
-/// SHA-256 of all channels: their names and their samples, as stored in memory.
+/// C4 ID of all channels: their names and their samples, as stored in memory.
 fn hash_of(image: &FlatImage) -> String {
     fn update<T: Copy, const N: usize>(
-        hash: &mut Sha256,
+        hash: &mut Sha512,
         values: &[T],
         bytes: impl Fn(T) -> [u8; N],
     ) {
@@ -250,7 +275,7 @@ fn hash_of(image: &FlatImage) -> String {
             hash.update(bytes);
         }
     }
-    let mut hash = Sha256::new();
+    let mut hash = Sha512::new();
     for part in &image.layer_data {
         for channel in &part.channel_data.list {
             hash.update(channel.name.to_string());
@@ -262,7 +287,7 @@ fn hash_of(image: &FlatImage) -> String {
             }
         }
     }
-    hex(hash.finalize())
+    c4(hash.finalize())
 }
 
 fn is_flat(part: &Part) -> bool {

@@ -2,7 +2,7 @@
 
 use super::frame::{Content, Frame};
 use super::time::time_codes;
-use super::{CertifySettings, Fault, Remark};
+use super::{Fault, Remark, Requirements};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -21,7 +21,7 @@ pub(super) struct Findings {
 }
 
 /// Judges the frames of a shot, sorted by number.
-pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &CertifySettings) -> Findings {
+pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &Requirements) -> Findings {
     let mut found = Findings::default();
     found.numbers(frames, numbered, settings);
     let unreadable = frames.iter().filter_map(|frame| {
@@ -90,7 +90,7 @@ impl Findings {
     }
 
     /// Finds missing and duplicate frame numbers.
-    fn numbers(&mut self, frames: &[Frame], numbered: bool, settings: &CertifySettings) {
+    fn numbers(&mut self, frames: &[Frame], numbered: bool, settings: &Requirements) {
         let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
             return;
         };
@@ -215,7 +215,7 @@ impl Findings {
     /// Finds missing files of light layers.
     fn beside(&mut self, whole: &Whole) {
         for (frame, content) in whole {
-            let gone = content.beside.iter().find(|file| file.sha256.is_empty());
+            let gone = content.beside.iter().find(|file| file.c4.is_empty());
             if let Some(gone) = gone {
                 let sentence =
                     format!("cannot read {}, which {} needs", gone.name, frame.file.name);
@@ -250,7 +250,7 @@ impl Findings {
         }
     }
 
-    fn rate_asked(&mut self, whole: &Whole, settings: &CertifySettings) {
+    fn rate_asked(&mut self, whole: &Whole, settings: &Requirements) {
         let Some(asked) = settings.rate else { return };
         let other = whole.iter().filter(|(_, content)| {
             let found = content.rate.and_then(rate_of);

@@ -184,6 +184,11 @@ fn takes_sign(before: &str) -> bool {
     before.is_empty() || before.ends_with(['.', '_'])
 }
 
+/// Last number in a file name.
+pub(super) fn frame_number(name: &str) -> Option<i64> {
+    numbered(name).map(|(_, number)| number)
+}
+
 /// Last number in a name, with the text before and after it.
 fn numbered(name: &str) -> Option<(Around, i64)> {
     let (stem, _) = name.rsplit_once('.')?;
