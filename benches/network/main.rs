@@ -181,10 +181,11 @@ impl Learner {
     }
 
     fn loss(&self) -> Tensor<1> {
-        let output = self.network.forward(self.input.clone());
         if self.loss == Loss::Squares {
+            let output = self.network.forward(self.input.clone());
             return (output - self.target.clone()).square().mean();
         }
+        let output = self.network.logits(self.input.clone(), None);
         let [_, channels, h, w] = output.dims();
         let lamps = channels / 3;
         let device = output.device().without_autodiff();
@@ -199,6 +200,7 @@ impl Learner {
                 shift: [0; 2],
                 reconstruction: 1.0,
                 rendering: 1.0,
+                logits: true,
             },
         };
         losses(output, &inputs).0

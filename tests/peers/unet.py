@@ -165,7 +165,9 @@ class Peer:
         self.squares = options.loss == "squares"
         self.bf16 = options.bf16
         self.f16 = options.f16
-        self.run = torch.compile(self.network) if options.compile else self.network
+        self.run, self.losses = self.network, training_losses
+        if options.compile:
+            self.run, self.losses = torch.compile(self.network), torch.compile(training_losses)
         self.optimizer = torch.optim.Adam(
             self.network.parameters(),
             lr=LEARNING_RATE,
@@ -199,7 +201,7 @@ class Peer:
         output = self.forward().float()
         if self.squares:
             return functional.mse_loss(output, self.target)
-        return training_losses(output[0], self.target[0], self.input[0])
+        return self.losses(output[0], self.target[0], self.input[0])
 
     def step(self):
         """Runs one training step; returns its seconds, in total and by part."""
@@ -324,6 +326,9 @@ def reference(options):
         out / "gradients.safetensors",
     )
     save_file(plain(burn_statistics(network, options.size)), out / "statistics.safetensors")
+    logits = torch.logit(predicted).requires_grad_()
+    training_loss = training_losses(torch.sigmoid(logits)[0], peer.target[0], peer.input[0])
+    training_loss.backward()
     pooled_from = peer.input.clone().requires_grad_()
     pooled = blur_pool(pooled_from, network.kernels)
     pooled.square().mean().backward()
@@ -337,6 +342,9 @@ def reference(options):
                 "output": output,
                 "prediction": predicted,
                 "losses": losses,
+                "logits": logits,
+                "training_loss": training_loss.reshape(1),
+                "training_gradient": logits.grad,
                 "pooled": pooled,
                 "pooled_gradient": pooled_from.grad,
             }

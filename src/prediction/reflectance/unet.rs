@@ -331,6 +331,15 @@ impl UNet {
 
     /// The outputs of some lamps; None means all. The last layer is not computed for the others.
     pub fn forward_lamps(&self, plate: Tensor<4>, lamps: Option<&[usize]>) -> Tensor<4> {
+        self.compute(plate, lamps, Activation::Sigmoid)
+    }
+
+    /// The outputs of some lamps before the sigmoid; None means all.
+    pub fn logits(&self, plate: Tensor<4>, lamps: Option<&[usize]>) -> Tensor<4> {
+        self.compute(plate, lamps, Activation::None)
+    }
+
+    fn compute(&self, plate: Tensor<4>, lamps: Option<&[usize]>, last: Activation) -> Tensor<4> {
         let precision = self.precision;
         let mut skips = Vec::with_capacity(self.encoder.len());
         let mut x = plate;
@@ -348,12 +357,11 @@ impl UNet {
             skip = skips.pop();
         }
         match lamps {
-            None => kernels::convolution(x, skip, &self.output, Activation::Sigmoid, precision),
+            None => kernels::convolution(x, skip, &self.output, last, precision),
             Some(lamps) => {
                 let colours = |&lamp: &usize| (0..3).map(move |colour| 3 * lamp + colour);
                 let outputs: Vec<usize> = lamps.iter().flat_map(colours).collect();
-                let sigmoid = Activation::Sigmoid;
-                kernels::some_outputs(x, skip, &self.output, &outputs, sigmoid, precision)
+                kernels::some_outputs(x, skip, &self.output, &outputs, last, precision)
             }
         }
     }

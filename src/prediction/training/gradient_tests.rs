@@ -98,6 +98,7 @@ fn the_losses_as_a_whole_with_a_mask_of_black_grey_and_white() {
                     shift: [1, -2],
                     reconstruction: 1.0,
                     rendering: 0.5,
+                    logits: false,
                 },
             };
             criterion.losses(output, &with, lamps, None).0
@@ -126,6 +127,7 @@ fn the_norm_at_and_near_zero_error() {
                 shift: [0, 0],
                 reconstruction: 1.0,
                 rendering: 0.0,
+                logits: false,
             },
         };
         Criterion::default().losses(output, &with, None, None).0

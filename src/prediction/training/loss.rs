@@ -38,6 +38,12 @@ impl Default for Criterion {
 }
 
 impl Criterion {
+    /// True if [`Self::losses`] takes the network's output before the sigmoid too (`logits` of the settings): the
+    /// gradient then takes its place, in half the memory.
+    pub fn takes_logits(&self) -> bool {
+        self.features.is_none() && self.pixel <= 0.0
+    }
+
     /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both separate losses,
     /// `[2]`; the first is 0 without OLATs to compare. The difference between pixels, if
     /// weighted, is in the sum only.
@@ -68,6 +74,9 @@ impl Criterion {
                     let names: Option<Vec<PictureId>> = pictures.iter().map(name).collect();
                     features.distance(predicted, truth, with.mask, names.as_deref())
                 })
+            }
+            None if kernels::serve(&output) && self.pixel <= 0.0 => {
+                return fused(output, with, lamps);
             }
             None if kernels::serve(&output) => fused(output.clone(), with, lamps),
             None => composed(output.clone(), with, lamps, |predicted, truth, _| {
@@ -209,7 +218,7 @@ fn norms(square_sums: Tensor<1>, values: &Tensor<1>) -> Tensor<1> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use burn::tensor::{Device, Distribution};
+    use burn::tensor::{Device, Distribution, activation};
     use reflectance::render::encode;
 
     /// Losses without our kernels.
@@ -249,6 +258,7 @@ mod tests {
                 shift,
                 reconstruction: 1.5,
                 rendering: 0.5,
+                logits: false,
             },
         };
         let output = random([1, 3 * lamps, h, w]).require_grad();
@@ -257,14 +267,21 @@ mod tests {
             let parts = Tensor::cat(vec![losses.0.inner(), losses.1.inner()], 0);
             [parts.into_data(), gradient.into_data()].map(|d| d.try_into_vec::<f32>().unwrap())
         };
-        let fused = values(fused(output.clone(), &comparison, sampled));
-        let composed = values(by_operations(output.clone(), &comparison, sampled));
-        for (fused, composed) in fused.iter().zip(&composed) {
-            let largest = composed.iter().fold(0.0f32, |m, v| m.max(v.abs()));
-            for (a, b) in fused.iter().zip(composed) {
-                assert!((a - b).abs() <= 2e-5 * largest, "{a} is not {b}");
+        let agree = |fused: [Vec<f32>; 2], composed: [Vec<f32>; 2]| {
+            for (fused, composed) in fused.iter().zip(&composed) {
+                let largest = composed.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+                for (a, b) in fused.iter().zip(composed) {
+                    assert!((a - b).abs() <= 2e-5 * largest, "{a} is not {b}");
+                }
             }
-        }
+        };
+        let found = values(fused(output.clone(), &comparison, sampled));
+        agree(found, values(by_operations(output.clone(), &comparison, sampled)));
+        let settings = kernels::LossSettings { logits: true, ..comparison.settings };
+        let logits = LossInputs { light: comparison.light.clone(), settings, ..comparison };
+        let found = values(fused(output.clone(), &logits, sampled));
+        let sigmoid = activation::sigmoid(output.clone());
+        agree(found, values(by_operations(sigmoid, &logits, sampled)));
     }
 
     #[test]
@@ -298,6 +315,7 @@ mod tests {
                 shift: [1, 2],
                 reconstruction: 1.5,
                 rendering: 0.5,
+                logits: false,
             },
         };
         let output = noise([1, 18, 16, 16], seed).require_grad();

@@ -1,11 +1,11 @@
-//! Comparison of the network with PyTorch: output, gradients, running statistics, first losses.
+//! Comparison of the network with PyTorch: output, gradients, running statistics, first losses, losses of training.
 
 use super::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
 use burn::tensor::{Device, Tensor, TensorData};
-use reflectance::kernels::blur_pool;
+use reflectance::kernels::{self, LossInputs, LossSettings, blur_pool};
 use reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
 use std::path::Path;
 use std::process::Command;
@@ -96,6 +96,33 @@ fn compare_all(folder: &Path, config: &UNetConfig) {
     agree(&what("blur-pool"), pooled.inner().into_data(), theirs, FORWARD);
     let theirs = read("step.safetensors", "pooled_gradient");
     agree(&what("blur-pool's gradient"), gradient.into_data(), theirs, GRADIENT);
+
+    let logits = tensor("logits").require_grad();
+    let [_, channels, h, w] = logits.dims();
+    let lamps = channels / 3;
+    let plain = device.clone().without_autodiff();
+    let (total, _) = kernels::losses(
+        logits.clone(),
+        &LossInputs {
+            light: Tensor::ones([1, 3, h, w], &plain),
+            mask: &Tensor::ones([1, 1, h, w], &plain),
+            olats: Some(&target.clone().inner().reshape([lamps, 3, h, w])),
+            plate: &tensor("input").inner(),
+            weights: &Tensor::full([lamps, 3, 1, 1], 1.0 / lamps as f32, &plain),
+            settings: LossSettings {
+                gain: 1.0,
+                shift: [0; 2],
+                reconstruction: 1.0,
+                rendering: 1.0,
+                logits: true,
+            },
+        },
+    );
+    let gradient = logits.grad(&total.backward()).unwrap();
+    let theirs = read("step.safetensors", "training_loss");
+    agree(&what("loss of training"), total.inner().into_data(), theirs, FORWARD);
+    let theirs = read("step.safetensors", "training_gradient");
+    agree(&what("its gradient"), gradient.into_data(), theirs, GRADIENT);
 
     let theirs = read("step.safetensors", "losses");
     let (mut learner, mut optimizer) = (network(), ModuleOptimizer::from(Adam::default()));

@@ -17,7 +17,7 @@ use burn::tensor::{Device, Tensor};
 use calibration::Calibration;
 use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
-use reflectance::kernels::{LossInputs, LossSettings};
+use reflectance::kernels::{LossInputs, LossSettings, serve};
 use reflectance::predictor::check_fits;
 use reflectance::render::{encode, light, network_input};
 use reflectance::{UNet, UNetConfig};
@@ -172,8 +172,14 @@ impl Trainer {
             plate.encoded.clone()
         };
         let input = network_input(input, plate.mask.clone());
-        let output = self.live.forward_lamps(input.clone(), alone);
-        let unsteady = (self.config.steadiness > 0.0 && olats.is_none()).then(|| {
+        let steadies = self.config.steadiness > 0.0 && olats.is_none();
+        let logits = !steadies && serve(&input) && self.criterion.takes_logits();
+        let output = if logits {
+            self.live.logits(input.clone(), alone)
+        } else {
+            self.live.forward_lamps(input.clone(), alone)
+        };
+        let unsteady = steadies.then(|| {
             let (dx, dy) = self.schedule.shift(step, STEADY_SHIFT);
             let moved = |x: Tensor<4>| augment::shift(x, dx, dy);
             let mask = moved(plate.mask.clone());
@@ -198,6 +204,7 @@ impl Trainer {
                     shift,
                     reconstruction: self.config.reconstruction,
                     rendering: if renders { weight } else { 0.0 },
+                    logits,
                 },
             },
             lamps.as_deref().filter(|_| alone.is_none()),

@@ -3,7 +3,7 @@
 
 use super::chunks::{each_chunk, vectorized};
 use super::feature_distance::FeatureDistance;
-use super::pointwise::encode;
+use super::pointwise::{encode, sigmoid};
 
 /// Meaning of the network's output, and the pictures for comparison.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,8 @@ pub struct Settings {
     pub reconstruction: f32,
     /// λ2.
     pub rendering: f32,
+    /// The network's output is before its sigmoid, which the losses then apply.
+    pub logits: bool,
 }
 
 /// The losses, unweighted; the reconstruction loss is 0 if skipped.
@@ -43,39 +45,50 @@ pub struct Values {
 }
 
 impl Losses<'_> {
-    /// Losses of the network's output `[lamps, 3, h, w]`. `gradient`, of the same shape, becomes that of
-    /// λ1 · reconstruction + λ2 · rendering.
-    pub fn values(&self, output: &[f32], gradient: &mut [f32]) -> Values {
+    /// Losses of the network's output `[lamps, 3, h, w]`. The gradient of λ1 · reconstruction + λ2 · rendering takes
+    /// its place.
+    pub fn replace_by_gradient(&self, output: &mut [f32]) -> Values {
         let picture = self.light.len();
         let lamps = output.len() / picture;
         assert_eq!(picture, 3 * self.size[0] * self.size[1]);
-        assert_eq!((output.len(), gradient.len()), (lamps * picture, lamps * picture));
+        assert_eq!(output.len(), lamps * picture);
         assert_eq!((self.plate.len(), self.weights.len()), (picture, lamps * 3));
         assert!(self.olats.is_none_or(|olats| olats.len() == output.len()));
         let (rendering, relit_gradient) = self.rendering(output);
         let distance = FeatureDistance::new(self.mask, self.size, lamps);
         let distances = each_chunk(
-            gradient,
+            output,
             picture,
             #[inline(always)]
-            |lamp, gradient| {
-                let output = &output[lamp * picture..][..picture];
+            |lamp, output| {
+                // Derivative by the logits, from the sigmoid.
+                let mut steepness = Vec::new();
+                if self.settings.logits {
+                    steepness.reserve_exact(output.len());
+                    for x in &mut *output {
+                        *x = sigmoid(*x);
+                        steepness.push(*x);
+                    }
+                }
                 let distance = match self.olats {
                     Some(olats) => {
                         let olat = self.shifted(&olats[lamp * picture..][..picture]);
-                        self.reconstruction(&distance, output, &olat, gradient)
+                        self.reconstruction(&distance, &olat, output)
                     }
                     None => {
-                        gradient.fill(0.0);
+                        output.fill(0.0);
                         0.0
                     }
                 };
-                let planes = gradient.chunks_exact_mut(picture / 3);
+                let planes = output.chunks_exact_mut(picture / 3);
                 let relit = relit_gradient.chunks_exact(picture / 3);
                 for ((plane, relit), weight) in planes.zip(relit).zip(&self.weights[lamp * 3..]) {
                     for (g, relit) in plane.iter_mut().zip(relit) {
                         *g += weight * relit;
                     }
+                }
+                for (g, s) in output.iter_mut().zip(&steepness) {
+                    *g = *g * s * (1.0 - s);
                 }
                 distance
             },
@@ -83,27 +96,19 @@ impl Losses<'_> {
         Values { reconstruction: distances.iter().sum::<f64>() as f32, rendering: rendering as f32 }
     }
 
-    /// Contribution of one lamp to the reconstruction loss, and λ1 times its gradient by the output.
+    /// Contribution of one lamp to the reconstruction loss. λ1 times its gradient takes the output's place.
     #[inline(always)]
-    fn reconstruction(
-        &self,
-        distance: &FeatureDistance,
-        output: &[f32],
-        olat: &[f32],
-        gradient: &mut [f32],
-    ) -> f64 {
+    fn reconstruction(&self, distance: &FeatureDistance, olat: &[f32], output: &mut [f32]) -> f64 {
         let gain = self.settings.gain;
         let mut slopes = vec![0.0; output.len()];
-        for (((g, slope), s), light) in
-            gradient.iter_mut().zip(&mut slopes).zip(output).zip(self.light)
-        {
+        for ((s, slope), light) in output.iter_mut().zip(&mut slopes).zip(self.light) {
             let factor = gain * light;
-            let (value, steepness) = encode(factor * s);
-            *g = value;
+            let (value, steepness) = encode(factor * *s);
+            *s = value;
             *slope = self.settings.reconstruction * factor * steepness;
         }
-        let distance = distance.replace_by_gradient(gradient, olat);
-        for (g, slope) in gradient.iter_mut().zip(&slopes) {
+        let distance = distance.replace_by_gradient(output, olat);
+        for (g, slope) in output.iter_mut().zip(&slopes) {
             *g *= slope;
         }
         distance
@@ -124,8 +129,12 @@ impl Losses<'_> {
                     let start = channel * plane + block * PIXELS;
                     let pictures = output.chunks_exact(picture);
                     for (olat, weights) in pictures.zip(self.weights.chunks_exact(3)) {
-                        for (sum, s) in relit.iter_mut().zip(&olat[start..]) {
-                            *sum += weights[channel] * s;
+                        let weight = weights[channel];
+                        let pairs = relit.iter_mut().zip(&olat[start..]);
+                        if self.settings.logits {
+                            pairs.for_each(|(sum, x)| *sum += weight * sigmoid(*x));
+                        } else {
+                            pairs.for_each(|(sum, s)| *sum += weight * s);
                         }
                     }
                 },

@@ -252,8 +252,9 @@ impl Kernels for Flex {
 
 /// The weighted sum of the losses, both of them, and the gradient of the sum by the output.
 fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTensor, FlexTensor) {
-    let shape = dims(&inputs[0]);
-    let [output, light, mask, olats, plate, weights] = inputs.each_ref().map(Values::new);
+    let [output, inputs @ ..] = inputs;
+    let shape = dims(&output);
+    let [light, mask, olats, plate, weights] = inputs.each_ref().map(Values::new);
     let losses = Losses {
         size: [shape[2], shape[3]],
         light: light.get(),
@@ -263,15 +264,12 @@ fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTenso
         weights: weights.get(),
         settings,
     };
-    let mut gradient = vec![0.0; output.get().len()];
-    let parts = losses.values(output.get(), &mut gradient);
+    // In place if there is no other owner, in a copy otherwise.
+    let mut gradient = whole(output);
+    let parts = losses.replace_by_gradient(gradient.storage_mut());
     let total =
         settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
-    (
-        tensor(vec![total], [1]),
-        tensor(vec![parts.reconstruction, parts.rendering], [2]),
-        tensor(gradient, shape),
-    )
+    (tensor(vec![total], [1]), tensor(vec![parts.reconstruction, parts.rendering], [2]), gradient)
 }
 
 /// Registers an operation: `state` is kept for `step` if a gradient is needed.
@@ -296,16 +294,17 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         #[derive(Debug)]
         struct Convolution;
         impl Backward<Flex, 4> for Convolution {
-            /// Both sources, the weights, the output, the activation, the precision.
-            type State = ([FlexTensor; 4], Activation, Precision);
+            /// Both sources, the weights, the output (None without activation), the activation, the precision.
+            type State = ([FlexTensor; 3], Option<FlexTensor>, Activation, Precision);
             fn backward(
                 self,
                 ops: Ops<Self::State, 4>,
                 gradients: &mut Gradients,
                 _: &mut Checkpointer,
             ) {
-                let ([first, second, weight, output], activation, precision) = ops.state;
+                let ([first, second, weight], output, activation, precision) = ops.state;
                 let gradient = gradients.consume::<Flex>(&ops.node);
+                let output = output.unwrap_or_else(|| gradient.clone());
                 let shape = convolution_shape(&first, &second, &weight, precision);
                 let channels = [shape.batch, dims(&first)[1], dims(&second)[1]];
                 let [x, y] = [&first, &second].map(Values::new);
@@ -345,8 +344,8 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let [first, second, weight, bias] = inputs.map(|t| t.into_primitive());
         let kept = [&first, &second, &weight].map(Clone::clone);
         let output = Flex::convolution(first, second, weight, bias, activation, precision);
-        let [first, second, weight] = kept;
-        let state = ([first, second, weight, output.clone()], activation, precision);
+        let output_kept = (activation != Activation::None).then(|| output.clone());
+        let state = (kept, output_kept, activation, precision);
         record!(Convolution, guards, state, output)
     }
 
