@@ -361,7 +361,7 @@ fn settings(to: String) -> RelightSettings {
         turntable: false,
         solo: Vec::new(),
         frames: None,
-        files: Files::to(to),
+        files: Files::to(to).unwrap(),
         hand_over: Vec::new(),
         profile: false,
         device: DeviceChoice::Cpu,
@@ -427,7 +427,7 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
     let space = ColorChoice { space: Some("scene_linear".to_owned()), ..ColorChoice::default() };
     for (name, ending, ocio) in [("view", "png", view), ("space", "exr", space)] {
         let to = file(&format!("command-{name}.%04d.{ending}"));
-        let asked = RelightSettings {
+        let mut asked = RelightSettings {
             environment: environment.clone(),
             look: Look {
                 yaw_deg: look.yaw_deg,
@@ -435,9 +435,9 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
                 background: look.background.clone(),
                 ..Look::default()
             },
-            files: Files { ocio, ..Files::to(to.display().to_string()) },
-            ..settings(String::new())
+            ..settings(to.display().to_string())
         };
+        asked.files.ocio = ocio;
         relight(&project, &asked, &Progress::silent()).unwrap();
         for frame in 0..4 {
             let [window, command] = [name.to_owned(), format!("command-{name}")]

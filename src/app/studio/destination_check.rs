@@ -1,13 +1,12 @@
 //! Background check for existing files of the next export.
 
-use export::{Destination, untaken};
+use export::Destination;
 use worker::Query;
 
 /// Query: destination and range of the export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DestinationQuery {
-    /// Destination, in the syntax of [`Destination::parse`].
-    pub to: String,
+    pub to: Destination,
     /// Numbers of the first and last file.
     pub range: (i64, i64),
     /// Number of finished exports. Each may have written files.
@@ -21,7 +20,7 @@ pub struct ExistingFiles {
     /// Number of the export's files that exist.
     pub files: usize,
     /// Free destination: a number is appended if files exist.
-    pub free: String,
+    pub free: Destination,
 }
 
 /// The newest result, and the search for it.
@@ -63,9 +62,9 @@ impl ExistingFiles {
     /// Searches the disk.
     fn from_query(query: &DestinationQuery) -> Self {
         let (first, last) = query.range;
-        // An invalid destination has no files. The export reports the error.
-        let files = Destination::parse(&query.to).map_or(0, |d| d.taken(first, last));
-        let free = untaken(&query.to, first, last).unwrap_or_else(|_| query.to.clone());
+        let files = query.to.taken(first, last);
+        // The export reports the error.
+        let free = query.to.untaken(first, last).unwrap_or_else(|_| query.to.clone());
         Self { query: query.clone(), files, free }
     }
 }
@@ -75,12 +74,16 @@ mod tests {
     use super::*;
     use std::time::{Duration, Instant};
 
+    fn destination(to: &str) -> Destination {
+        Destination::parse(to).unwrap()
+    }
+
     #[test]
     fn files_that_are_there_are_found_and_the_newest_question_is_answered() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("a.0003.png"), "").unwrap();
         let query = |name: &str, finished| DestinationQuery {
-            to: folder.path().join(name).display().to_string(),
+            to: destination(&folder.path().join(name).display().to_string()),
             range: (0, 7),
             finished,
         };
@@ -97,7 +100,7 @@ mod tests {
         };
         let found = until(query("a.%04d.png", 0));
         assert_eq!(found.files, 1);
-        assert!(found.free.ends_with("a_2.%04d.png"));
+        assert!(found.free.to_string().ends_with("a_2.%04d.png"));
         assert_eq!(until(query("b.%04d.png", 0)).files, 0);
         std::fs::write(folder.path().join("b.0000.png"), "").unwrap();
         assert_eq!(until(query("b.%04d.png", 1)).files, 1);
@@ -107,22 +110,22 @@ mod tests {
     fn a_panic_is_said_once_and_the_next_question_is_answered() {
         let (wake, woken) = std::sync::mpsc::channel();
         let find = |query: &DestinationQuery| {
-            assert_ne!(query.to, "bad", "on purpose");
+            assert_ne!(query.to, destination("bad.png"), "on purpose");
             Ok(ExistingFiles::from_query(query))
         };
         let search = Query::start(move || wake.send(()).unwrap(), |_| find);
         let mut check = DestinationCheck { search, ..DestinationCheck::default() };
         let mut ask = |to: &str| {
-            let query = DestinationQuery { to: to.to_owned(), range: (0, 0), finished: 0 };
+            let query = DestinationQuery { to: destination(to), range: (0, 0), finished: 0 };
             check.ask(query, || {});
             woken.recv().unwrap();
             check.receive();
             let found = check.found().map(|found| found.query.to.clone());
             (check.failure(), check.failure(), found)
         };
-        let (first, again, found) = ask("bad");
+        let (first, again, found) = ask("bad.png");
         assert!(first.unwrap().contains("on purpose"));
         assert_eq!((again, found), (None, None));
-        assert_eq!(ask("good.png"), (None, None, Some("good.png".to_owned())));
+        assert_eq!(ask("good.png"), (None, None, Some(destination("good.png"))));
     }
 }

@@ -7,7 +7,8 @@ use color_config::ColorChoice;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{
-    Existing, ExrSettings, Files, Format, HandOver, LayerFiles, LayersBy, MovieAlpha, OutputSpace,
+    Destination, Existing, ExrSettings, Files, Format, HandOver, LayerFiles, LayersBy, MovieAlpha,
+    OutputSpace,
 };
 use footage::PictureSize;
 use gpu::DeviceChoice;
@@ -165,11 +166,13 @@ impl ExportOptions {
         }
     }
 
-    /// The destination, as [`export::Destination::parse`] reads it.
-    pub fn to(&self, root: &Path) -> String {
+    /// The destination.
+    pub fn to(&self, root: &Path) -> Destination {
         // A percent sign would begin the frame number.
         let path = root.join(self.stem()).display().to_string();
-        path.replace('%', "%%") + self.format.ending()
+        let text = path.replace('%', "%%") + self.format.ending();
+        // A movie without a name, which is an obstacle.
+        Destination::parse(&text).unwrap_or_else(|_| Destination::Clip(text.into()))
     }
 
     /// Uses a chosen file as the name.
@@ -296,7 +299,7 @@ mod tests {
     use crate::state::State;
     use light::keyframes::{Interpolation, Keyframes};
     use light::{LightGroup, PlacedLight};
-    use scene::{LightSetting, Output, STRENGTHS};
+    use scene::Output;
 
     fn named(name: &str, format: Format) -> ExportOptions {
         ExportOptions { name: name.to_owned(), format, ..ExportOptions::default() }
@@ -327,14 +330,14 @@ mod tests {
 
     #[test]
     fn a_name_and_a_format_are_a_destination() {
-        let to = |name, format| named(name, format).to(Path::new("/film"));
+        let to = |name, format| named(name, format).to(Path::new("/film")).to_string();
         assert_eq!(to("exports/a", Format::Png16), "/film/exports/a.%04d.png");
         assert_eq!(to(" a.mov ", Format::Movie(export::Codec::H264)), "/film/a.mp4");
         assert_eq!(to("/else/v1.2", Format::Movie(export::Codec::ProRes4444)), "/else/v1.2.mov");
         assert_eq!(to("100%", Format::Exr), "/film/100%%.%04d.exr");
         let mut options = ExportOptions::default();
         options.choose(Path::new("/film/b/c.png"), Path::new("/film"));
-        assert_eq!(options.to(Path::new("/film")), "/film/b/c.%04d.png");
+        assert_eq!(options.to(Path::new("/film")).to_string(), "/film/b/c.%04d.png");
     }
 
     #[test]
@@ -414,27 +417,14 @@ mod tests {
         let names: Vec<String> = (0..12).map(|i| i.to_string()).collect();
         project.settings.shoot.frames = names.into();
         let mut s = State::new(12, 24.0);
-        s.change(LookCommand::Yaw(170.0));
+        s.change(LookCommand::Set(Setting::Yaw, 170.0));
         let mut lighting = s.look.lighting.clone();
         let group = LightGroup { name: "Left".to_owned(), ..LightGroup::default() };
         let light = PlacedLight { group: group.name.clone(), ..PlacedLight::default() };
         (lighting.placed, lighting.groups) = (vec![light; 2], vec![group]);
         s.change(LookCommand::Lighting(Box::new(lighting)));
-        let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
-        let lights = LightSetting::ALL.map(|setting| Setting::Light(2, setting));
-        let settings = [
-            Setting::Yaw,
-            Setting::Pitch,
-            Setting::Roll,
-            Setting::BackgroundYaw,
-            Setting::Intensity,
-            Setting::Temperature,
-            Setting::Tint,
-            Setting::Exposure,
-        ];
-        let settings = settings.into_iter().chain(effects).chain(lights);
-        let settings = settings.chain([Setting::Group(1)]);
-        let lanes = settings.enumerate().map(|(i, of)| {
+        let settings = Setting::all(&s.look.lighting);
+        let lanes = settings.into_iter().enumerate().map(|(i, of)| {
             let range = of.range();
             let share = |share: f64| {
                 let (least, most) = (f64::from(*range.start()), f64::from(*range.end()));

@@ -18,6 +18,7 @@ use super::stored_looks::StoredLooks;
 use super::training::Training;
 use super::wizard::Wizard;
 use benchmark::MachineReport;
+use export::Destination;
 use light::aim::NoAim;
 use light::highlight::Highlights;
 use project::Project;
@@ -59,7 +60,7 @@ pub struct PanelContext<'a> {
     /// Number of existing files of the next export.
     pub existing_files: Option<&'a ExistingFiles>,
     /// Destination of the next export if it replaces no files.
-    pub export_to: &'a str,
+    pub export_to: &'a Destination,
     /// Analysis of the mirror balls, or the reason they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
     /// Fit of the trial response, or the reason it is unknown.

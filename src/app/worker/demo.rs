@@ -124,7 +124,7 @@ pub fn run(
             turntable: true,
             solo: Vec::new(),
             frames: None,
-            files: Files::to(clip.display().to_string()),
+            files: Files::to(clip.display().to_string())?,
             hand_over: Vec::new(),
             profile: false,
             device,

@@ -1,7 +1,8 @@
 //! Colour space of exported files. The program works in linear Rec. 709.
 
+use super::format::Files;
 use base::error::{Error, Result};
-use color_config::{ColorChoice, Target, Transform};
+use color_config::{Target, Transform};
 use imaging::Cube;
 use imaging::color::{bt1886_from_linear, linear_from_srgb, srgb_from_linear};
 use imaging::color_space::{ColorSpace, Matrix, transformed};
@@ -82,6 +83,27 @@ pub struct Encoding {
 }
 
 impl Encoding {
+    /// For these files.
+    ///
+    /// # Errors
+    /// When the look-up table or the configuration cannot be read, or a file of linear light cannot hold the
+    /// configuration's colour space.
+    pub fn for_files(files: &Files) -> Result<Self> {
+        let Files { to, space, lut, ocio, .. } = files;
+        let Some(config) = ocio.transform()? else {
+            return Self::open(*space, lut.as_deref());
+        };
+        match &config.target {
+            Target::Space { name, is_linear: false } if to.is_linear() => Err(Error::invalid(
+                format!("{to} holds linear light, but {name} is not linear or has a look"),
+                "Choose a linear colour space, such as scene_linear, without a look",
+            )),
+            _ => {
+                Ok(Self { space: display_of(&config), table: None, config: Some(Arc::new(config)) })
+            }
+        }
+    }
+
     /// For files in `space`, with the look-up table of the file `table`.
     ///
     /// # Errors
@@ -89,17 +111,6 @@ impl Encoding {
     pub fn open(space: Option<OutputSpace>, table: Option<&Path>) -> Result<Self> {
         let table = table.map(Cube::read).transpose()?.map(Arc::new);
         Ok(Self { space, table, config: None })
-    }
-
-    /// The same with the result of a configuration instead of the table.
-    #[must_use]
-    pub fn with_config(self, config: Option<Transform>) -> Self {
-        match config {
-            None => self,
-            Some(config) => {
-                Self { space: display_of(&config), table: None, config: Some(Arc::new(config)) }
-            }
-        }
     }
 
     /// OpenColorIO transform of the light; None without a configuration.
@@ -162,51 +173,34 @@ impl Encoding {
             }
         }
     }
-
-    /// Refuses settings that a file for a display, or one in linear light, cannot have.
-    ///
-    /// # Errors
-    /// When a setting does not fit; the message names it and the remedy.
-    pub fn check(
-        space: Option<OutputSpace>,
-        table: Option<&Path>,
-        to: &str,
-        is_linear: bool,
-    ) -> Result<()> {
-        if space == Some(OutputSpace::Acescg) && !is_linear {
-            return Err(Error::invalid(
-                format!("{to} cannot hold ACEScg, which is linear light"),
-                "Write an EXR, such as out.%04d.exr, or choose another colour space",
-            ));
-        }
-        match table {
-            Some(table) if is_linear => Err(Error::invalid(
-                format!(
-                    "the look-up table {} cannot be baked into {to}: it reads display codes, and an EXR holds \
-                     linear light",
-                    table.display()
-                ),
-                "Leave the table out, or write PNG, TIFF or a movie",
-            )),
-            _ => Ok(()),
-        }
-    }
 }
 
-/// Refuses settings of a configuration that a file cannot have.
+/// Refuses colours that the destination cannot hold.
 ///
 /// # Errors
 /// When a setting does not fit; the message names it and the remedy.
-pub(super) fn check_config(
-    choice: &ColorChoice,
-    (space, table): (Option<OutputSpace>, Option<&Path>),
-    to: &str,
-    is_linear: bool,
-) -> Result<()> {
-    if !choice.is_asked() {
+pub(super) fn check_colors(files: &Files) -> Result<()> {
+    let Files { to, space, lut, ocio, .. } = files;
+    if *space == Some(OutputSpace::Acescg) && !to.is_linear() {
+        return Err(Error::invalid(
+            format!("{to} cannot hold ACEScg, which is linear light"),
+            "Write an EXR, such as out.%04d.exr, or choose another colour space",
+        ));
+    }
+    if let Some(table) = lut.as_ref().filter(|_| to.is_linear()) {
+        return Err(Error::invalid(
+            format!(
+                "the look-up table {} cannot be baked into {to}: it reads display codes, and an EXR holds \
+                 linear light",
+                table.display()
+            ),
+            "Leave the table out, or write PNG, TIFF or a movie",
+        ));
+    }
+    if !ocio.is_asked() {
         return Ok(());
     }
-    if space.is_some() || table.is_some() {
+    if space.is_some() || lut.is_some() {
         return Err(Error::invalid(
             "an OpenColorIO configuration replaces the colour space and the LUT",
             (
@@ -215,7 +209,7 @@ pub(super) fn check_config(
             ),
         ));
     }
-    if is_linear && choice.is_view() {
+    if to.is_linear() && ocio.is_view() {
         return Err(Error::invalid(
             format!("{to} holds linear light, but a view makes display codes"),
             (
@@ -225,20 +219,6 @@ pub(super) fn check_config(
         ));
     }
     Ok(())
-}
-
-/// Refuses a non-linear colour space of a configuration in a file of linear light.
-///
-/// # Errors
-/// When the colour space is not linear.
-pub(super) fn check_linear(config: Option<&Transform>, to: &str, is_linear: bool) -> Result<()> {
-    match config.map(|config| &config.target) {
-        Some(Target::Space { name, is_linear: false }) if is_linear => Err(Error::invalid(
-            format!("{to} holds linear light, but {name} is not linear or has a look"),
-            "Choose a linear colour space, such as scene_linear, without a look",
-        )),
-        _ => Ok(()),
-    }
 }
 
 /// Our display that matches a configuration's display, for the tags of files: by the ASWF's names and the names in ACES
@@ -294,13 +274,13 @@ mod tests {
 
     #[test]
     fn what_a_file_cannot_have_is_refused() {
-        let said = |space, table: Option<&str>, linear| {
-            let refused = Encoding::check(space, table.map(Path::new), "a", linear);
-            refused.map_err(|e| e.to_string()).err().unwrap_or_default()
+        let said = |to: &str, space, table: Option<&str>| {
+            let files = Files { space, lut: table.map(Into::into), ..Files::to(to).unwrap() };
+            check_colors(&files).map_err(|e| e.to_string()).err().unwrap_or_default()
         };
-        assert!(said(Some(OutputSpace::Acescg), None, false).contains("linear light"));
-        assert!(said(None, Some("x.cube"), true).contains("x.cube"));
-        assert_eq!(said(Some(OutputSpace::Acescg), None, true), "");
-        assert_eq!(said(Some(OutputSpace::P3), Some("x.cube"), false), "");
+        assert!(said("a.png", Some(OutputSpace::Acescg), None).contains("linear light"));
+        assert!(said("a.exr", None, Some("x.cube")).contains("x.cube"));
+        assert_eq!(said("a.exr", Some(OutputSpace::Acescg), None), "");
+        assert_eq!(said("a.png", Some(OutputSpace::P3), Some("x.cube")), "");
     }
 }

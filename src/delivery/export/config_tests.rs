@@ -1,6 +1,6 @@
 //! Files in the colours of an OpenColorIO configuration.
 
-use super::colors::{Encoding, check_config, check_linear};
+use super::colors::{Encoding, check_colors};
 use super::layers::{LightLayer, LightLayers};
 use super::rebuild::Rebuild;
 use super::still::tests::{about, picture};
@@ -23,7 +23,8 @@ fn choice(display: Option<&str>, space: Option<&str>) -> ColorChoice {
 }
 
 fn encoding(choice: &ColorChoice) -> Encoding {
-    Encoding::default().with_config(choice.transform().unwrap())
+    let files = Files { ocio: choice.clone(), ..Files::to("a.png").unwrap() };
+    Encoding::for_files(&files).unwrap()
 }
 
 #[test]
@@ -130,20 +131,19 @@ fn a_configuration_that_nothing_is_asked_of_changes_no_byte() {
 
 #[test]
 fn what_cannot_be_together_is_refused() {
-    let view = choice(Some(DISPLAY), None);
-    let refused = |space, table: Option<&str>, to: &str, is_linear| {
-        let table = table.map(Path::new);
-        check_config(&view, (space, table), to, is_linear).unwrap_err().for_terminal()
-    };
-    assert!(refused(Some(OutputSpace::P3), None, "a.png", false).contains("--space"));
-    assert!(refused(None, Some("x.cube"), "a.png", false).contains("--lut"));
-    assert!(refused(None, None, "a.exr", true).contains("linear light"));
-    check_config(&view, (None, None), "a.png", false).unwrap();
-    check_config(&ColorChoice::default(), (Some(OutputSpace::P3), None), "a.exr", true).unwrap();
-    let log = choice(None, Some("ACEScct")).transform().unwrap();
-    let said = check_linear(log.as_ref(), "a.exr", true).unwrap_err().to_string();
+    let to = |to: &str, ocio: ColorChoice| Files { ocio, ..Files::to(to).unwrap() };
+    let view = |name: &str| to(name, choice(Some(DISPLAY), None));
+    let refused = |files: &Files| check_colors(files).unwrap_err().for_terminal();
+    let spaced = Files { space: Some(OutputSpace::P3), ..view("a.png") };
+    assert!(refused(&spaced).contains("--space"));
+    assert!(refused(&Files { lut: Some("x.cube".into()), ..view("a.png") }).contains("--lut"));
+    assert!(refused(&view("a.exr")).contains("linear light"));
+    check_colors(&view("a.png")).unwrap();
+    check_colors(&Files { space: spaced.space, ..Files::to("a.exr").unwrap() }).unwrap();
+    let log = |name: &str| Encoding::for_files(&to(name, choice(None, Some("ACEScct"))));
+    let said = log("a.exr").unwrap_err().to_string();
     assert!(said.contains("ACEScct is not linear"), "{said}");
-    check_linear(log.as_ref(), "a.png", false).unwrap();
-    let files = Files { ocio: choice(Some("Wall"), None), ..Files::to("a.png") };
-    assert!(files.ocio.transform().unwrap_err().to_string().contains(DISPLAY));
+    log("a.png").unwrap();
+    let wall = Encoding::for_files(&to("a.png", choice(Some("Wall"), None)));
+    assert!(wall.unwrap_err().to_string().contains(DISPLAY));
 }

@@ -3,12 +3,15 @@
 use super::codec::Container;
 use base::FileFormat;
 use base::error::{Error, Result};
-use scene::Output;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::iter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A destination for one picture or many.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A destination for one picture or many. Shown and stored as it was typed.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Destination {
     /// One file per frame: PNG or TIFF for a display, or EXR in linear light.
     Stills(Stills),
@@ -17,8 +20,10 @@ pub enum Destination {
 }
 
 /// Files of stills: one path, or a pattern with the frame number.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stills {
+    /// As typed.
+    text: String,
     before: String,
     /// Least number of digits, if the path has a number.
     digits: Option<usize>,
@@ -52,12 +57,9 @@ impl Destination {
         }
     }
 
-    /// Scene output that this destination needs.
-    pub fn output(&self) -> Output {
-        match self {
-            Self::Stills(stills) if stills.is_linear() => Output::Linear,
-            _ => Output::Display,
-        }
+    /// True for files of linear light.
+    pub fn is_linear(&self) -> bool {
+        matches!(self, Self::Stills(stills) if stills.format() == Some(FileFormat::OpenExr))
     }
 
     /// Files with the numbers `first` to `last`, in order.
@@ -94,30 +96,66 @@ impl Destination {
             _ => Ok(()),
         }
     }
-}
 
-/// This destination, or the first with `_2`, `_3` … appended to the name under which no file with the numbers
-/// `first` to `last` exists yet.
-///
-/// # Errors
-/// As [`Destination::parse`].
-pub fn untaken(text: &str, first: i64, last: i64) -> Result<String> {
-    let mut name = text.to_owned();
-    let mut number = 1;
-    while Destination::parse(&name)?.taken(first, last) > 0 {
-        number += 1;
-        name = numbered(text, number);
+    /// This destination, or the first with `_2`, `_3` … appended to the name under which no file with the numbers
+    /// `first` to `last` exists yet.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn untaken(&self, first: i64, last: i64) -> Result<Self> {
+        let mut free = self.clone();
+        let mut number = 1;
+        while free.taken(first, last) > 0 {
+            number += 1;
+            free = Self::parse(&numbered(&self.to_string(), number))?;
+        }
+        Ok(free)
     }
-    Ok(name)
+
+    /// Destinations that [`Self::untaken`] tries, in order, starting at `free`; empty if it is not among the first
+    /// million.
+    pub fn numbered_from(&self, free: &Self) -> impl Iterator<Item = Self> {
+        let number = move |number| Self::parse(&numbered(&self.to_string(), number)).ok();
+        let all = iter::once(self.clone()).chain((2..=1_000_000).filter_map(number));
+        all.skip_while(move |tried| tried != free)
+    }
 }
 
-/// Names that [`untaken`] tries for `text`, in order, starting at `name`; empty if `name` is not among the first million.
-pub fn numbered_from(text: &str, name: &str) -> impl Iterator<Item = String> {
-    let all = (1..=1_000_000).map(move |number| match number {
-        1 => text.to_owned(),
-        _ => numbered(text, number),
-    });
-    all.skip_while(move |tried| tried != name)
+/// Names no file.
+impl Default for Destination {
+    fn default() -> Self {
+        Self::Stills(Stills::default())
+    }
+}
+
+impl fmt::Display for Destination {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Stills(stills) => f.write_str(&stills.text),
+            Self::Clip(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+/// As in the provenance of files, which holds a hash of this.
+impl fmt::Debug for Destination {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{:?}", self.to_string())
+    }
+}
+
+impl From<Destination> for String {
+    fn from(destination: Destination) -> Self {
+        destination.to_string()
+    }
+}
+
+impl TryFrom<String> for Destination {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        Self::parse(&text)
+    }
 }
 
 /// Destination `text` with a number appended to its name, before the frame number.
@@ -161,14 +199,9 @@ impl Stills {
         (&self.before, self.digits, &self.after)
     }
 
-    /// True for files of linear light.
-    pub fn is_linear(&self) -> bool {
-        FileFormat::from_path(&self.path(0)) == Some(FileFormat::OpenExr)
-    }
-
-    /// True for TIFFs.
-    pub fn is_tiff(&self) -> bool {
-        FileFormat::from_path(&self.path(0)) == Some(FileFormat::Tiff)
+    /// Format of the files.
+    pub fn format(&self) -> Option<FileFormat> {
+        FileFormat::from_path(&self.path(0))
     }
 
     fn parse(text: &str) -> Result<Self> {
@@ -180,7 +213,7 @@ impl Stills {
                 "Write for example out.%04d.png; a percent sign itself is %%",
             )
         };
-        let mut stills = Self { before: String::new(), digits: None, after: String::new() };
+        let mut stills = Self { text: text.to_owned(), ..Self::default() };
         let mut rest = text;
         while let Some((literal, conversion)) = rest.split_once('%') {
             stills.current().push_str(literal);
@@ -247,17 +280,28 @@ mod tests {
 
     #[test]
     fn the_extension_decides_what_is_made() {
-        for (text, output) in
-            [("a.PNG", Output::Display), ("a.%d.EXR", Output::Linear), ("one.exr", Output::Linear)]
+        for (text, is_linear) in
+            [("a.PNG", false), ("a.%d.EXR", true), ("one.exr", true), ("x.mov", false)]
         {
-            assert_eq!(Destination::parse(text).unwrap().output(), output);
+            assert_eq!(Destination::parse(text).unwrap().is_linear(), is_linear, "{text}");
         }
         for (text, is_tiff) in [("a.tif", true), ("a.%04d.TIFF", true), ("a.tif/%d.png", false)] {
             let Destination::Stills(stills) = Destination::parse(text).unwrap() else { panic!() };
-            assert_eq!(stills.is_tiff(), is_tiff, "{text}");
+            assert_eq!(stills.format() == Some(FileFormat::Tiff), is_tiff, "{text}");
         }
         assert_eq!(Destination::parse("x.mov").unwrap(), Destination::Clip("x.mov".into()));
-        assert_eq!(Destination::parse("x.mov").unwrap().output(), Output::Display);
+    }
+
+    #[test]
+    fn what_was_typed_is_shown_and_stored() {
+        for text in ["100%%.####.png", "out.%d.exr", "out.%1d.exr", "é/clip.mov"] {
+            let destination = Destination::parse(text).unwrap();
+            assert_eq!(destination.to_string(), text);
+            let stored = serde_json::to_string(&destination).unwrap();
+            assert_eq!(stored, format!("{text:?}"));
+            assert_eq!(serde_json::from_str::<Destination>(&stored).unwrap(), destination);
+        }
+        assert!(serde_json::from_str::<Destination>("\"clip.avi\"").is_err());
     }
 
     #[test]
@@ -291,17 +335,21 @@ mod tests {
         }
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name).display().to_string();
-        let name = at("shot.%02d.png");
-        assert_eq!(untaken(&name, 0, 9).unwrap(), name);
+        let untaken = |name: &str, last| {
+            let destination = Destination::parse(&at(name)).unwrap();
+            destination.untaken(0, last).unwrap().to_string()
+        };
+        let name = "shot.%02d.png";
+        assert_eq!(untaken(name, 9), at(name));
         for taken in ["shot.07.png", "shot_2.09.png"] {
             std::fs::write(folder.path().join(taken), "").unwrap();
         }
-        let destination = Destination::parse(&name).unwrap();
+        let destination = Destination::parse(&at(name)).unwrap();
         assert_eq!((destination.taken(0, 9), destination.taken(0, 6)), (1, 0));
-        assert_eq!(untaken(&name, 0, 9).unwrap(), at("shot_3.%02d.png"));
-        assert_eq!(untaken(&name, 0, 6).unwrap(), name);
+        assert_eq!(untaken(name, 9), at("shot_3.%02d.png"));
+        assert_eq!(untaken(name, 6), at(name));
         std::fs::write(folder.path().join("clip.mov"), "").unwrap();
-        assert_eq!(untaken(&at("clip.mov"), 0, 9).unwrap(), at("clip_2.mov"));
+        assert_eq!(untaken("clip.mov", 9), at("clip_2.mov"));
     }
 
     #[test]

@@ -2,8 +2,10 @@
 
 use super::codec::Codec;
 use super::colors::OutputSpace;
+use super::destination::Destination;
 use super::exr_settings::ExrSettings;
 use super::interview::Interview;
+use base::error::Result;
 use base::numbers::within;
 use color_config::ColorChoice;
 use footage::{FRAME_NUMBERS, PictureSize};
@@ -124,7 +126,7 @@ impl Format {
         }
     }
 
-    /// Extension, as [`super::Destination::parse`] reads it.
+    /// Extension, as [`Destination::parse`] reads it.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Png8 | Self::Png16 => ".%04d.png",
@@ -198,8 +200,8 @@ pub enum Existing {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, clap::Args)]
 pub struct Files {
     /// Files to write: stills as out.%04d.png or out.####.png, .tif or .exr, or a movie as clip.mp4, .mov, .mkv or .mxf.
-    #[arg(long)]
-    pub to: String,
+    #[arg(long, value_parser = Destination::parse)]
+    pub to: Destination,
     /// Number of the interview's first frame in the names of stills; also with --frames [default: the plate's own, such as
     /// 1001, or 0].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = within(FRAME_NUMBERS))]
@@ -248,8 +250,11 @@ impl Files {
     pub const SIZES: RangeInclusive<usize> = 16..=8192;
 
     /// Pictures at the plate's size, 8 bits in PNGs.
-    pub fn to(to: impl Into<String>) -> Self {
-        Self { to: to.into(), ..Self::default() }
+    ///
+    /// # Errors
+    /// As [`Destination::parse`].
+    pub fn to(to: impl AsRef<str>) -> Result<Self> {
+        Ok(Self { to: Destination::parse(to.as_ref())?, ..Self::default() })
     }
 
     /// Numbers of the interview's frames `first` to `last` in the names of the files.

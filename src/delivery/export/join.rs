@@ -1,7 +1,8 @@
 //! Last step of an export made in parts: checks every frame, and joins the frames of a movie.
 
 use super::codec::Codec;
-use super::destination::Destination;
+use super::colors::Encoding;
+use super::destination::{Destination, Stills};
 use super::interview::Interview;
 use super::look::{Look, sources};
 use super::movie_frames::MovieFrames;
@@ -101,29 +102,28 @@ pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
 
 /// Files of an export's frames.
 enum FrameFiles {
-    /// Destination, and the number of the interview's first frame.
-    Stills(Destination, i64),
+    /// With the number of the interview's first frame.
+    Stills(Stills, i64),
     Movie(MovieFrames),
 }
 
 impl FrameFiles {
     fn new(settings: &RelightSettings, interview: &Interview, folder: &Path) -> Result<Self> {
         let files = &settings.files;
-        Ok(match Destination::parse(&files.to)? {
+        Ok(match &files.to {
             Destination::Clip(path) => {
-                let codec = Codec::for_path(files.codec, &path)?;
+                let codec = Codec::for_path(files.codec, path)?;
                 Self::Movie(MovieFrames::new(folder, codec, files.movie_alpha))
             }
-            stills => Self::Stills(stills, files.numbers(interview, (0, 0)).0),
+            Destination::Stills(stills) => {
+                Self::Stills(stills.clone(), files.numbers(interview, (0, 0)).0)
+            }
         })
     }
 
     fn path(&self, frame: usize) -> PathBuf {
         match self {
-            Self::Stills(stills, start) => {
-                let number = start + frame as i64;
-                stills.files(number, number).next().unwrap_or_default()
-            }
+            Self::Stills(stills, start) => stills.path(start + frame as i64),
             Self::Movie(frames) => frames.path(frame),
         }
     }
@@ -139,7 +139,7 @@ pub fn join_movie(
     settings: &RelightSettings,
     folder: &Path,
     progress: &Progress,
-) -> Result<String> {
+) -> Result<Destination> {
     let (first, last) = frame_range(project, settings.frames)?;
     let interview = Interview::from_project(project)?;
     let files = FrameFiles::new(settings, &interview, folder)?;
@@ -155,8 +155,9 @@ pub fn join_movie(
     };
     let size = picture_size(project, settings.files.at)?;
     let written = (settings.files.size).map_or(size, |longest| fitted(size, longest));
+    let encoding = Encoding::for_files(&settings.files)?;
     let mut writer =
-        Writer::open(&settings.files, (first, last), size, &interview, None, progress)?;
+        Writer::open(&settings.files, &encoding, (first, last), size, &interview, None, progress)?;
     let count = (last - first + 1) as u64;
     let mut join = || {
         for frame in first..=last {
@@ -174,5 +175,5 @@ pub fn join_movie(
         other => other,
     })?;
     progress.step("joining the movie", count, count, "");
-    Ok(writer.to)
+    Ok(writer.files.to)
 }

@@ -1,7 +1,6 @@
 //! Look and provenance of each frame of an export, without the network.
 
 use super::colors::Encoding;
-use super::destination::Destination;
 use super::provenance::Provenance;
 use super::relight::{RelightSettings, frame_range};
 use super::writer::output;
@@ -23,26 +22,25 @@ pub(super) struct Look<'a> {
     pub environment: Arc<Environment>,
     /// Front direction of the environment.
     pub front: Front,
+    /// Conversion to the codes of the files.
+    pub encoding: Encoding,
     /// Scene output to render.
     output: Output,
-    /// Identity of a configuration's transform of light; "" without one.
-    colors: String,
 }
 
 impl<'a> Look<'a> {
     /// Reads the environment.
     ///
     /// # Errors
-    /// When the environment, the look-up table, the colour configuration or the first frame cannot be read, or the destination is invalid.
+    /// When the environment, the look-up table, the colour configuration or the first frame cannot be read, or the
+    /// destination cannot hold the colours.
     pub fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
         progress: &Progress,
     ) -> Result<Self> {
         let files = &settings.files;
-        let destination = Destination::parse(&files.to)?;
-        let encoding = Encoding::open(files.space, files.lut.as_deref())?;
-        let encoding = encoding.with_config(files.ocio.transform()?);
+        let encoding = Encoding::for_files(files)?;
         let (environment, front) = settings.find_environment(project, progress)?;
         let size = picture_size(project, files.at)?;
         Ok(Self {
@@ -51,8 +49,8 @@ impl<'a> Look<'a> {
             frames: frame_range(project, settings.frames)?,
             environment,
             front,
-            output: output(files, size, &destination, &encoding, &settings.largest_effects()),
-            colors: encoding.identity().to_owned(),
+            output: output(files, size, &encoding, &settings.largest_effects()),
+            encoding,
         })
     }
 
@@ -73,7 +71,7 @@ impl<'a> Look<'a> {
             &self.environment,
             self.settings,
             (self.front, self.frames.0),
-            &self.colors,
+            self.encoding.identity(),
         )
     }
 }

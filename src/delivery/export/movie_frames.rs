@@ -25,7 +25,7 @@ pub fn movie_frame(folder: &Path, frame: usize) -> PathBuf {
 /// Folder of the frames, and the codec and alpha of their movie.
 #[derive(Clone, Debug)]
 pub(super) struct MovieFrames {
-    folder: PathBuf,
+    pub folder: PathBuf,
     codec: Codec,
     alpha: MovieAlpha,
 }

@@ -1,5 +1,6 @@
 //! Provenance of a still, in its header: lets a stopped export resume.
 
+use super::destination::Destination;
 use super::footage_print::FootagePrints;
 use super::format::Files;
 use super::look::sources;
@@ -76,7 +77,7 @@ impl Provenance {
         let mut written = Fnv::default();
         // The destination does not change the pixels.
         let plain = Files {
-            to: String::new(),
+            to: Destination::default(),
             first_number: None,
             existing: super::Existing::default(),
             resume: false,

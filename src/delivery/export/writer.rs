@@ -2,7 +2,7 @@
 
 use super::clip::Movie;
 use super::codec::{Codec, Container};
-use super::colors::{Encoding, check_config, check_linear};
+use super::colors::{Encoding, check_colors};
 use super::format::{Bits, Existing, Files, MovieAlpha};
 use super::interview::Interview;
 use super::join::is_whole;
@@ -14,7 +14,8 @@ use super::relight::Part;
 use super::scaled::{fitted, scaled};
 use super::sound::Sound;
 use super::still::{About, write_still};
-use super::{ClipWriter, Destination, untaken};
+use super::{ClipWriter, Destination};
+use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::remove_left_over;
 use base::progress::Progress;
@@ -26,10 +27,8 @@ use std::path::PathBuf;
 
 /// Writer of the frames, in order.
 pub(super) struct Writer {
-    /// Destination as text, for messages.
-    pub to: String,
-    files: Files,
-    destination: Destination,
+    /// With the destination under which no file exists yet, if existing files are kept.
+    pub files: Files,
     clip: Option<ClipWriter>,
     /// Sound of the movie, while it is written.
     sound: Option<Sound>,
@@ -49,10 +48,10 @@ impl Writer {
     /// Prepares for frames `first` to `last` at this number of columns and rows.
     ///
     /// # Errors
-    /// When the destination is invalid or cannot hold the settings, a look-up table or the interview's sound
-    /// cannot be read, or a movie cannot be started.
+    /// When the interview's sound cannot be read, or a movie cannot be started.
     pub fn open(
         files: &Files,
+        encoding: &Encoding,
         (first, last): (usize, usize),
         size: (usize, usize),
         interview: &Interview,
@@ -60,28 +59,23 @@ impl Writer {
         progress: &Progress,
     ) -> Result<Self> {
         let numbers = files.numbers(interview, (first, last));
-        let to = match files.existing {
-            Existing::Keep if part.is_none() => untaken(&files.to, numbers.0, numbers.1)?,
-            _ => files.to.clone(),
-        };
-        let destination = check(files, &to, last - first + 1)?;
-        let config = files.ocio.transform()?;
-        let is_linear = destination.output() == Output::Linear;
-        check_linear(config.as_ref(), &to, is_linear)?;
-        let encoding = Encoding::open(files.space, files.lut.as_deref())?.with_config(config);
+        let mut files = files.clone();
+        if files.existing == Existing::Keep && part.is_none() {
+            files.to = files.to.untaken(numbers.0, numbers.1)?;
+        }
         let written = files.size.map_or(size, |longest| fitted(size, longest));
         // Leftovers of killed exports in this folder. With other workers around nothing is removed: another machine's
         // clock and locks cannot tell for sure whether their files are leftovers.
         if let (None, Some(folder)) =
-            (part, destination.files(numbers.0, numbers.1).next().and_then(folder))
+            (part, files.to.files(numbers.0, numbers.1).next().and_then(folder))
         {
             remove_left_over(&folder);
         }
         let (mut clip, mut sound, mut parts) = (None, None, None);
-        if let (Destination::Clip(path), Some(part)) = (&destination, part) {
+        if let (Destination::Clip(path), Some(part)) = (&files.to, part) {
             let codec = Codec::for_path(files.codec, path)?;
             parts = Some(MovieFrames::new(&part.folder, codec, files.movie_alpha));
-        } else if let Destination::Clip(path) = &destination {
+        } else if let Destination::Clip(path) = &files.to {
             let codec = Codec::for_path(files.codec, path)?;
             if !files.no_sound {
                 sound = Sound::extract(interview, (first, last), path, progress)?;
@@ -108,18 +102,13 @@ impl Writer {
             }
         }
         Ok(Self {
-            to: match (&parts, part) {
-                (Some(_), Some(part)) => part.folder.display().to_string(),
-                _ => to,
-            },
-            files: files.clone(),
-            destination,
+            goes_on: files.resume || part.is_some(),
+            files,
             clip,
             sound,
             interview: interview.clone(),
-            encoding,
+            encoding: encoding.clone(),
             parts,
-            goes_on: files.resume || part.is_some(),
             size: (written != size).then_some(written),
             done: 0,
         })
@@ -155,10 +144,10 @@ impl Writer {
             Some(size) => scaled(picture, size),
             None => picture.clone(),
         };
-        if self.destination.output() == Output::Display && shown.display.is_none() {
+        if !self.files.to.is_linear() && shown.display.is_none() {
             shown.display = (shown.linear.as_ref()).map(|linear| view(linear, shown.view));
         }
-        match (&self.destination, &mut self.clip) {
+        match (&self.files.to, &mut self.clip) {
             (Destination::Stills(stills), _) => {
                 let path = stills.path(self.number(frame));
                 let layers = layers.map(|layers| self.prepared(layers, &shown));
@@ -200,7 +189,7 @@ impl Writer {
 
     /// True if each frame has its own file.
     pub fn writes_stills(&self) -> bool {
-        matches!(self.destination, Destination::Stills(_)) || self.parts.is_some()
+        matches!(self.files.to, Destination::Stills(_)) || self.parts.is_some()
     }
 
     /// True if existing frames are kept.
@@ -210,7 +199,7 @@ impl Writer {
 
     /// True if frame `frame` exists, is complete and has the same provenance; it then counts as written.
     pub fn keeps_frame(&mut self, frame: usize, made_of: &str) -> bool {
-        let path = match (&self.destination, &self.parts) {
+        let path = match (&self.files.to, &self.parts) {
             (Destination::Stills(stills), _) => stills.path(self.number(frame)),
             (Destination::Clip(_), Some(parts)) => parts.path(frame),
             (Destination::Clip(_), None) => return false,
@@ -246,7 +235,11 @@ impl Writer {
             true if self.done == 0 => "nothing was written".to_owned(),
             true => {
                 let are = if self.done == 1 { "is" } else { "are" };
-                format!("{} {are} kept: {}", counted(self.done, "frame"), self.to)
+                let to = match &self.parts {
+                    Some(parts) => parts.folder.display().to_string(),
+                    None => self.files.to.to_string(),
+                };
+                format!("{} {are} kept: {to}", counted(self.done, "frame"))
             }
             false => "no movie was written".to_owned(),
         }
@@ -264,22 +257,20 @@ impl Writer {
 pub(super) fn output(
     files: &Files,
     size: (usize, usize),
-    destination: &Destination,
     encoding: &Encoding,
     effects: &Effects,
 ) -> Output {
-    let deep = match destination {
-        Destination::Stills(stills) => files.bits == Bits::Sixteen || stills.is_tiff(),
+    let deep = match &files.to {
+        Destination::Stills(stills) => {
+            files.bits == Bits::Sixteen || stills.format() == Some(FileFormat::Tiff)
+        }
         Destination::Clip(path) => Codec::for_path(files.codec, path).is_ok_and(Codec::is_deep),
     };
     // The dither of 8 bits is for codes that stay unchanged.
     let resized = files.size.is_some_and(|longest| fitted(size, longest) != size);
     let deep = deep || resized || !encoding.is_plain();
     let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
-    match destination.output() {
-        Output::Display if deep && plain => Output::Linear,
-        output => output,
-    }
+    if files.to.is_linear() || deep && plain { Output::Linear } else { Output::Display }
 }
 
 /// Folder of a file.
@@ -294,16 +285,8 @@ fn folder(file: PathBuf) -> Option<PathBuf> {
 /// # Errors
 /// When they do not fit; the message gives the reason.
 pub fn check_files(files: &Files, frames: usize) -> Result<()> {
-    check(files, &files.to, frames).map(drop)
-}
-
-/// The destination `to`, checked for `frames` frames with the settings `files`.
-///
-/// # Errors
-/// When the destination is invalid, or cannot hold the files.
-pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destination> {
-    let destination = Destination::parse(to)?;
-    destination.check_frames(frames)?;
+    let to = &files.to;
+    to.check_frames(frames)?;
     if let Some(size) = files.size.filter(|size| !Files::SIZES.contains(size)) {
         let (least, most) = (Files::SIZES.start(), Files::SIZES.end());
         return Err(Error::invalid(
@@ -318,11 +301,8 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
             "Leave the first number out to keep the plate's own",
         ));
     }
-    let is_linear = destination.output() == Output::Linear;
-    let table = files.lut.as_deref();
-    Encoding::check(files.space, table, to, is_linear)?;
-    check_config(&files.ocio, (files.space, table), to, is_linear)?;
-    match &destination {
+    check_colors(files)?;
+    match to {
         Destination::Clip(path) => {
             let codec = Codec::for_path(files.codec, path)?;
             if files.movie_alpha == MovieAlpha::Premultiplied && !codec.has_alpha() {
@@ -353,19 +333,19 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
             ("Leave one of the two out", "--resume or --keep"),
         ));
     }
-    if files.resume && matches!(destination, Destination::Clip(_)) {
+    if files.resume && matches!(to, Destination::Clip(_)) {
         return Err(Error::invalid(
             format!("{to} is a movie, and an export to a movie cannot resume"),
             ("Write stills, such as out.%04d.png, or start over", "leave --resume out"),
         ));
     }
-    if files.layers && !is_linear {
+    if files.layers && !to.is_linear() {
         return Err(Error::invalid(
             format!("light layers cannot be written to {to}, which is not an EXR"),
             "Write for example out.%04d.exr, or leave the layers out",
         ));
     }
-    Ok(destination)
+    Ok(())
 }
 
 #[cfg(test)]

@@ -14,6 +14,12 @@ fn film() -> Interview {
     Interview::stills(24.0)
 }
 
+/// Writer of these frames at this size.
+fn open(files: &Files, frames: (usize, usize), size: (usize, usize)) -> Writer {
+    let encoding = Encoding::for_files(files).unwrap();
+    Writer::open(files, &encoding, frames, size, &film(), None, &Progress::silent()).unwrap()
+}
+
 /// A picture that compresses badly.
 fn noise(size: usize) -> Picture {
     let mut state = 1u32;
@@ -40,9 +46,8 @@ fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
     let Some(disk) = SmallDisk::mount(64) else {
         return;
     };
-    let (files, shown) = (Files::to(disk.at("shot.%04d.png")), noise(80));
-    let mut writer =
-        Writer::open(&files, (0, 199), (80, 80), &film(), None, &Progress::silent()).unwrap();
+    let (files, shown) = (Files::to(disk.at("shot.%04d.png")).unwrap(), noise(80));
+    let mut writer = open(&files, (0, 199), (80, 80));
     let said = fill(&mut writer, &shown).to_string();
     let kept = disk.names();
     assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
@@ -69,9 +74,8 @@ fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() 
             return;
         };
         std::fs::write(disk.at(name), "an older movie").unwrap();
-        let files = Files::to(disk.at(name));
-        let mut writer =
-            Writer::open(&files, (0, 199), (256, 256), &film(), None, &Progress::silent()).unwrap();
+        let files = Files::to(disk.at(name)).unwrap();
+        let mut writer = open(&files, (0, 199), (256, 256));
         let said = fill(&mut writer, &noise(256)).to_string();
         drop(writer);
         assert!(said.contains("room"), "{said}");
@@ -86,9 +90,8 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
     let to = folder.path().join("shot.%02d.png").display().to_string();
     let shown = picture(16, 16, [0.5; 3], true);
     for existing in [Existing::Keep, Existing::Keep, Existing::Replace] {
-        let files = Files { existing, ..Files::to(&to) };
-        let mut writer =
-            Writer::open(&files, (3, 4), (16, 16), &film(), None, &Progress::silent()).unwrap();
+        let files = Files { existing, ..Files::to(&to).unwrap() };
+        let mut writer = open(&files, (3, 4), (16, 16));
         for frame in [3, 4] {
             writer.write(frame, &shown, None, None, &Progress::silent()).unwrap();
         }
@@ -102,10 +105,11 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
 fn pictures_are_written_at_the_size_that_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     for (name, size) in [("small.png", 16), ("large.exr", 50)] {
-        let files =
-            Files { size: Some(size), ..Files::to(folder.path().join(name).display().to_string()) };
-        let mut writer =
-            Writer::open(&files, (0, 0), (32, 32), &film(), None, &Progress::silent()).unwrap();
+        let files = Files {
+            size: Some(size),
+            ..Files::to(folder.path().join(name).display().to_string()).unwrap()
+        };
+        let mut writer = open(&files, (0, 0), (32, 32));
         writer
             .write(0, &picture(32, 32, [0.5; 3], false), None, None, &Progress::silent())
             .unwrap();
@@ -117,8 +121,8 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
 #[test]
 fn numbers_no_file_can_have_are_refused() {
     for number in [i64::MAX, i64::MIN, 1_000_000_001] {
-        let files = Files { first_number: Some(number), ..Files::to("out.%04d.png") };
-        let error = crate::check_files(&files, 2).unwrap_err().to_string();
+        let files = Files { first_number: Some(number), ..Files::to("out.%04d.png").unwrap() };
+        let error = check_files(&files, 2).unwrap_err().to_string();
         assert!(error.contains(&number.to_string()), "{error}");
     }
 }
@@ -127,13 +131,10 @@ fn numbers_no_file_can_have_are_refused() {
 fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep.png");
-    let files = Files { bits: Bits::Sixteen, ..Files::to(path.display().to_string()) };
-    let mut writer =
-        Writer::open(&files, (0, 0), (16, 16), &film(), None, &Progress::silent()).unwrap();
+    let files = Files { bits: Bits::Sixteen, ..Files::to(path.display().to_string()).unwrap() };
+    let mut writer = open(&files, (0, 0), (16, 16));
     let grainy = Effects { grain: 1.0, ..Effects::default() };
-    let kind = |effects: &Effects| {
-        output(&files, (16, 16), &writer.destination, &writer.encoding, effects)
-    };
+    let kind = |effects: &Effects| output(&files, (16, 16), &writer.encoding, effects);
     assert_eq!(kind(&Effects::default()), Output::Linear);
     assert_eq!(kind(&grainy), Output::Display);
     let linear = Picture { display: None, ..picture(16, 16, [0.3, 0.2, 0.1], true) };
@@ -159,12 +160,12 @@ fn every_still_at_another_size_averages_light() {
         ("d.exr", Bits::Eight, 1e-3),
     ] {
         let path = folder.path().join(name);
-        let files = Files { size: Some(16), bits, ..Files::to(path.display().to_string()) };
-        let mut writer =
-            Writer::open(&files, (0, 0), (32, 32), &film(), None, &Progress::silent()).unwrap();
+        let files =
+            Files { size: Some(16), bits, ..Files::to(path.display().to_string()).unwrap() };
+        let mut writer = open(&files, (0, 0), (32, 32));
         let kind = |size: (usize, usize)| {
             let effects = Effects::default();
-            output(&files, size, &writer.destination, &writer.encoding, &effects)
+            output(&files, size, &writer.encoding, &effects)
         };
         assert_eq!(kind((32, 32)), Output::Linear, "{name}");
         let own = if name == "a.png" { Output::Display } else { Output::Linear };
@@ -183,14 +184,14 @@ fn every_still_at_another_size_averages_light() {
 
 #[test]
 fn what_a_destination_cannot_hold_is_refused() {
-    let refused = |files: &Files, frames| check(files, &files.to, frames).unwrap_err().to_string();
-    let mut files = Files::to("clip.mp4");
+    let refused = |files: &Files, frames| check_files(files, frames).unwrap_err().to_string();
+    let mut files = Files::to("clip.mp4").unwrap();
     files.layers = true;
     assert!(refused(&files, 1).contains("%04d.exr"));
-    let mut files = Files::to("a.%04d.png");
+    let mut files = Files::to("a.%04d.png").unwrap();
     files.size = Some(3);
     assert!(refused(&files, 9).contains("16 to 8192"));
-    assert!(refused(&Files::to("a.png"), 2).contains("2 frames"));
+    assert!(refused(&Files::to("a.png").unwrap(), 2).contains("2 frames"));
 }
 
 #[test]
@@ -203,7 +204,7 @@ fn the_next_export_removes_what_a_killed_one_left() {
         file.set_modified(long_ago).unwrap();
     }
     let to = at("shot.%02d.png").display().to_string();
-    Writer::open(&Files::to(to), (0, 3), (16, 16), &film(), None, &Progress::silent()).unwrap();
+    open(&Files::to(to).unwrap(), (0, 3), (16, 16));
     assert_eq!(names(folder.path()), [".mine.afterlight", "clip.mov"]);
     test_support::shown!(
         Accidents,
@@ -271,11 +272,10 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
                 exr,
                 space,
                 layers: true,
-                ..Files::to(folder.path().join("shot.%04d.exr").display().to_string())
+                ..Files::to(folder.path().join("shot.%04d.exr").display().to_string()).unwrap()
             };
             let silent = Progress::silent();
-            let mut writer =
-                Writer::open(&files_settings, (7, 7), (12, 7), &film(), None, &silent).unwrap();
+            let mut writer = open(&files_settings, (7, 7), (12, 7));
             let (shown, lit) = lit();
             let check = writer.write(7, &shown, Some(lit), None, &silent).unwrap();
             assert!(check.unwrap().is_exact(), "{exr:?}: {check:?}");
@@ -306,12 +306,12 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
 fn layers_that_miss_the_picture_are_not_written_and_files_that_lie_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let files = Files { layers: true, ..Files::to(path.display().to_string()) };
+    let files = Files { layers: true, ..Files::to(path.display().to_string()).unwrap() };
     let silent = Progress::silent();
     let write = |change: f32| {
         let (shown, mut layers) = lit();
         layers.lamps[0].picture.pixels[3][0] *= change;
-        let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), None, &silent).unwrap();
+        let mut writer = open(&files, (0, 0), (12, 7));
         writer.write(0, &shown, Some(layers), None, &silent)
     };
     assert!(write(1.0).unwrap().unwrap().is_exact());
@@ -330,7 +330,7 @@ fn layers_that_miss_the_picture_are_not_written_and_files_that_lie_are_refused()
         ..files.clone()
     };
     let (shown, layers) = lit();
-    let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), None, &silent).unwrap();
+    let mut writer = open(&apart, (0, 0), (12, 7));
     writer.write(0, &shown, Some(layers), None, &silent).unwrap();
     let json = folder.path().join("a.json");
     let text = std::fs::read_to_string(&json).unwrap();
@@ -350,11 +350,11 @@ fn what_is_empty_is_left_out_if_that_is_asked_for() {
     shown.alpha = alpha;
     let files = Files {
         exr: ExrSettings { crop: true, ..ExrSettings::default() },
-        ..Files::to(path.display().to_string())
+        ..Files::to(path.display().to_string()).unwrap()
     };
     let silent = Progress::silent();
     let window = |shown: &Picture| {
-        let mut writer = Writer::open(&files, (0, 0), (9, 8), &film(), None, &silent).unwrap();
+        let mut writer = open(&files, (0, 0), (9, 8));
         writer.write(0, shown, None, None, &silent).unwrap();
         let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
         let part = &read.layer_data[0];
@@ -370,8 +370,8 @@ fn what_is_empty_is_left_out_if_that_is_asked_for() {
 
 #[test]
 fn stills_and_movies_refuse_what_is_the_others() {
-    let check = |files: Files| check(&files, &files.to, 1).map_err(|e| e.to_string());
-    let to = |name: &str| Files::to(name);
+    let check = |files: Files| check_files(&files, 1).map_err(|e| e.to_string());
+    let to = |name: &str| Files::to(name).unwrap();
     let said = check(Files { codec: Some(Codec::H264), ..to("a.png") });
     assert!(said.unwrap_err().contains("are stills"));
     let said = check(Files { codec: Some(Codec::ProRes422Hq), ..to("a.mp4") });

@@ -8,7 +8,7 @@ use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
 use base::shell::quoted;
-use export::{Flaw, FlawedFrame, flawed_frames, handed_over, join_movie};
+use export::{Destination, Flaw, FlawedFrame, flawed_frames, handed_over, join_movie};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub struct AssembleReport {
     /// Number of frames.
     pub frames: usize,
     /// Destination of the result; None if frames have to be written again.
-    pub output: Option<String>,
+    pub output: Option<Destination>,
     /// Files written for other programs, in the requested order.
     pub hand_over: Vec<PathBuf>,
     /// Frames that have to be written again.
@@ -43,7 +43,7 @@ impl AssembleReport {
         format!(
             "All {} frames are complete and match this job: {}. The workers took {:.1} s together{handed_over}",
             self.frames,
-            self.output.as_deref().unwrap_or_default(),
+            self.output.clone().unwrap_or_default(),
             self.worker_seconds
         )
     }
@@ -75,7 +75,7 @@ pub fn assemble(
             .collect(),
         flawed,
         worker_seconds: chunks.iter().map(|chunk| chunk.seconds).sum(),
-        frame_bytes: frame_bytes(&work.settings.files, work.frames, folder)?,
+        frame_bytes: frame_bytes(&work.settings.files, work.frames, folder),
         chunks,
     };
     if !report.flawed.is_empty() {

@@ -76,6 +76,10 @@ pub fn run_chunk(
     // Waiting for another worker does not count as work.
     let waited = started.elapsed() - begun;
     let report = relight_part(&project, &work.settings, &part, progress)?;
+    let output = match report.output {
+        Destination::Clip(_) => part.folder.display().to_string(),
+        stills => stills.to_string(),
+    };
     let seconds = (started.elapsed() - waited).as_secs_f64();
     let relit = (report.frames - report.kept) as f64;
     let record = Record {
@@ -84,7 +88,7 @@ pub fn run_chunk(
         seconds,
         start_seconds: (seconds - relit * report.ms_per_frame / 1e3).max(begun.as_secs_f64()),
         stages: report.stages,
-        bytes: frame_bytes(&work.settings.files, part.frames, folder)?,
+        bytes: frame_bytes(&work.settings.files, part.frames, folder),
         device: report.device,
         machine: Machine::this(),
     };
@@ -92,26 +96,20 @@ pub fn run_chunk(
     if relit > 0.0 || !record::path(folder, part.frames, "json").exists() {
         record.save(folder)?;
     }
-    Ok(ChunkReport { record, output: report.output })
+    Ok(ChunkReport { record, output })
 }
 
 /// Bytes of the existing files among frames `first` to `last` of the job in `folder`.
-pub(crate) fn frame_bytes(
-    files: &Files,
-    (first, last): (usize, usize),
-    folder: &Path,
-) -> Result<u64> {
-    let destination = Destination::parse(&files.to)?;
+pub(crate) fn frame_bytes(files: &Files, (first, last): (usize, usize), folder: &Path) -> u64 {
     let frames = folder.join(FRAMES);
     // The job holds its first number.
     let start = files.first_number.unwrap_or(0);
-    let file = |frame| match &destination {
-        Destination::Clip(_) => Some(export::movie_frame(&frames, frame)),
-        stills => stills.files(start + frame as i64, start + frame as i64).next(),
+    let file = |frame| match &files.to {
+        Destination::Clip(_) => export::movie_frame(&frames, frame),
+        Destination::Stills(stills) => stills.path(start + frame as i64),
     };
-    let files = (first..=last).filter_map(file);
-    let found = files.filter_map(|file| file.metadata().ok());
-    Ok(found.map(|data| data.len()).sum())
+    let found = (first..=last).filter_map(|frame| file(frame).metadata().ok());
+    found.map(|data| data.len()).sum()
 }
 
 /// Waits until no other worker has these frames, if the disk supports locks: the other worker's frames are kept then.

@@ -9,7 +9,7 @@ use super::{open_job_description, slurm};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use export::relight::{Part, RelightSettings, frame_range, relight_part};
-use export::{Destination, Existing, Interview, footage_print, untaken};
+use export::{Destination, Existing, Interview, footage_print};
 use project::{Picture, Project};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ pub struct JobReport {
     /// Milliseconds per frame, if known.
     pub ms_per_frame: Option<f64>,
     /// Destination of the result; None for a training job.
-    pub output: Option<String>,
+    pub output: Option<Destination>,
     /// Command that submits the job.
     pub submit: String,
 }
@@ -151,7 +151,7 @@ fn absolute_files(settings: &RelightSettings, numbers: (i64, i64)) -> Result<exp
     let mut files = settings.files.clone();
     files.to = full_destination(&files.to)?;
     if files.existing == Existing::Keep {
-        files.to = untaken(&files.to, numbers.0, numbers.1)?;
+        files.to = files.to.untaken(numbers.0, numbers.1)?;
         files.existing = Existing::Replace;
     }
     // Chunks always resume.
@@ -160,20 +160,20 @@ fn absolute_files(settings: &RelightSettings, numbers: (i64, i64)) -> Result<exp
 }
 
 /// Destination as an absolute path.
-fn full_destination(to: &str) -> Result<String> {
-    let destination = Destination::parse(to)?;
-    let path = Path::new(to);
+fn full_destination(to: &Destination) -> Result<Destination> {
+    let text = to.to_string();
+    let path = Path::new(&text);
     if path.is_absolute() {
-        return Ok(to.to_owned());
+        return Ok(to.clone());
     }
     let here = std::env::current_dir().map_err(|e| Error::io("open", path, e, "Check the path"))?;
     let here = here.display().to_string();
     // In a destination a percent sign starts the frame number.
-    let here = match destination {
+    let here = match to {
         Destination::Stills(_) => here.replace('%', "%%"),
         Destination::Clip(_) => here,
     };
-    Ok(Path::new(&here).join(path).display().to_string())
+    Destination::parse(&Path::new(&here).join(path).display().to_string())
 }
 
 /// Absolute path of the job's folder: created if missing, and must be empty.
@@ -236,11 +236,12 @@ fn rate(
         let file = job.join(file);
         settings.look.background = settings.look.background.with_file(file);
     }
-    if let Destination::Stills(_) = Destination::parse(&settings.files.to)? {
-        let ending = Path::new(&settings.files.to).extension().unwrap_or_default();
+    if let Destination::Stills(stills) = &settings.files.to {
+        let file = stills.path(0);
+        let ending = file.extension().unwrap_or_default();
         // In a destination a percent sign starts the frame number.
         let folder = tried.display().to_string().replace('%', "%%");
-        settings.files.to = format!("{folder}/%d.{}", ending.display());
+        settings.files.to = Destination::parse(&format!("{folder}/%d.{}", ending.display()))?;
     }
     let report = relight_part(copy, &settings, &part, progress)?;
     std::fs::remove_dir_all(&tried)

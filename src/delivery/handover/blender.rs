@@ -223,6 +223,7 @@ fn rotation(frame: &FrameLight) -> [f32; 3] {
 mod tests {
     use super::*;
     use crate::light::tests::lit;
+    use crate::media::tests::media;
     use crate::shot::tests::shot;
     use light::conventions::Tool;
     use light::weights::rotation as turned;
@@ -277,9 +278,8 @@ mod tests {
 
     #[test]
     fn what_blender_would_not_find_is_refused() {
-        let stills = |to: &str| Media::new(to, "Blender").unwrap();
         let said = |to: &str, last, place| {
-            let checked = check(&stills(to), (0, last), place);
+            let checked = check(&media(to), (0, last), place);
             checked.map_or_else(|e| e.for_terminal(), |()| String::new())
         };
         assert_eq!(said("a1/shot2.%04d.exr", 99, LayerFiles::Channels), "");
@@ -289,7 +289,7 @@ mod tests {
         assert_eq!(said("shot_%04d.exr", 7, LayerFiles::Files), "");
         assert!(said("shot.%04d.exr", 4_320_000, LayerFiles::Files).contains("--frames"));
         assert!(said("shot.%04d.exr", 9, LayerFiles::Parts).contains("channels"));
-        let below = check(&stills("shot.%04d.exr"), (-1, 9), LayerFiles::Channels).unwrap_err();
+        let below = check(&media("shot.%04d.exr"), (-1, 9), LayerFiles::Channels).unwrap_err();
         assert!(below.to_string().contains("the numbers -1 to 9"), "{below}");
     }
 
@@ -303,10 +303,9 @@ mod tests {
             size: (64, 48),
         };
         let light = lit();
-        let stills = Media::new("shot.%04d.exr", "Blender").unwrap();
-        let shot = shot(stills.clone());
-        let Media::Stills(stills) = &stills else {
-            panic!("{stills:?}");
+        let shot = shot("shot.%04d.exr");
+        let Media::Stills(stills) = &shot.media else {
+            panic!("{:?}", shot.media);
         };
         let numbers = Numbers::new(&shot, &layers, &light, stills);
         let [moves, stays] = &numbers.placed[..] else {

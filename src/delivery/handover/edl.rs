@@ -108,13 +108,9 @@ mod tests {
     use std::path::Path;
     use std::process::Command;
 
-    fn shot_to(to: &str) -> Shot {
-        shot(Media::new(to, "EDL").unwrap())
-    }
-
     #[test]
     fn an_event_has_reel_range_and_files() {
-        let text = list(&shot_to("a/shot 1.%04d.exr"));
+        let text = list(&shot("a/shot 1.%04d.exr"));
         assert_eq!(
             text,
             "TITLE: shot 1\nFCM: NON-DROP FRAME\n\n\
@@ -122,7 +118,7 @@ mod tests {
              * FROM CLIP NAME: shot 1\n* SOURCE FILE: shot 1.[0010-0014].exr\n\
              * REEL NAME: A001_C002_1024XY\n* FRAME RATE: 24\n"
         );
-        let mut bare = shot_to("a/é\u{7}.mov");
+        let mut bare = shot("a/é\u{7}.mov");
         bare.reel = None;
         bare.has_sound = true;
         let text = list(&bare);
@@ -133,7 +129,7 @@ mod tests {
     #[test]
     fn drop_frame_counts_on_both_sides() {
         let rate = 30000.0 / 1001.0;
-        let mut drop = shot_to("shot.mov");
+        let mut drop = shot("shot.mov");
         drop.rate = (30000, 1001);
         drop.time_code = TimeCode::parse("00:00:59;28", rate).unwrap();
         drop.frames = (0, 3);
@@ -177,7 +173,7 @@ mod tests {
             ((60000, 1001), "00:08:59;58", 200),
             ((60, 1), "19:59:59:59", 4_000),
         ] {
-            let mut shot = shot_to("a/it's \"é\".%04d.exr");
+            let mut shot = shot("a/it's \"é\".%04d.exr");
             shot.rate = rate;
             shot.time_code = TimeCode::parse(start, shot.frame_rate()).unwrap();
             // Twenty hours at 60 frames a second precede it.

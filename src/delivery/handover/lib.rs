@@ -15,7 +15,7 @@ use base::error::{Error, Result};
 use base::files::write_beside;
 use base::progress::Progress;
 use export::relight::{RelightReport, RelightSettings};
-use export::{HandOver, Interview, LayersBy, rational_rate};
+use export::{Destination, HandOver, Interview, LayersBy, rational_rate};
 use media::Media;
 use project::Project;
 use shot::Shot;
@@ -88,7 +88,7 @@ pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
 pub fn hand_over(
     project: &Project,
     settings: &RelightSettings,
-    output: &str,
+    output: &Destination,
     progress: &Progress,
 ) -> Result<Vec<PathBuf>> {
     if settings.hand_over.is_empty() {

@@ -234,7 +234,7 @@ pub mod tests {
             turntable: false,
             solo: Vec::new(),
             frames: None,
-            files: Files::to("shot.%04d.exr"),
+            files: Files::to("shot.%04d.exr").unwrap(),
             hand_over: Vec::new(),
             profile: false,
             device: Default::default(),

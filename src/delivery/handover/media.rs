@@ -25,20 +25,18 @@ pub struct Stills {
 }
 
 impl Media {
-    /// Files of an export to `to`, as the user typed it. `program` appears in messages.
+    /// Files of an export to `to`. `program` appears in messages.
     ///
     /// # Errors
-    /// When `to` is invalid, or the frame number is in a folder's name.
-    pub fn new(to: &str, program: &str) -> Result<Self> {
-        let absolute = |path: &str| {
-            std::path::absolute(path)
-                .map_err(|e| Error::io("find", Path::new(path), e, "Give a full path"))
+    /// When the frame number is in a folder's name.
+    pub fn new(to: &Destination, program: &str) -> Result<Self> {
+        let absolute = |path: &Path| {
+            std::path::absolute(path).map_err(|e| Error::io("find", path, e, "Give a full path"))
         };
-        let stills = match Destination::parse(to)? {
-            Destination::Clip(path) => return Ok(Self::Movie(absolute(&path.to_string_lossy())?)),
-            Destination::Stills(stills) => stills,
+        let (before, digits, after) = match to {
+            Destination::Clip(path) => return Ok(Self::Movie(absolute(path)?)),
+            Destination::Stills(stills) => stills.parts(),
         };
-        let (before, digits, after) = stills.parts();
         if after.contains(std::path::is_separator) {
             return Err(Error::invalid(
                 format!("{program} cannot find frames in {to}: its folders are numbered"),
@@ -48,7 +46,7 @@ impl Media {
         let cut = before.rfind(std::path::is_separator).map_or(0, |at| at + 1);
         let (folder, before) = before.split_at(cut);
         Ok(Self::Stills(Stills {
-            folder: absolute(if folder.is_empty() { "." } else { folder })?,
+            folder: absolute(Path::new(if folder.is_empty() { "." } else { folder }))?,
             before: before.to_owned(),
             digits,
             after: after.to_owned(),
@@ -107,11 +105,16 @@ impl Stills {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
 
+    /// Files of an export to `to`.
+    pub fn media(to: &str) -> Media {
+        Media::new(&Destination::parse(to).unwrap(), "Nuke").unwrap()
+    }
+
     fn stills(to: &str) -> Stills {
-        match Media::new(to, "Nuke").unwrap() {
+        match media(to) {
             Media::Stills(stills) => stills,
             Media::Movie(path) => panic!("{} is a movie", path.display()),
         }
@@ -123,7 +126,7 @@ mod tests {
         assert!(shot.folder.is_absolute() && shot.folder.ends_with("a b"));
         assert_eq!(shot.name(7), "it's 100% \"x\".0007.exr");
         assert_eq!(shot.name(4_320_000), "it's 100% \"x\".4320000.exr");
-        let name = |to: &str| Media::new(to, "Nuke").unwrap().shot_name();
+        let name = |to: &str| media(to).shot_name();
         assert_eq!(name("a b/it's 100%%.%04d.exr"), "it's 100%");
         assert_eq!(name("é/Ünïcode_%d.exr"), "Ünïcode");
         assert_eq!(name("%04d.exr"), "shot");
@@ -150,7 +153,8 @@ mod tests {
 
     #[test]
     fn numbered_folders_are_refused_in_a_sentence() {
-        let error = Media::new("a/%d/b.exr", "Nuke").unwrap_err().to_string();
+        let numbered = Destination::parse("a/%d/b.exr").unwrap();
+        let error = Media::new(&numbered, "Nuke").unwrap_err().to_string();
         assert!(error.contains("folders are numbered"), "{error}");
     }
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::lamps::Rest;
+use crate::media::tests::media;
 use crate::shot::tests::shot;
 use export::LayerFiles;
 use glam::Vec3;
@@ -15,7 +16,7 @@ fn lit(to: &str) -> Shot {
         weights,
         files: None,
     };
-    let mut shot = shot(Media::new(to, "Nuke").unwrap());
+    let mut shot = shot(to);
     shot.layers = Some(Layers {
         lamps: vec![
             lamp(0, Vec3::Z, vec![[0.5; 3]; 5]),
@@ -62,8 +63,8 @@ fn names_cannot_break_the_script() {
 #[test]
 fn signs_that_nuke_takes_for_numbers_are_refused() {
     for to in ["shot#1.%04d.exr", "100%%.%04d.exr"] {
-        let error = check(&Media::new(to, "Nuke").unwrap()).unwrap_err().to_string();
+        let error = check(&media(to)).unwrap_err().to_string();
         assert!(error.contains("frame's number"), "{error}");
     }
-    check(&Media::new("my shot.%04d.exr", "Nuke").unwrap()).unwrap();
+    check(&media("my shot.%04d.exr")).unwrap();
 }

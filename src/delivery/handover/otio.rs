@@ -160,11 +160,11 @@ fn encoded(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::media::tests::media;
     use crate::shot::tests::shot;
 
     fn clip(to: &str) -> Value {
-        let shot = shot(Media::new(to, "OTIO").unwrap());
-        let timeline: Value = serde_json::from_str(&timeline(&shot)).unwrap();
+        let timeline: Value = serde_json::from_str(&timeline(&shot(to))).unwrap();
         timeline["tracks"]["children"][0]["children"][0].clone()
     }
 
@@ -204,7 +204,7 @@ mod tests {
             ("shot.%d.exr", -5, None),
             ("shot.mov", -5, None),
         ] {
-            let checked = check(&Media::new(to, "OTIO").unwrap(), (first, 9));
+            let checked = check(&media(to), (first, 9));
             match (checked, refused) {
                 (Ok(()), None) => (),
                 (Err(e), Some(file)) => assert!(e.to_string().contains(file), "{e}"),

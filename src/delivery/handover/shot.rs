@@ -7,7 +7,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use export::relight::{RelightSettings, frame_range};
-use export::{HandOver, Interview, TimeCode, rational_rate};
+use export::{Destination, HandOver, Interview, TimeCode, rational_rate};
 use project::Project;
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ impl Shot {
         project: &Project,
         settings: &RelightSettings,
         interview: &Interview,
-        output: &str,
+        output: &Destination,
         progress: &Progress,
     ) -> Result<Self> {
         let program = settings.hand_over.first().map_or("", |p| p.name());
@@ -128,15 +128,16 @@ fn warn_of_uneven_times(
 pub mod tests {
     use super::*;
     use crate::light::tests::moving;
+    use crate::media::tests::media;
     use base::progress::{Control, Report};
     use std::process::Command;
     use std::sync::Mutex;
 
-    /// Five frames of a film, from frame 10 on.
-    pub fn shot(media: Media) -> Shot {
+    /// Five frames of a film, from frame 10 on, exported to `to`.
+    pub fn shot(to: &str) -> Shot {
         Shot {
-            name: media.shot_name(),
-            media,
+            name: media(to).shot_name(),
+            media: media(to),
             frames: (10, 14),
             rate: (24, 1),
             time_code: TimeCode::parse("10:00:00:10", 24.0).unwrap(),
@@ -185,7 +186,7 @@ pub mod tests {
                 }
             };
             let progress = Progress::new(&sink, Control::default());
-            let output = at(output).display().to_string();
+            let output = Destination::parse(&at(output).display().to_string()).unwrap();
             let shot = Shot::new(&project, &settings, &interview, &output, &progress).unwrap();
             assert_eq!((shot.has_sound, shot.count()), (reports == 0, 70));
             let said = said.into_inner().unwrap();

@@ -3,7 +3,8 @@
 use super::StudioApp;
 use crate::panels::job::capitalized;
 use egui::ViewportCommand;
-use export::Destination;
+use export::Container;
+use std::path::Path;
 use worker::ExportStatus;
 
 impl StudioApp {
@@ -36,7 +37,7 @@ impl StudioApp {
             }
         }
         let begun = match (running, job) {
-            (Some(name), _) if !is_movie(name) => Some(format!(
+            (Some(name), _) if Container::from_path(Path::new(name)).is_none() => Some(format!(
                 "{name} is {share:.0} % done. Finished stills stay. “Existing files: Resume” writes the others."
             )),
             (Some(name), _) => {
@@ -56,9 +57,4 @@ impl StudioApp {
         };
         begun.into_iter().chain(waiting).collect()
     }
-}
-
-/// True if the export is a single file.
-pub(super) fn is_movie(name: &str) -> bool {
-    matches!(Destination::parse(name), Ok(Destination::Clip(_)))
 }

@@ -1,7 +1,6 @@
 //! The export queue, and the destination of the next export.
 
 use super::StudioApp;
-use super::closing::is_movie;
 use crate::command::{ExportCommand, JobCommand};
 use crate::destination_check::{DestinationCheck, DestinationQuery};
 use crate::environment_library::light_of;
@@ -10,12 +9,12 @@ use crate::panels::lamp_title;
 use crate::state::State;
 use base::files::shown;
 use export::relight::RelightSettings;
-use export::{Destination, Existing, LayersBy, numbered_from, untaken};
+use export::{Destination, Existing, LayersBy};
 use farm::{ChunkSettings, Engine, FarmSettings};
 use footage::PictureSize;
 use handover::relight;
 use scene::Background;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use worker::{Export, ExportStatus, Job, WrittenExport};
 
 /// The exports, and the check for existing files of the next one.
@@ -31,7 +30,7 @@ pub struct Exports {
 /// Destination of an export whose files may not exist yet.
 struct Ahead {
     id: u64,
-    to: String,
+    to: Destination,
     /// Numbers of the first and last file.
     range: (i64, i64),
 }
@@ -65,17 +64,17 @@ impl Exports {
 
     /// Destination of an export of files with the numbers `range` to `to`. Appends a number if files exist there, or will exist once
     /// the queue is written.
-    pub fn goes_to(&self, to: &str, range: (i64, i64)) -> String {
+    pub fn goes_to(&self, to: &Destination, range: (i64, i64)) -> Destination {
         let found = self.destination.found();
-        let found = found.filter(|found| found.query.to == to && found.query.range == range);
+        let found = found.filter(|found| found.query.to == *to && found.query.range == range);
         let free = found.map_or(to, |found| &found.free);
-        let is_ahead = |to: &String| {
+        let is_ahead = |to: &Destination| {
             let meets = |other: (i64, i64)| other.0 <= range.1 && range.0 <= other.1;
             let mut same = self.ahead.iter().filter(|ahead| ahead.to == *to);
-            same.any(|ahead| is_movie(to) || meets(ahead.range))
+            same.any(|ahead| matches!(to, Destination::Clip(_)) || meets(ahead.range))
         };
-        let mut names = numbered_from(to, free).filter(|name| !is_ahead(name));
-        names.next().unwrap_or_else(|| to.to_owned())
+        let mut names = to.numbered_from(free).filter(|name| !is_ahead(name));
+        names.next().unwrap_or_else(|| to.clone())
     }
 
     /// Checks for existing files of the next export of the project in `root`.
@@ -163,8 +162,8 @@ impl StudioApp {
         let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else {
             return;
         };
-        let to = Path::new(&settings.files.to).file_name();
-        let name = to.unwrap_or_default().to_string_lossy();
+        let to = settings.files.to.to_string();
+        let name = Path::new(&to).file_name().unwrap_or_default().to_string_lossy();
         let stem = match name.split(['.', '%']).next() {
             Some("") | None => "export",
             Some(stem) => stem,
@@ -196,7 +195,6 @@ impl StudioApp {
         };
         let project = project.clone();
         let range = self.state.numbers();
-        let name = move |to: &str| title(to, range);
         let keeps = settings.files.existing == Existing::Keep;
         if keeps {
             settings.files.to = self.exports.goes_to(&settings.files.to, range);
@@ -204,23 +202,22 @@ impl StudioApp {
         let to = settings.files.to.clone();
         // True once this export itself has written some of its files.
         let mut begun = false;
-        let id = worker.export(name(&to), summary(&settings, range), move |progress| {
+        let id = worker.export(title(&to, range), summary(&settings, range), move |progress| {
             let (first, last) = range;
             if keeps && !begun {
-                settings.files.to = untaken(&settings.files.to, first, last)?;
+                settings.files.to = settings.files.to.untaken(first, last)?;
             } else if keeps {
                 settings.files.existing = Existing::Replace;
                 settings.files.resume = true;
             }
             let report = relight(&project, &settings, progress);
             if keeps && report.is_err() {
-                begun = Destination::parse(&settings.files.to)?.taken(first, last) > 0;
+                begun = settings.files.to.taken(first, last) > 0;
             }
             let report = report?;
-            let file = Destination::parse(&report.output)?.files(first, last).next();
-            let file = file.unwrap_or_default();
+            let file = report.output.files(first, last).next().unwrap_or_default();
             Ok(WrittenExport {
-                name: name(&report.output),
+                name: title(&report.output, range),
                 folder: file.parent().unwrap_or(&project.root).to_path_buf(),
                 sentence: report.sentence(),
             })
@@ -279,41 +276,37 @@ fn summary(settings: &RelightSettings, (first, last): (i64, i64)) -> String {
         let programs: Vec<&str> = settings.hand_over.iter().map(|to| to.name()).collect();
         lines.push(format!("For {}", programs.join(", ")));
     }
-    lines.push(format!("To {}", files.to.replace("%%", "%")));
+    lines.push(format!("To {}", files.to.to_string().replace("%%", "%")));
     lines.join("\n")
 }
 
 /// Title of an export: its file name, or its first and last still, such as `clay.0000–0007.png`.
-fn title(to: &str, (first, last): (i64, i64)) -> String {
-    let name = Path::new(to).file_name().unwrap_or_default();
-    let name = name.display().to_string();
-    let stills = name.split_once('%').and_then(|(before, rest)| {
-        let (digits, after) = rest.split_once('d')?;
-        let digits = digits.parse::<usize>().ok().filter(|&digits| digits < 20);
-        Some((before, digits.unwrap_or(1), after))
-    });
-    match stills {
-        None => name,
-        Some((before, digits, after)) if first == last => {
-            format!("{before}{first:0digits$}{after}")
+fn title(to: &Destination, (first, last): (i64, i64)) -> String {
+    let parts = match to {
+        Destination::Stills(stills) if first != last => stills.parts(),
+        _ => ("", None, ""),
+    };
+    let file = match parts {
+        (before, Some(digits), after) => {
+            PathBuf::from(format!("{before}{first:0digits$}–{last:0digits$}{after}"))
         }
-        Some((before, digits, after)) => {
-            format!("{before}{first:0digits$}–{last:0digits$}{after}")
-        }
-    }
+        _ => to.files(first, last).next().unwrap_or_default(),
+    };
+    file.file_name().unwrap_or_default().display().to_string()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::title;
+    use super::Destination;
 
     #[test]
     fn stills_are_called_by_their_first_and_last() {
+        let title = |to: &str, range| super::title(&Destination::parse(to).unwrap(), range);
         assert_eq!(title("a/exports/clay.%04d.png", (0, 7)), "clay.0000–0007.png");
         assert_eq!(title("clay.%04d.exr", (3, 3)), "clay.0003.exr");
         assert_eq!(title("clay_%d.png", (8, 12)), "clay_8–12.png");
         assert_eq!(title("clay.%04d.exr", (-2, 1001)), "clay.-002–1001.exr");
         assert_eq!(title("clay.mov", (0, 7)), "clay.mov");
-        assert_eq!(title("50 %.png", (0, 7)), "50 %.png");
+        assert_eq!(title("50 %%.%02d.png", (0, 7)), "50 %.00–07.png");
     }
 }

@@ -82,7 +82,8 @@ impl<'a> Clip<'a> {
         }
         let interview = Interview::from_project(project)?;
         let size = picture_size(project, settings.files.at)?;
-        let writer = Writer::open(&settings.files, look.frames, size, &interview, part, progress)?;
+        let (files, encoding) = (&settings.files, &look.encoding);
+        let writer = Writer::open(files, encoding, look.frames, size, &interview, part, progress)?;
         let clip = Self {
             look,
             calibration,

@@ -12,7 +12,7 @@ pub use settings::{RelightSettings, frame_range};
 use super::Rebuild;
 use super::look::sources;
 use super::overlap::overlapped;
-use super::writer::check;
+use super::writer::check_files;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use clip::{Clip, Made, Plan};
@@ -66,7 +66,7 @@ fn run(
 ) -> Result<RelightReport> {
     let settings = &settings.of_project(project);
     let whole = frame_range(project, settings.frames)?;
-    check(&settings.files, &settings.files.to, whole.1 - whole.0 + 1)?;
+    check_files(&settings.files, whole.1 - whole.0 + 1)?;
     settings.check()?;
     let (first, last) = part.map_or(whole, |part| part.frames);
     if first > last || first < whole.0 || last > whole.1 {
@@ -142,7 +142,7 @@ fn run(
         ms_per_frame: whole.as_secs_f64() * 1e3 / relit.max(1) as f64,
         stages,
         passes: clip.passes,
-        output: writer.to,
+        output: writer.files.to,
         layers: rebuild,
         uncovered_energy: clip.uncovered_energy,
         device: clip.compute.description,

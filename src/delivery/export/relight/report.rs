@@ -1,6 +1,6 @@
 //! Report on an export.
 
-use crate::{Rebuild, Stages, handed_over};
+use crate::{Destination, Rebuild, Stages, handed_over};
 use compositor::PassReport;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ pub struct RelightReport {
     /// Passes of the last frame, with their mean time over all frames.
     pub passes: Vec<PassReport>,
     /// Destination, with the frame number as requested.
-    pub output: String,
+    pub output: Destination,
     /// Accuracy with which the light layers rebuild the relit subject; None without layers.
     pub layers: Option<Rebuild>,
     /// Share of the environment's energy from directions without a lamp.

@@ -19,7 +19,7 @@ use egui::{
     Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui,
     UiBuilder, WidgetInfo, vec2,
 };
-use export::{Destination, Files, Format, HandOver, LayersBy, PixelBits};
+use export::{Files, Format, HandOver, LayersBy, PixelBits};
 use farm::Engine;
 use footage::scan::counted;
 use footage::{FRAME_NUMBERS, PictureSize};
@@ -411,12 +411,9 @@ fn files_ui(
     let (first, last) = context.state.numbers();
     let to = options.to(root);
     let written = if options.replaces() { &to } else { context.export_to };
-    let Ok(destination) = Destination::parse(written) else {
-        return;
-    };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
     let files: Vec<_> =
-        [first, last].map(|f| destination.files(f, f).next()).into_iter().flatten().collect();
+        [first, last].map(|f| written.files(f, f).next()).into_iter().flatten().collect();
     let frames = counted((last - first + 1) as usize, "frame");
     let files = match &files[..] {
         [one, other] if one != other => format!("{} … {}", name(one), name(other)),
@@ -431,7 +428,7 @@ fn files_ui(
         (format!("{frames}: {files}"), theme::QUIET)
     };
     ui.add(Label::new(RichText::new(text).size(13.0).color(color)).truncate())
-        .on_hover_text(written);
+        .on_hover_text(written.to_string());
 }
 
 /// Height of the export buttons, and width of the farm's button with its gap, in points.
