@@ -78,12 +78,10 @@ pub enum LookCommand {
     ToggleKey(Setting),
     /// Replace the keys of these settings.
     Keys(Vec<(Setting, Keyframes)>),
-    /// Turn the environment to this yaw in degrees.
-    Yaw(f32),
+    /// Set a setting to this value.
+    Set(Setting, f32),
     /// Turn the environment by this many degrees.
     Turn(f32),
-    /// Set the exposure in stops.
-    Exposure(f32),
     /// Change the environment's rotation and grade, and the lights placed by hand.
     Lighting(Box<Lighting>),
     /// Add a light, with its keys.

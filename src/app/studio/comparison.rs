@@ -215,6 +215,7 @@ mod tests {
     use imaging::Image;
     use light::Environment;
     use light::conventions::Front;
+    use scene::Setting;
     use std::sync::Arc;
     use worker::SrgbPicture;
 
@@ -258,7 +259,7 @@ mod tests {
         let mut state = State::new(1, 24.0);
         let files = ["/a.hdr", "/b.hdr"].map(PathBuf::from);
         state.change(LookCommand::AddEnvironments(files.clone().into()));
-        state.change(LookCommand::Yaw(10.0));
+        state.change(LookCommand::Set(Setting::Yaw, 10.0));
         state.change(LookCommand::Front(0, Some(Front::new(90.0))));
         state.change(LookCommand::Front(1, Some(Front::new(-20.0))));
         state.compare.on = true;

@@ -175,7 +175,7 @@ impl Workspace {
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 let right = tabs(&mut tiles, &[Pane::Export]);
                 let left = divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, BELOW)]);
-                let columns = [(left, 0.0), (right, 360.0)];
+                let columns = [(left, 0.0), (right, 376.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
             Self::Review => {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::command::LookCommand;
 use crate::state::State;
+use scene::Setting;
 use test_support::small_disk::names as files_of;
 
 fn name(text: &str) -> LookName {
@@ -11,7 +12,7 @@ fn name(text: &str) -> LookName {
 
 fn look(stops: f32) -> StoredLook {
     let mut state = State::new(1, 24.0);
-    state.change(LookCommand::Exposure(stops));
+    state.change(LookCommand::Set(Setting::Exposure, stops));
     StoredLook::from_look(&state.look)
 }
 

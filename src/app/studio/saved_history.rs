@@ -163,12 +163,13 @@ mod tests {
     use super::super::command::LookCommand;
     use super::super::state::State;
     use super::*;
+    use scene::Setting;
     use std::fs::write;
 
     fn changed(stops: &[f32]) -> State {
         let mut state = State::new(10, 24.0);
         for &stops in stops {
-            state.change(LookCommand::Exposure(stops));
+            state.change(LookCommand::Set(Setting::Exposure, stops));
             state.release();
         }
         state

@@ -100,8 +100,8 @@ impl SavedLook {
                 look.animation.set(setting, keys);
             }
         }
-        look.turn_to(yaw_deg);
-        look.expose(exposure_stops);
+        look.set(Setting::Yaw, yaw_deg);
+        look.set(Setting::Exposure, exposure_stops);
         look.range = self.range.filter(|(first, last)| first <= last);
         look.number_lights();
         look.follow(0);
@@ -136,8 +136,8 @@ mod tests {
         let project = project::Project::without_shoot(folder.path());
         assert_eq!(SavedLook::load(&project, true).unwrap(), None);
         let mut state = State::new(10, 24.0);
-        state.change(LookCommand::Yaw(40.0));
-        state.change(LookCommand::Exposure(-1.5));
+        state.change(LookCommand::Set(Setting::Yaw, 40.0));
+        state.change(LookCommand::Set(Setting::Exposure, -1.5));
         state.change(LookCommand::Background(Background::None));
         let kept = SavedLook::from_look(&state.look);
         std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
@@ -149,7 +149,7 @@ mod tests {
         // Saved at the last frame, and shown at the first because of its keys.
         state.change(LookCommand::ToggleKey(Setting::Yaw));
         state.show(ViewCommand::LastFrame);
-        state.change(LookCommand::Yaw(90.0));
+        state.change(LookCommand::Set(Setting::Yaw, 90.0));
         SavedLook::from_look(&state.look).apply(&mut other.look);
         assert_eq!(other.look.yaw_deg, 40.0);
 

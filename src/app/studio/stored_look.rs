@@ -208,9 +208,9 @@ mod tests {
         // Numbers without a short decimal form.
         for i in 1..200u32 {
             let value = (i as f32).sqrt() * std::f32::consts::PI;
-            state.change(LookCommand::Yaw(value));
+            state.change(LookCommand::Set(Setting::Yaw, value));
             state.release();
-            state.change(LookCommand::Exposure(value * 1e-3));
+            state.change(LookCommand::Set(Setting::Exposure, value * 1e-3));
             state.release();
             let stored = StoredLook::from_look(&state.look);
             std::fs::write(&file, stored.text()).unwrap();
@@ -220,7 +220,7 @@ mod tests {
         }
         state.change(LookCommand::ToggleKey(Setting::Yaw));
         state.show(ViewCommand::LastFrame);
-        state.change(LookCommand::Yaw(90.3));
+        state.change(LookCommand::Set(Setting::Yaw, 90.3));
         let stored = StoredLook::from_look(&state.look);
         assert!(stored.is(&state.look, 9));
         state.show(ViewCommand::Frame(4));

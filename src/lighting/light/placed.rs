@@ -97,13 +97,6 @@ impl PlacedLight {
         (self.intensity / std::f32::consts::PI).log2()
     }
 
-    /// Sets the gain in stops; NaN changes nothing.
-    pub fn set_gain_stops(&mut self, stops: f32) {
-        if !stops.is_nan() {
-            self.intensity = std::f32::consts::PI * stops.exp2();
-        }
-    }
-
     /// Sets the colour of white light of a temperature in kelvin.
     pub fn set_temperature(&mut self, kelvin: f32) {
         self.color = super::white::gains(kelvin, 0.0);
@@ -270,9 +263,7 @@ mod tests {
     fn a_light_is_as_bright_and_as_warm_as_it_is_set() {
         let mut light = PlacedLight::default();
         assert_eq!(light.gain_stops(), 0.0);
-        light.set_gain_stops(2.0);
-        assert_eq!(light.intensity, 4.0 * std::f32::consts::PI);
-        light.set_gain_stops(f32::NAN);
+        light.intensity *= 4.0;
         assert_eq!(light.gain_stops(), 2.0);
         light.set_temperature(3200.0);
         let [r, g, b] = light.color;

@@ -62,8 +62,8 @@ struct Row<S, T> {
     setting: S,
     /// Name in files.
     name: &'static str,
-    /// Name in the window.
-    title: &'static str,
+    /// Name in the window, without that of a light.
+    label: &'static str,
     unit: Unit,
     /// Allowed values. Angles may span many turns.
     range: RangeInclusive<f32>,
@@ -72,11 +72,11 @@ struct Row<S, T> {
 
 const fn row<S: Copy, T>(
     setting: S,
-    (name, title): (&'static str, &'static str),
+    (name, label): (&'static str, &'static str),
     (unit, range): (Unit, RangeInclusive<f32>),
     field: fn(&mut T) -> &mut f32,
 ) -> Row<S, T> {
-    Row { setting, name, title, unit, range, field }
+    Row { setting, name, label, unit, range, field }
 }
 
 const DEGREES: (Unit, RangeInclusive<f32>) = (Unit::Degrees, ANGLES);
@@ -98,13 +98,13 @@ static PLAIN: [Row<Setting, Look>; 8] = [
 /// Settings of a placed light.
 #[rustfmt::skip]
 static LIGHTS: [Row<LightSetting, PlacedLight>; 7] = [
-    row(LightSetting::Yaw, ("yaw", "azimuth"), DEGREES, |light| &mut light.yaw_deg),
-    row(LightSetting::Pitch, ("pitch", "elevation"), (Unit::Degrees, -90.0..=90.0), |light| &mut light.pitch_deg),
-    row(LightSetting::Radius, ("radius", "radius"), (Unit::Degrees, 0.0..=85.0), |light| &mut light.radius_deg),
-    row(LightSetting::Intensity, ("intensity", "intensity"), (Unit::Energy, 0.0..=1e4), |light| &mut light.intensity),
-    row(LightSetting::Red, ("red", "red"), CHANNEL, |light| &mut light.color[0]),
-    row(LightSetting::Green, ("green", "green"), CHANNEL, |light| &mut light.color[1]),
-    row(LightSetting::Blue, ("blue", "blue"), CHANNEL, |light| &mut light.color[2]),
+    row(LightSetting::Yaw, ("yaw", "Azimuth"), DEGREES, |light| &mut light.yaw_deg),
+    row(LightSetting::Pitch, ("pitch", "Elevation"), (Unit::Degrees, -90.0..=90.0), |light| &mut light.pitch_deg),
+    row(LightSetting::Radius, ("radius", "Radius"), (Unit::Degrees, 0.0..=85.0), |light| &mut light.radius_deg),
+    row(LightSetting::Intensity, ("intensity", "Intensity"), (Unit::Energy, 0.0..=1e4), |light| &mut light.intensity),
+    row(LightSetting::Red, ("red", "Red"), CHANNEL, |light| &mut light.color[0]),
+    row(LightSetting::Green, ("green", "Green"), CHANNEL, |light| &mut light.color[1]),
+    row(LightSetting::Blue, ("blue", "Blue"), CHANNEL, |light| &mut light.color[2]),
 ];
 
 impl LightSetting {
@@ -182,20 +182,52 @@ impl Unit {
 }
 
 impl Setting {
-    /// Name in the window.
-    pub fn title(self, lighting: &Lighting) -> String {
+    /// Every setting under this lighting.
+    pub fn all(lighting: &Lighting) -> Vec<Self> {
+        let effects = STRENGTHS.iter().map(|strength| Self::Effect(strength.pass));
+        let of_light =
+            |light: &PlacedLight| LightSetting::ALL.map(|one| Self::Light(light.id, one));
+        let lights = lighting.placed.iter().flat_map(of_light);
+        let groups = lighting.groups.iter().map(|group| Self::Group(group.id));
+        let plain = PLAIN.iter().map(|row| row.setting);
+        plain.chain(effects).chain(lights).chain(groups).collect()
+    }
+
+    /// Name among the settings of the same light or group, or of the picture.
+    pub fn label(self) -> &'static str {
         match self {
-            Self::Effect(pass) => strength(pass).map_or("", |strength| strength.label).into(),
-            Self::Light(id, setting) => {
-                let index = index(id, lighting);
-                let light = index.map_or("Light".to_owned(), |i| lighting.placed[i].title(i));
-                format!("{light} {}", setting.row().title)
-            }
+            Self::Effect(pass) => strength(pass).map_or("", |strength| strength.label),
+            Self::Light(_, setting) => setting.row().label,
+            Self::Group(_) => "Intensity",
+            plain => plain.row().map_or("", |row| row.label),
+        }
+    }
+
+    /// Name among all settings, with the name of the light or group.
+    pub fn title(self, lighting: &Lighting) -> String {
+        let light = |i: usize| lighting.placed[i].title(i);
+        let owner = match self {
+            Self::Light(id, _) => index(id, lighting).map_or("Light".to_owned(), light),
             Self::Group(id) => {
-                let name = group(id, lighting).map_or("Group", |i| &lighting.groups[i].name);
-                format!("{name} intensity")
+                group(id, lighting).map_or("Group", |i| &lighting.groups[i].name).to_owned()
             }
-            plain => plain.row().map_or("", |row| row.title).to_owned(),
+            _ => return self.label().to_owned(),
+        };
+        format!("{owner} {}", self.label().to_lowercase())
+    }
+
+    /// Explanation for a tooltip; empty if the label is enough.
+    pub fn hint(self) -> &'static str {
+        match self {
+            Self::Effect(pass) => strength(pass).map_or("", |strength| strength.hint),
+            Self::Light(_, LightSetting::Yaw) => {
+                "0 is behind the subject, −90 camera left, 180 at the camera"
+            }
+            Self::Light(_, LightSetting::Pitch) => "Above the horizon",
+            Self::Light(_, LightSetting::Radius) => {
+                "As seen from the subject: a larger light is softer, not brighter"
+            }
+            _ => "",
         }
     }
 
@@ -220,6 +252,19 @@ impl Setting {
             Self::Effect(pass) => 0.0..=strength(pass).map_or(0.0, |strength| strength.most),
             Self::Light(_, setting) => setting.row().range.clone(),
             plain => plain.row().map_or(Lighting::STOPS, |row| row.range.clone()),
+        }
+    }
+
+    /// True for an angle that keys may turn several times.
+    pub fn turns(self) -> bool {
+        self.range() == ANGLES
+    }
+
+    /// Value in a new look, or of a new light or group.
+    pub fn default_value(self) -> f32 {
+        match self {
+            Self::Light(_, setting) => *(setting.row().field)(&mut PlacedLight::default()),
+            other => other.field(&mut Look::default()).copied().unwrap_or_default(),
         }
     }
 
@@ -343,15 +388,7 @@ mod tests {
             ..Lighting::default()
         };
         lighting.number_lights();
-        let plain = PLAIN.iter().map(|row| row.setting);
-        let effects = STRENGTHS.iter().map(|s| Setting::Effect(s.pass));
-        let lights = [1, 2].into_iter().flat_map(|id| {
-            let all = LightSetting::ALL;
-            all.map(|setting| Setting::Light(id, setting))
-        });
-        let groups = [1, 2].map(Setting::Group);
-        let all = plain.chain(effects).chain(lights).chain(groups);
-        (all.collect(), lighting)
+        (Setting::all(&lighting), lighting)
     }
 
     #[test]
@@ -397,8 +434,8 @@ mod tests {
         let unit = gain.unit();
         assert_eq!(unit.suffix(), " stops");
         let light = &mut lighting.placed[1];
-        for stops in [-3.0, 0.0, 1.5] {
-            light.set_gain_stops(stops);
+        for stops in [-3.0f32, 0.0, 1.5] {
+            light.intensity = std::f32::consts::PI * stops.exp2();
             let shown = unit.shown(f64::from(light.intensity));
             assert!((shown - f64::from(stops)).abs() < 1e-5, "{shown}");
             let stored = unit.of_shown(shown);

@@ -63,6 +63,7 @@ mod tests {
     use crate::command::LookCommand;
     use crate::state::State;
     use light::conventions::Tool;
+    use scene::Setting;
 
     /// A window with two environments from the shoot.
     fn state() -> State {
@@ -90,11 +91,11 @@ mod tests {
     #[test]
     fn the_picture_of_a_front_is_the_picture_of_the_yaw_that_it_stands_for() {
         let mut s = state();
-        apply(&mut s, LookCommand::Yaw(25.0));
+        apply(&mut s, LookCommand::Set(Setting::Yaw, 25.0));
         for tool in Tool::ALL {
             let front = Front::from_tool(tool);
             let mut turned = s.clone();
-            apply(&mut turned, LookCommand::Yaw(25.0 + front.yaw_deg()));
+            apply(&mut turned, LookCommand::Set(Setting::Yaw, 25.0 + front.yaw_deg()));
             apply(&mut s, LookCommand::Front(0, Some(front)));
             let off = s.scene().yaw_deg - turned.scene().yaw_deg;
             assert!(off.rem_euclid(360.0) < 1e-3, "{tool:?}: {off}");

@@ -1,8 +1,7 @@
 //! Settings under one heading: whether any differs from its default, and the reset.
 
 use super::LookSettings;
-use light::Lighting;
-use scene::{Background, Effects, STRENGTHS, Setting};
+use scene::{Look, Setting};
 
 /// The groups of settings in the light panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -57,34 +56,24 @@ impl LookSettings {
     pub(crate) fn restore(&mut self, group: Group) {
         let look = &mut self.shown;
         look.animation.retain(|setting| Group::from_setting(setting) != group);
-        let lighting = &mut look.lighting;
-        let default = Lighting::default();
+        for setting in Setting::all(&look.lighting) {
+            if Group::from_setting(setting) == group
+                && let Some(value) = setting.field(look)
+            {
+                *value = setting.default_value();
+            }
+        }
+        let default = Look::default();
         match group {
-            Group::Environment => {
-                look.yaw_deg = 0.0;
-                lighting.pitch_deg = default.pitch_deg;
-                lighting.roll_deg = default.roll_deg;
-                lighting.background_yaw_deg = default.background_yaw_deg;
-                lighting.weighting = default.weighting;
-            }
-            Group::Grade => {
-                lighting.intensity_stops = default.intensity_stops;
-                lighting.temperature_k = default.temperature_k;
-                lighting.tint = default.tint;
-            }
+            Group::Environment => look.lighting.weighting = default.lighting.weighting,
             Group::Lights => {
-                lighting.placed = default.placed;
-                lighting.groups = default.groups;
+                (look.lighting.placed, look.lighting.groups) = (Vec::new(), Vec::new());
             }
             Group::Picture => {
-                (look.exposure_stops, look.background) = (0.0, Background::default());
-                look.effects.view = Effects::default().view;
+                look.background = default.background;
+                look.effects.view = default.effects.view;
             }
-            Group::Effects => {
-                for strength in STRENGTHS {
-                    *(strength.of)(&mut look.effects) = 0.0;
-                }
-            }
+            Group::Grade | Group::Effects => {}
         }
     }
 }
@@ -94,9 +83,9 @@ mod tests {
     use super::*;
     use crate::command::{LookCommand, ViewCommand};
     use crate::state::State;
-    use light::PlacedLight;
     use light::weights::Weighting;
-    use scene::ViewTransform;
+    use light::{Lighting, PlacedLight};
+    use scene::{Background, Effects, ViewTransform};
 
     const ALL: [Group; 5] =
         [Group::Environment, Group::Grade, Group::Lights, Group::Picture, Group::Effects];
@@ -114,7 +103,7 @@ mod tests {
             LookCommand::Effects(effects)
         };
         for (group, command) in [
-            (Group::Environment, LookCommand::Yaw(20.0)),
+            (Group::Environment, LookCommand::Set(Setting::Yaw, 20.0)),
             (Group::Environment, LookCommand::ToggleKey(Setting::Yaw)),
             (Group::Environment, lighting(|l| l.pitch_deg = 3.0)),
             (Group::Environment, lighting(|l| l.roll_deg = 3.0)),
@@ -129,7 +118,7 @@ mod tests {
             (Group::Picture, LookCommand::ToggleKey(Setting::Exposure)),
             (Group::Effects, LookCommand::ToggleKey(Setting::Effect(scene::Pass::Glare))),
             (Group::Lights, lighting(|l| l.groups.push(light::LightGroup::default()))),
-            (Group::Picture, LookCommand::Exposure(1.0)),
+            (Group::Picture, LookCommand::Set(Setting::Exposure, 1.0)),
             (Group::Picture, LookCommand::Background(Background::None)),
             (Group::Picture, effects(|e| e.view = ViewTransform::Filmic)),
             (Group::Effects, effects(|e| e.glare = 0.5)),

@@ -42,11 +42,8 @@ impl LookSettings {
 
     /// Wraps angles without keys to one turn: only keys can make several turns.
     pub(crate) fn unwind(&mut self) {
-        let lights = self.lighting.placed.iter();
-        let lights = lights.map(|light| Setting::Light(light.id, LightSetting::Yaw));
-        let all = [Setting::Yaw, Setting::Pitch, Setting::Roll, Setting::BackgroundYaw];
-        let mut all: Vec<Setting> = all.into_iter().chain(lights).collect();
-        all.retain(|of| !self.is_keyed(*of));
+        let mut all = Setting::all(&self.lighting);
+        all.retain(|of| of.turns() && !self.is_keyed(*of));
         for of in all {
             let field = of.field(&mut self.shown);
             if let Some(degrees) = field.filter(|degrees| degrees.is_finite()) {
@@ -115,12 +112,12 @@ mod tests {
     #[test]
     fn a_change_of_what_has_keys_sets_a_key_at_the_shown_frame() {
         let mut s = State::new(11, 24.0);
-        s.change(LookCommand::Yaw(10.0));
+        s.change(LookCommand::Set(Setting::Yaw, 10.0));
         s.show(ViewCommand::Frame(4));
         assert!(!s.look.is_keyed(Setting::Yaw), "a value without a key");
         s.change(LookCommand::ToggleKey(Setting::Yaw));
         // Beyond half a turn, the light keeps turning the same way.
-        at(&mut s, 8, LookCommand::Yaw(400.0));
+        at(&mut s, 8, LookCommand::Set(Setting::Yaw, 400.0));
         at(&mut s, 6, LookCommand::Turn(5.0));
         assert_eq!(frames(&s, Setting::Yaw), [4.0, 6.0, 8.0]);
         let yaws: Vec<f32> = [0, 4, 6, 8, 10]
@@ -141,7 +138,7 @@ mod tests {
     fn going_through_the_frames_is_no_change() {
         let mut s = State::new(11, 24.0);
         s.change(LookCommand::ToggleKey(Setting::Yaw));
-        at(&mut s, 10, LookCommand::Yaw(90.0));
+        at(&mut s, 10, LookCommand::Set(Setting::Yaw, 90.0));
         s.show(ViewCommand::Frame(0));
         let look = s.look.clone();
         (0..11).for_each(|_| s.advance());
@@ -212,7 +209,7 @@ mod tests {
         lighting.placed[0].radius_deg = 32.5;
         lighting.placed[0].color[2] = 0.0;
         at(&mut s, 10, LookCommand::Lighting(Box::new(lighting)));
-        at(&mut s, 10, LookCommand::Exposure(-2.0));
+        at(&mut s, 10, LookCommand::Set(Setting::Exposure, -2.0));
         let dark = Effects { vignette: 0.5, ..Effects::default() };
         at(&mut s, 10, LookCommand::Effects(dark));
         s.show(ViewCommand::Frame(5));
@@ -349,7 +346,7 @@ mod tests {
         let mut s = State::new(11, 24.0);
         let setting = Setting::Yaw;
         at(&mut s, 2, LookCommand::ToggleKey(setting));
-        at(&mut s, 2, LookCommand::Exposure(1.0));
+        at(&mut s, 2, LookCommand::Set(Setting::Exposure, 1.0));
         at(&mut s, 2, LookCommand::ToggleKey(Setting::Exposure));
         let moved = |frame: &str| {
             let keys: Keyframes = frame.parse().unwrap();

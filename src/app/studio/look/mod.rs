@@ -12,7 +12,7 @@ pub use groups::Group;
 use super::environment_list::ListedEnvironment;
 use super::training::TrainChoice;
 use calibration::{Circle, Trial};
-use scene::{EXPOSURE_STOPS, Look, Setting};
+use scene::{Look, Setting};
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
@@ -68,12 +68,16 @@ impl LookSettings {
         }
     }
 
-    /// Sets the yaw. With keys, it may make several turns.
-    pub(super) fn turn_to(&mut self, degrees: f32) {
-        if !degrees.is_finite() {
-            return;
+    /// Sets a setting within its range; only with keys, an angle makes several turns. NaN is ignored.
+    pub(super) fn set(&mut self, setting: Setting, value: f32) {
+        let value = if setting.turns() && !self.is_keyed(setting) {
+            within_a_turn(value)
+        } else {
+            setting.bounded(f64::from(value)) as f32
+        };
+        if let Some(field) = setting.field(&mut self.shown).filter(|_| !value.is_nan()) {
+            *field = value;
         }
-        self.yaw_deg = if self.is_keyed(Setting::Yaw) { degrees } else { within_a_turn(degrees) };
     }
 
     /// First and last of `frames` frames to play and export.
@@ -88,13 +92,6 @@ impl LookSettings {
         let range = range.filter(|(first, last)| first <= last);
         let all = (0, frames.saturating_sub(1));
         self.range = range.filter(|range| *range != all);
-    }
-
-    /// Sets the exposure within its range; NaN is ignored.
-    pub(super) fn expose(&mut self, stops: f32) {
-        if !stops.is_nan() {
-            self.exposure_stops = stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end());
-        }
     }
 }
 

@@ -40,14 +40,16 @@ mod tests {
         let mut s = State::new(10, 24.0);
         s.change(LookCommand::AddEnvironments(["/a.exr", "/b.exr"].map(PathBuf::from).into()));
         s.release();
-        s.change(LookCommand::Yaw(33.0));
+        s.change(LookCommand::Set(Setting::Yaw, 33.0));
         s.release();
-        s.change(LookCommand::Exposure(1.0));
+        s.change(LookCommand::Set(Setting::Exposure, 1.0));
         s.release();
         let stored = s.look.clone();
-        for command in
-            [LookCommand::Environment(1), LookCommand::Yaw(-5.0), LookCommand::Exposure(0.0)]
-        {
+        for command in [
+            LookCommand::Environment(1),
+            LookCommand::Set(Setting::Yaw, -5.0),
+            LookCommand::Set(Setting::Exposure, 0.0),
+        ] {
             s.change(command);
             s.release();
         }
@@ -65,10 +67,10 @@ mod tests {
         let mut s = State::new(10, 24.0);
         s.change(LookCommand::ToggleKey(Setting::Yaw));
         s.show(ViewCommand::LastFrame);
-        s.change(LookCommand::Yaw(90.0));
+        s.change(LookCommand::Set(Setting::Yaw, 90.0));
         s.release();
         let stored = s.look.clone();
-        s.change(LookCommand::Exposure(2.0));
+        s.change(LookCommand::Set(Setting::Exposure, 2.0));
         s.release();
         s.show(ViewCommand::Frame(4));
         s.change(applied(&stored, false));
@@ -83,7 +85,7 @@ mod tests {
         let mut one = State::new(1, 24.0);
         one.change(LookCommand::AddEnvironments(vec!["/hdri/yard.exr".into()]));
         one.change(LookCommand::Front(0, Some(Front::new(40.0))));
-        one.change(LookCommand::Exposure(1.0));
+        one.change(LookCommand::Set(Setting::Exposure, 1.0));
         let mut other = State::new(1, 24.0);
         other.change(LookCommand::AddEnvironments(vec!["/b/sky.exr".into()]));
         other.release();

@@ -1,24 +1,21 @@
 //! The light: the panorama with its handles, the lights placed by hand, and the environment's rotation and grade.
 
-use super::bar_ui;
-use super::diamond::{animated_ui, beside_ui};
+use super::diamond::animated_ui;
 use super::front;
 use super::group::Heading;
 use super::lights::{self, relit};
-use super::numbers::turning;
 use super::panorama::Preview;
-use super::rows::{BESIDE, Row, choice_ui, grid};
+use super::rows::{choice_ui, grid, settings_ui};
 use crate::command::{Command, LookCommand};
 use crate::environment_library::EnvironmentEntry;
 use crate::environment_list::ListedEnvironment;
-use crate::look::{Group, within_a_turn};
+use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align, Grid, Layout, RichText, Ui};
+use light::Lighting;
 use light::conventions::Tool;
 use light::weights::Weighting;
-use light::{Lighting, white};
-use scene::{Setting, Unit};
 use worker::Origin;
 
 /// Width in points of a line with the choice of a map and the buttons that add lights.
@@ -86,36 +83,6 @@ impl LightPanel {
     }
 }
 
-const TURNS: [Row<Lighting>; 3] = [
-    Row::degrees("Pitch", |lighting| &mut lighting.pitch_deg, -180.0..=180.0, ""),
-    Row::degrees("Roll", |lighting| &mut lighting.roll_deg, -180.0..=180.0, ""),
-    Row::degrees("Background yaw", |lighting| &mut lighting.background_yaw_deg, -180.0..=180.0, ""),
-];
-
-const GRADES: [Row<Lighting>; 3] = [
-    Row {
-        name: "Intensity",
-        of: |lighting| &mut lighting.intensity_stops,
-        range: Lighting::STOPS,
-        unit: Unit::Stops,
-        hint: "",
-    },
-    Row {
-        name: "Temperature",
-        of: |lighting| &mut lighting.temperature_k,
-        range: white::RANGE_K,
-        unit: Unit::Kelvin,
-        hint: "",
-    },
-    Row {
-        name: "Tint",
-        of: |lighting| &mut lighting.tint,
-        range: white::RANGE_TINT,
-        unit: Unit::Tint,
-        hint: "",
-    },
-];
-
 /// Rotation of the environment, and its fit by the lamps. Returns true if the person chose to pick the front again.
 fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
@@ -126,23 +93,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
             asks = front::answer_ui(ui, context, out);
             ui.end_row();
         }
-        let mut yaw = look.yaw_deg;
-        let around = within_a_turn(look.yaw_deg);
-        let field = (turning(&mut yaw), around, &(-180.0..=180.0));
-        let field = bar_ui(ui, "Yaw", field, BESIDE, out, || {
-            Command::Look(LookCommand::Yaw(0.0))
-        });
-        if yaw != look.yaw_deg {
-            out.push(Command::Look(LookCommand::Yaw(yaw)));
-        }
-        beside_ui(ui, context, Setting::Yaw, field.rect, out);
-        ui.end_row();
-        let settings = [Setting::Pitch, Setting::Roll, Setting::BackgroundYaw];
-        for (row, setting) in TURNS.iter().zip(settings) {
-            let field = row.ui(ui, &look.lighting, out, relit);
-            beside_ui(ui, context, setting, field.rect, out);
-            ui.end_row();
-        }
+        settings_ui(ui, context, Group::Environment, out);
         let kinds = [
             (Weighting::Fit, "Best"),
             (Weighting::Smooth, "Smooth"),
@@ -167,14 +118,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
 
 /// The environment's intensity and colour.
 fn grade_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    grid("grade").show(ui, |ui| {
-        let settings = [Setting::Intensity, Setting::Temperature, Setting::Tint];
-        for (row, setting) in GRADES.iter().zip(settings) {
-            let field = row.ui(ui, &context.state.look.lighting, out, relit);
-            beside_ui(ui, context, setting, field.rect, out);
-            ui.end_row();
-        }
-    });
+    grid("grade").show(ui, |ui| settings_ui(ui, context, Group::Grade, out));
     animated_ui(ui, context, Group::Grade);
 }
 

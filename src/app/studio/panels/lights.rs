@@ -1,9 +1,7 @@
 //! The lights placed by hand: one line each, by group, and the settings of the chosen light.
 
-use super::bar_ui;
-use super::diamond::{self, beside_ui};
-use super::numbers::computing;
-use super::rows::{BESIDE, Row, choice_ui, grid};
+use super::diamond;
+use super::rows::{Number, choice_ui, grid, setting_ui};
 use crate::command::{AimCommand, Command, LightsCommand, LookCommand, ViewCommand};
 use crate::icons;
 use crate::layout::Pane;
@@ -15,8 +13,7 @@ use egui::{
     TextEdit, Ui, WidgetInfo, pos2, vec2,
 };
 use light::{LightGroup, Lighting, PlacedLight, placed, white};
-use scene::{LightSetting, Setting, Unit};
-use std::ops::RangeInclusive;
+use scene::{LightSetting, Setting};
 
 /// Space in points after a light's name: for its colour, and the duplicate and remove buttons.
 const BEHIND_NAME: f32 = 112.0;
@@ -24,26 +21,6 @@ const BEHIND_NAME: f32 = 112.0;
 const SWATCH: f32 = 30.0;
 /// Space in points after a group's name: for the remove button.
 const BEHIND_GROUP: f32 = 38.0;
-
-const ROWS: [Row<PlacedLight>; 3] = [
-    Row::degrees(
-        "Azimuth",
-        |light| &mut light.yaw_deg,
-        -180.0..=180.0,
-        "0 is behind the subject, −90 camera left, 180 at the camera",
-    ),
-    Row::degrees("Elevation", |light| &mut light.pitch_deg, -90.0..=90.0, "Above the horizon"),
-    Row {
-        name: "Radius",
-        of: |light| &mut light.radius_deg,
-        range: 0.0..=85.0,
-        unit: Unit::Degrees,
-        hint: "As seen from the subject: a larger light is softer, not brighter",
-    },
-];
-
-/// Settings of these rows, which can have keys.
-const TURNS: [LightSetting; 3] = [LightSetting::Yaw, LightSetting::Pitch, LightSetting::Radius];
 
 /// Changes made while the lights are drawn.
 struct Edit {
@@ -241,7 +218,7 @@ fn light_ui(
     ui.push_id(("light", index), |ui| {
         line_ui(ui, index, is_chosen, edit, after);
         if is_chosen {
-            settings_ui(ui, context, index, edit, out);
+            settings_ui(ui, context, index, edit, (out, after));
         }
     });
     if is_chosen {
@@ -300,18 +277,13 @@ fn settings_ui(
     context: &PanelContext,
     index: usize,
     edit: &mut Edit,
-    out: &mut Vec<Command>,
+    (out, after): (&mut Vec<Command>, &mut Vec<Command>),
 ) {
-    let before = edit.lighting.clone();
-    let (id, title) = {
-        let light = &before.placed[index];
-        (light.id, light.title(index))
-    };
-    let look_setting = |setting| Setting::Light(id, setting);
-    let with = |change: &dyn Fn(&mut PlacedLight)| {
-        let mut lighting = before.clone();
-        change(&mut lighting.placed[index]);
-        relit(lighting)
+    let light = &edit.lighting.placed[index];
+    let (id, title) = (light.id, light.title(index));
+    let mut row_ui = |ui: &mut Ui, setting| {
+        let setting = Setting::Light(id, setting);
+        setting_ui(ui, context, (setting, setting.label()), after);
     };
     grid("light settings").show(ui, |ui| {
         let kinds = [
@@ -319,20 +291,12 @@ fn settings_ui(
             (placed::Kind::Disc, "Disc"),
             (placed::Kind::Point, "Point"),
         ];
-        let light = &mut edit.lighting.placed[index];
-        choice_ui(ui, "Kind", &kinds, &mut light.kind);
+        choice_ui(ui, "Kind", &kinds, &mut edit.lighting.placed[index].kind);
         ui.end_row();
         group_choice_ui(ui, index, &mut edit.lighting);
         ui.end_row();
+        row_ui(ui, LightSetting::Intensity);
         let light = &mut edit.lighting.placed[index];
-        let stops = light.gain_stops().max(*Lighting::STOPS.start());
-        let reset = || with(&|light| light.set_gain_stops(0.0));
-        let (field, gain) = bar(ui, "Intensity", (stops, Lighting::STOPS), Unit::Stops, out, reset);
-        if let Some(gain) = gain {
-            light.set_gain_stops(gain);
-        }
-        beside_ui(ui, context, look_setting(LightSetting::Intensity), field, out);
-        ui.end_row();
         // Keys may have changed the colour since it was set by temperature.
         let is_white = |kelvin: &f32| {
             let gains = white::gains(*kelvin, 0.0);
@@ -341,49 +305,27 @@ fn settings_ui(
         let kelvin = light.temperature_k.filter(is_white);
         let kelvin = kelvin.unwrap_or(white::NEUTRAL_K);
         let reset = || {
-            with(&|light| {
-                let PlacedLight { color, temperature_k, .. } = PlacedLight::default();
-                (light.color, light.temperature_k) = (color, temperature_k);
-            })
+            let mut lighting = context.state.look.lighting.clone();
+            let PlacedLight { color, temperature_k, .. } = PlacedLight::default();
+            let light = &mut lighting.placed[index];
+            (light.color, light.temperature_k) = (color, temperature_k);
+            relit(lighting)
         };
-        let warmth = (kelvin, white::RANGE_K);
-        let (field, kelvin) = bar(ui, "Temperature", warmth, Unit::Kelvin, out, reset);
+        let number = Number::from_setting(Setting::Temperature);
+        let (field, kelvin) = number.ui(ui, kelvin, out, reset);
         if let Some(kelvin) = kelvin {
             light.set_temperature(kelvin);
         }
-        let channels =
-            [LightSetting::Red, LightSetting::Green, LightSetting::Blue].map(look_setting);
+        let channels = [LightSetting::Red, LightSetting::Green, LightSetting::Blue];
+        let channels = channels.map(|channel| Setting::Light(id, channel));
         let place = diamond::beside(field);
         let called = format!("{title} colour");
         diamond::within_ui(ui, context, (&channels, &called), place, out);
         ui.end_row();
-        for (row, setting) in ROWS.iter().zip(TURNS) {
-            let light = before.placed[index].clone();
-            let field = row.ui(ui, &light, out, |light| with(&|it| *it = light.clone()));
-            beside_ui(ui, context, look_setting(setting), field.rect, out);
-            ui.end_row();
+        for setting in [LightSetting::Yaw, LightSetting::Pitch, LightSetting::Radius] {
+            row_ui(ui, setting);
         }
     });
-}
-
-/// A number over its bar. Returns its rectangle, and the number if it was changed.
-fn bar(
-    ui: &mut Ui,
-    name: &str,
-    (value, range): (f32, RangeInclusive<f32>),
-    unit: Unit,
-    out: &mut Vec<Command>,
-    reset: impl FnOnce() -> Command,
-) -> (Rect, Option<f32>) {
-    let mut changed = value;
-    let field = computing(&mut changed)
-        .speed(unit.speed())
-        .range(range.clone())
-        .clamp_existing_to_range(false)
-        .fixed_decimals(unit.decimals())
-        .suffix(unit.suffix());
-    let response = bar_ui(ui, name, (field, value, &range), BESIDE, out, reset);
-    (response.rect, (changed != value).then_some(changed))
 }
 
 /// The group of a light: an existing one, none, or a new one.
@@ -426,9 +368,8 @@ fn group_ui(
     edit: &mut Edit,
     (out, after): (&mut Vec<Command>, &mut Vec<Command>),
 ) -> bool {
-    let before = edit.lighting.clone();
     let group = &mut edit.lighting.groups[index];
-    let title = before.groups[index].name.as_str();
+    let title = &group.name.clone();
     let folded = context.state.is_folded(group.id);
     ui.push_id(("group", index), |ui| {
         ui.horizontal(|ui| {
@@ -457,19 +398,10 @@ fn group_ui(
         if folded {
             return;
         }
-        let reset = || {
-            let mut lighting = before.clone();
-            lighting.groups[index].gain_stops = 0.0;
-            relit(lighting)
-        };
         grid("group").show(ui, |ui| {
-            let (name, now) = (format!("Intensity of {title}"), group.gain_stops);
-            let (field, gain) = bar(ui, &name, (now, Lighting::STOPS), Unit::Stops, out, reset);
-            if let Some(gain) = gain {
-                group.gain_stops = gain;
-            }
-            beside_ui(ui, context, Setting::Group(group.id), field, out);
-            ui.end_row();
+            let setting = Setting::Group(group.id);
+            let name = format!("{} of {title}", setting.label());
+            setting_ui(ui, context, (setting, &name), after);
         });
     });
     folded

@@ -3,17 +3,13 @@
 use crate::command::{Command, Dialog, LookCommand};
 use crate::look::Group;
 use crate::panel_context::PanelContext;
-use crate::panels::bar_ui;
-use crate::panels::diamond::{animated_ui, beside, beside_ui};
+use crate::panels::diamond::{animated_ui, beside};
 use crate::panels::group::Heading;
-use crate::panels::numbers::computing;
-use crate::panels::rows::{BESIDE, FIELD, Row, choice_ui, grid};
+use crate::panels::rows::{BESIDE, FIELD, Number, choice_ui, grid, settings_ui};
 use base::files::shown;
 use egui::{Button, Role, Ui, UiBuilder, WidgetInfo, vec2};
-use scene::{
-    Background, BackgroundFile, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Setting,
-    Strength, Unit, ViewTransform,
-};
+use scene::{Background, BackgroundFile, Channel, EXPOSURE_STOPS, Inspection, Unit, ViewTransform};
+use std::ops::RangeInclusive;
 
 /// The panel has no state of its own.
 #[derive(Default)]
@@ -27,7 +23,8 @@ impl PicturePanel {
             |_, _| {},
             |ui, out| {
                 grid("picture").show(ui, |ui| {
-                    exposure_ui(ui, context, out);
+                    settings_ui(ui, context, Group::Picture, out);
+                    background_ui(ui, &context.state.look.background, out);
                     curve_ui(ui, context, out);
                 });
                 animated_ui(ui, context, Group::Picture);
@@ -38,62 +35,26 @@ impl PicturePanel {
             out,
             |_, _| {},
             |ui, out| {
-                grid("effects").show(ui, |ui| effects_ui(ui, context, out));
+                grid("effects").show(ui, |ui| settings_ui(ui, context, Group::Effects, out));
                 animated_ui(ui, context, Group::Effects);
             },
         );
     }
 }
 
-fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let look = &context.state.look;
-    let mut stops = look.exposure_stops;
-    let field =
-        computing(&mut stops).speed(0.02).range(EXPOSURE_STOPS).fixed_decimals(2).suffix(" stops");
-    let field = (field, look.exposure_stops, &EXPOSURE_STOPS);
-    let field =
-        bar_ui(ui, "Exposure", field, BESIDE, out, || Command::Look(LookCommand::Exposure(0.0)));
-    beside_ui(ui, context, Setting::Exposure, field.rect, out);
-    if stops != look.exposure_stops {
-        out.push(Command::Look(LookCommand::Exposure(stops)));
-    }
-    ui.end_row();
-    background_ui(ui, &look.background, out);
-}
-
 /// Grey of a new colour behind the subject: middle grey.
 const GREY: [u8; 3] = [118; 3];
 
-/// Numbers of a still or movie behind the subject.
-const PLACED: [Row<BackgroundFile>; 4] = [
-    Row {
-        name: "Offset right",
-        of: |placed| &mut placed.offset[0],
-        range: BackgroundFile::OFFSETS,
-        unit: Unit::Share,
-        hint: "Percent of the picture's width",
-    },
-    Row {
-        name: "Offset up",
-        of: |placed| &mut placed.offset[1],
-        range: BackgroundFile::OFFSETS,
-        unit: Unit::Share,
-        hint: "Percent of the picture's height",
-    },
-    Row {
-        name: "Scale",
-        of: |placed| &mut placed.scale,
-        range: BackgroundFile::SCALES,
-        unit: Unit::Times,
-        hint: "1 just covers the picture",
-    },
-    Row {
-        name: "File exposure",
-        of: |placed| &mut placed.exposure_stops,
-        range: EXPOSURE_STOPS,
-        unit: Unit::Stops,
-        hint: "Exposure of the still or movie alone",
-    },
+/// Field of a number.
+type Field = fn(&mut BackgroundFile) -> &mut f32;
+
+/// Numbers of a still or movie behind the subject: name, unit, range, tooltip and field.
+#[rustfmt::skip]
+const PLACED: [(&str, Unit, RangeInclusive<f32>, &str, Field); 4] = [
+    ("Offset right", Unit::Share, BackgroundFile::OFFSETS, "Percent of the picture's width", |placed| &mut placed.offset[0]),
+    ("Offset up", Unit::Share, BackgroundFile::OFFSETS, "Percent of the picture's height", |placed| &mut placed.offset[1]),
+    ("Scale", Unit::Times, BackgroundFile::SCALES, "1 just covers the picture", |placed| &mut placed.scale),
+    ("File exposure", Unit::Stops, EXPOSURE_STOPS, "Exposure of the still or movie alone", |placed| &mut placed.exposure_stops),
 ];
 
 /// File and placement of a still or movie behind the subject.
@@ -112,10 +73,16 @@ fn placed_ui(ui: &mut Ui, placed: &BackgroundFile, out: &mut Vec<Command>) {
         out.push(Command::Dialog(Dialog::Background));
     }
     ui.end_row();
-    for row in &PLACED {
-        row.ui(ui, placed, out, |placed| {
+    for (name, unit, range, hint, field) in PLACED {
+        let with = |value: f32| {
+            let mut placed = placed.clone();
+            *field(&mut placed) = value;
             Command::Look(LookCommand::Background(Background::File(placed)))
-        });
+        };
+        let reset = || with(*field(&mut BackgroundFile::default()));
+        let number = Number { name, unit, range, hint };
+        let (_, changed) = number.ui(ui, *field(&mut placed.clone()), out, reset);
+        out.extend(changed.map(with));
         ui.end_row();
     }
 }
@@ -156,17 +123,6 @@ fn background_ui(ui: &mut Ui, now: &Background, out: &mut Vec<Command>) {
     }
 }
 
-/// The row of an effect's strength.
-fn row(strength: &Strength) -> Row<Effects> {
-    Row {
-        name: strength.label,
-        of: strength.of,
-        range: 0.0..=strength.most,
-        unit: Setting::Effect(strength.pass).unit(),
-        hint: strength.hint,
-    }
-}
-
 /// Channels and views of the picture: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::Picture, "Picture", "C"),
@@ -200,17 +156,5 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.end_row();
     if changed != effects {
         out.push(Command::Look(LookCommand::Effects(changed)));
-    }
-}
-
-/// The strengths of the effects.
-fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let effects = context.state.look.effects;
-    for strength in STRENGTHS {
-        let field = row(strength)
-            .ui(ui, &effects, out, |wanted| Command::Look(LookCommand::Effects(wanted)));
-        let setting = Setting::Effect(strength.pass);
-        beside_ui(ui, context, setting, field.rect, out);
-        ui.end_row();
     }
 }

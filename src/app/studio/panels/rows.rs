@@ -1,12 +1,16 @@
-//! Rows of a panel's grid: a number, and a list of choices.
+//! Rows of a panel's grid: a setting, another number, and a list of choices.
 
 use super::bar_ui;
+use super::diamond::beside_ui;
 use super::numbers::{computing, turning};
-use crate::command::Command;
-use crate::look::within_a_turn;
+use crate::command::{Command, LookCommand};
+use crate::look::{Group, within_a_turn};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{Frame, Grid, Response, Ui};
-use scene::Unit;
+use base::numbers::ANGLES;
+use egui::{Frame, Grid, Rect, Response, Ui};
+use light::Lighting;
+use scene::{Setting, Unit};
 use std::ops::RangeInclusive;
 
 /// Width of a row's name, and of its field, in points.
@@ -35,71 +39,89 @@ pub fn segments_ui<R>(ui: &mut Ui, choices: impl FnOnce(&mut Ui) -> R) -> R {
     shown.inner.inner
 }
 
-/// One number of the settings `T`.
-pub struct Row<T> {
-    pub name: &'static str,
-    pub of: fn(&mut T) -> &mut f32,
+/// A number with a range.
+pub struct Number<'a> {
+    pub name: &'a str,
+    pub unit: Unit,
     /// Range of the number and of its bar.
     pub range: RangeInclusive<f32>,
-    pub unit: Unit,
     /// Tooltip; empty if the name is enough.
-    pub hint: &'static str,
+    pub hint: &'a str,
 }
 
-impl<T> Row<T> {
-    /// An angle in degrees.
-    pub const fn degrees(
-        name: &'static str,
-        of: fn(&mut T) -> &mut f32,
-        range: RangeInclusive<f32>,
-        hint: &'static str,
-    ) -> Self {
-        Self { name, of, range, unit: Unit::Degrees, hint }
+impl Number<'_> {
+    /// The number of a setting.
+    pub fn from_setting(setting: Setting) -> Self {
+        Self {
+            name: setting.label(),
+            unit: setting.unit(),
+            range: setting.range(),
+            hint: setting.hint(),
+        }
     }
-}
 
-impl<T: Clone + Default + PartialEq> Row<T> {
-    /// Draws the row and returns the field's response. A change becomes a command with all settings; a
-    /// double-click restores the default.
+    /// Draws the number over its bar. Returns its rectangle, and the number if it was changed. A double-click sends
+    /// the command `reset`.
     pub fn ui(
         &self,
         ui: &mut Ui,
-        settings: &T,
+        value: f32,
         out: &mut Vec<Command>,
-        command: impl Fn(T) -> Command,
-    ) -> Response {
-        let mut changed = settings.clone();
-        let value = *(self.of)(&mut changed);
-        // A full circle has no ends: keys may turn the angle several times, and the bar shows it within a turn.
-        let turns = self.range == (-180.0..=180.0);
+        reset: impl FnOnce() -> Command,
+    ) -> (Rect, Option<f32>) {
         let in_unit = |value: f32| self.unit.shown(f64::from(value)) as f32;
         let before = in_unit(value);
         let mut shown = before;
-        let (field, value) = if turns {
-            (turning(&mut shown), within_a_turn(value))
+        let (field, value, range) = if self.range == ANGLES {
+            // A full circle has no ends: keys may turn the angle several times, and the bar shows it within a turn.
+            (turning(&mut shown), within_a_turn(value), -180.0..=180.0)
         } else {
-            let [least, most] = [self.range.start(), self.range.end()].map(|end| in_unit(*end));
+            let range = match self.unit {
+                // Lights of a file may be brighter.
+                Unit::Energy => Lighting::STOPS,
+                _ => in_unit(*self.range.start())..=in_unit(*self.range.end()),
+            };
             // A drag of 200 points covers a short range.
-            let speed = self.unit.speed().min(f64::from(most - least) / 200.0);
+            let speed = self.unit.speed().min(f64::from(range.end() - range.start()) / 200.0);
             let field = computing(&mut shown)
-                .range(least..=most)
+                .speed(speed)
+                .range(range.clone())
                 .clamp_existing_to_range(false)
                 .fixed_decimals(self.unit.decimals())
                 .suffix(self.unit.suffix());
-            (field.speed(speed), value)
+            (field, before, range)
         };
-        let reset = || {
-            let mut restored = settings.clone();
-            *(self.of)(&mut restored) = *(self.of)(&mut T::default());
-            command(restored)
-        };
-        let field = (field, value, &self.range);
-        let response = bar_ui(ui, self.name, field, BESIDE, out, reset);
-        if shown != before {
-            *(self.of)(&mut changed) = self.unit.of_shown(f64::from(shown)) as f32;
-            out.push(command(changed));
+        let mut response = bar_ui(ui, self.name, (field, value, &range), BESIDE, out, reset);
+        if !self.hint.is_empty() {
+            response = response.on_hover_text(self.hint);
         }
-        if self.hint.is_empty() { response } else { response.on_hover_text(self.hint) }
+        let changed = (shown != before).then(|| self.unit.of_shown(f64::from(shown)) as f32);
+        (response.rect, changed)
+    }
+}
+
+/// The row of a setting: its number, and the diamond for its keys.
+pub fn setting_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    (setting, name): (Setting, &str),
+    out: &mut Vec<Command>,
+) {
+    let set = |value| Command::Look(LookCommand::Set(setting, value));
+    let number = Number { name, ..Number::from_setting(setting) };
+    let value = context.state.look.value(setting).unwrap_or_default();
+    let (field, changed) = number.ui(ui, value, out, || set(setting.default_value()));
+    out.extend(changed.map(set));
+    beside_ui(ui, context, setting, field, out);
+    ui.end_row();
+}
+
+/// The rows of the settings in a group.
+pub fn settings_ui(ui: &mut Ui, context: &PanelContext, group: Group, out: &mut Vec<Command>) {
+    let mut settings = Setting::all(&context.state.look.lighting);
+    settings.retain(|setting| Group::from_setting(*setting) == group);
+    for setting in settings {
+        setting_ui(ui, context, (setting, setting.label()), out);
     }
 }
 

@@ -130,7 +130,7 @@ impl State {
         self.aiming.placed_for = aimed.drag;
         self.aiming.newest = Some((aimed, id));
         self.aiming.chosen = Some(id);
-        self.dragging = Some(discriminant(&LookCommand::Aim(aimed)));
+        self.dragging = Some((discriminant(&LookCommand::Aim(aimed)), None));
     }
 }
 
@@ -140,6 +140,7 @@ mod tests {
     use crate::command::ViewCommand;
     use crate::state::tests::state;
     use glam::Vec3;
+    use scene::Setting;
 
     fn aimed(drag: u64, direction: Vec3) -> LookCommand {
         LookCommand::Aim(AimedLight { drag, frame: 3, pixel: [drag as usize, 2], direction })
@@ -198,7 +199,7 @@ mod tests {
         assert!(s.look.lighting.placed.is_empty() && s.can_redo());
         s.begin_aim(None);
         s.change(aimed(2, Vec3::Z));
-        s.change(LookCommand::Exposure(0.5));
+        s.change(LookCommand::Set(Setting::Exposure, 0.5));
         s.change(aimed(2, Vec3::X));
         assert_eq!(s.look.lighting.placed[0].yaw_deg, 180.0, "another change ended the drag");
     }

@@ -21,7 +21,7 @@ use color_config::ColorChoice;
 use evaluation::review::Metric;
 use light::Lighting;
 use project::Project;
-use scene::{Background, Channel, Inspection, Scene, Viewing};
+use scene::{Background, Channel, Inspection, Scene, Setting, Viewing};
 use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
 use std::path::PathBuf;
@@ -169,7 +169,7 @@ pub struct State {
     tried: Option<Origin>,
     history: History,
     /// Kind of change of the current drag, which makes a single undo step.
-    dragging: Option<Discriminant<LookCommand>>,
+    dragging: Option<(Discriminant<LookCommand>, Option<Setting>)>,
     aiming: Aiming,
     /// Ids of the folded groups of lights.
     folded_lights: BTreeSet<u32>,
@@ -365,7 +365,11 @@ impl State {
     }
 
     fn set(&mut self, command: LookCommand) {
-        let kind = discriminant(&command);
+        let setting = match &command {
+            LookCommand::Set(setting, _) => Some(*setting),
+            _ => None,
+        };
+        let kind = (discriminant(&command), setting);
         let mut look = self.look.clone();
         let tried = self.tried.take();
         match command {
@@ -402,9 +406,8 @@ impl State {
             }
             LookCommand::ToggleKey(of) => look.toggle_key(of, self.frame),
             LookCommand::Keys(lanes) => look.set_lanes(lanes),
-            LookCommand::Yaw(degrees) => look.turn_to(degrees),
-            LookCommand::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
-            LookCommand::Exposure(stops) => look.expose(stops),
+            LookCommand::Set(setting, value) => look.set(setting, value),
+            LookCommand::Turn(degrees) => look.set(Setting::Yaw, look.yaw_deg + degrees),
             LookCommand::Lighting(lighting) => {
                 look.lighting = *lighting;
                 look.unwind();
@@ -466,9 +469,9 @@ mod tests {
     #[test]
     fn a_drag_is_undone_at_once_and_separate_steps_one_by_one() {
         let mut s = state();
-        (1..=30).for_each(|deg| s.change(LookCommand::Yaw(deg as f32)));
+        (1..=30).for_each(|deg| s.change(LookCommand::Set(Setting::Yaw, deg as f32)));
         s.release();
-        s.change(LookCommand::Exposure(0.5));
+        s.change(LookCommand::Set(Setting::Exposure, 0.5));
         s.release();
         s.change(LookCommand::Environment(7));
         assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 7));
@@ -485,9 +488,9 @@ mod tests {
     #[test]
     fn a_change_after_an_undo_forgets_what_was_undone() {
         let mut s = state();
-        s.change(LookCommand::Yaw(10.0));
+        s.change(LookCommand::Set(Setting::Yaw, 10.0));
         s.change(LookCommand::Undo);
-        s.change(LookCommand::Exposure(1.0));
+        s.change(LookCommand::Set(Setting::Exposure, 1.0));
         assert!(!s.can_redo());
     }
 
@@ -495,13 +498,13 @@ mod tests {
     fn what_changes_nothing_cannot_be_undone() {
         let mut s = state();
         for command in [
-            LookCommand::Yaw(0.0),
+            LookCommand::Set(Setting::Yaw, 0.0),
             LookCommand::Turn(360.0),
             LookCommand::Environment(99),
             LookCommand::RemoveEnvironment(0),
             LookCommand::Front(0, Some(Front::new(90.0))),
-            LookCommand::Exposure(f32::NAN),
-            LookCommand::Yaw(f32::INFINITY),
+            LookCommand::Set(Setting::Exposure, f32::NAN),
+            LookCommand::Set(Setting::Yaw, f32::INFINITY),
         ] {
             s.change(command);
         }
@@ -516,9 +519,9 @@ mod tests {
         let mut s = state();
         s.change(LookCommand::Turn(190.0));
         assert_eq!(s.look.yaw_deg, -170.0);
-        s.change(LookCommand::Yaw(-180.0));
+        s.change(LookCommand::Set(Setting::Yaw, -180.0));
         assert_eq!(s.look.yaw_deg, 180.0);
-        s.change(LookCommand::Exposure(99.0));
+        s.change(LookCommand::Set(Setting::Exposure, 99.0));
         assert_eq!(s.look.exposure_stops, 10.0);
     }
 
@@ -539,7 +542,7 @@ mod tests {
         assert!(ends(&mut s, LookCommand::Turn(10.0)));
         assert!(ends(&mut s, LookCommand::Environment(0)));
         assert!(ends(&mut s, LookCommand::Undo), "the rotation is undone");
-        assert!(!ends(&mut s, LookCommand::Exposure(0.5)));
+        assert!(!ends(&mut s, LookCommand::Set(Setting::Exposure, 0.5)));
         let same = lit(&s, 1.0);
         assert!(!ends(&mut s, same), "there was no change");
     }

@@ -8,6 +8,7 @@ use crate::theme::{self, GAP};
 use egui::{
     Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2,
 };
+use scene::Setting;
 
 /// Radius of the ring in points.
 const RADIUS: f32 = 34.0;
@@ -58,7 +59,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
             false => 0.0,
         };
         if response.double_clicked() {
-            out.push(Command::Look(LookCommand::Yaw(0.0)));
+            out.push(Command::Look(LookCommand::Set(Setting::Yaw, 0.0)));
         } else if turn != 0.0 {
             out.push(Command::Look(LookCommand::Turn(turn)));
         }
