@@ -226,7 +226,7 @@ impl Unfinished {
         {
             return Err(not_a_file(data.file_type()));
         }
-        let folder = folder_of(path);
+        let folder = parent_folder(path);
         std::fs::create_dir_all(folder).map_err(|e| match e.kind() {
             ErrorKind::AlreadyExists => ErrorKind::NotADirectory.into(),
             _ => e,
@@ -265,13 +265,13 @@ impl Unfinished {
         self.0.persist(path).map_err(|e| e.error)?;
         // The new name is on the disk once the folder is. Not all file systems can do that.
         #[cfg(unix)]
-        let _ = File::open(folder_of(path)).and_then(|folder| folder.sync_all());
+        let _ = File::open(parent_folder(path)).and_then(|folder| folder.sync_all());
         Ok(())
     }
 }
 
 /// The folder that holds a file.
-fn folder_of(path: &Path) -> &Path {
+fn parent_folder(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

@@ -43,14 +43,14 @@ impl ColorChoice {
 
     /// The same choices with the project's configuration, if no other is chosen.
     #[must_use]
-    pub fn or_config(mut self, of_project: Option<PathBuf>) -> Self {
-        self.config = self.config.or(of_project);
+    pub fn or_config(mut self, project_config: Option<PathBuf>) -> Self {
+        self.config = self.config.or(project_config);
         self
     }
 
     /// Path of the configuration: the chosen one, else that of the variable `OCIO`. None if there is neither.
     pub fn named(&self) -> Option<PathBuf> {
-        self.config.clone().or_else(of_environment)
+        self.config.clone().or_else(config_from_variable)
     }
 
     /// The same choices with an absolute configuration path if any part of it is used: for another program in
@@ -114,7 +114,7 @@ impl ColorChoice {
 }
 
 /// The configuration in the variable `OCIO`.
-pub(super) fn of_environment() -> Option<PathBuf> {
+pub(super) fn config_from_variable() -> Option<PathBuf> {
     let named = std::env::var_os(VARIABLE).filter(|named| !named.is_empty())?;
     Some(Path::new(&named).to_path_buf())
 }

@@ -116,14 +116,14 @@ impl ColorConfig {
         };
         let steps = self.look(looks)?.into_iter().chain([shown.into()]);
         let target = Target::View { display: display.name.clone(), view: view.to_owned() };
-        let of_display = self.config.display_view_color_space_name(&display.name, view);
+        let display_space = self.config.display_view_color_space_name(&display.name, view);
         // A view in a display's own space uses the display's name.
-        let of_display = if of_display.eq_ignore_ascii_case("<USE_DISPLAY_NAME>") {
+        let display_space = if display_space.eq_ignore_ascii_case("<USE_DISPLAY_NAME>") {
             &display.name
         } else {
-            of_display
+            display_space
         };
-        self.transform(steps.collect(), target, of_display)
+        self.transform(steps.collect(), target, display_space)
     }
 
     /// Transform of our light to a colour space or role, after `looks`.

@@ -224,14 +224,14 @@ fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corne
         for display in &config.names().displays {
             for name in &display.views {
                 let view = config.to_view(Some(&display.name), Some(name), None).unwrap();
-                let [of_frame, of_chart] = [&frames, &pure].map(|light| table_error(&view, light));
-                println!("{} {name}: frame {of_frame:.2?}, chart {of_chart:.2?}", display.name);
+                let [by_frame, by_chart] = [&frames, &pure].map(|light| table_error(&view, light));
+                println!("{} {name}: frame {by_frame:.2?}, chart {by_chart:.2?}", display.name);
                 // ACES 1.0 clips before its displays' powers, and tables have corners: the error is larger within
                 // a cell near black.
                 let (mean, most) =
                     if path == Path::new(BUILT_IN[0]) { (0.25, 1.0) } else { (0.4, 3.0) };
-                assert!(of_frame[0] < mean && of_frame[1] < most, "{name}: {of_frame:?}");
-                assert!(of_chart[0] < 0.5, "{name}: {of_chart:?}");
+                assert!(by_frame[0] < mean && by_frame[1] < most, "{name}: {by_frame:?}");
+                assert!(by_chart[0] < 0.5, "{name}: {by_chart:?}");
             }
         }
     }

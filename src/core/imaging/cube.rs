@@ -158,7 +158,7 @@ impl Header {
                 values.len()
             ));
         }
-        let of_cube = values.split_off(self.curve.unwrap_or(0));
+        let cube_values = values.split_off(self.curve.unwrap_or(0));
         let domain = [self.domain[0].unwrap_or([0.0; 3]), self.domain[1].unwrap_or([1.0; 3])];
         // A domain belongs to the first table; the second reads the output of the first.
         let behind_curve = if self.curve.is_some() { [[0.0; 3], [1.0; 3]] } else { domain };
@@ -174,7 +174,7 @@ impl Header {
         };
         Ok(Cube {
             curves: table(self.curve, self.curve_range, domain, values)?,
-            cube: table(self.cube, self.cube_range, behind_curve, of_cube)?,
+            cube: table(self.cube, self.cube_range, behind_curve, cube_values)?,
             title: self.title,
         })
     }

@@ -58,7 +58,7 @@ pub(crate) fn put(key: Key, pixels: Arc<Pixels>) {
 /// Drops the frames of a movie.
 pub(crate) fn forget(movie: u64) {
     with(|cache| {
-        cache.frames.retain(|(of, _), _| *of != movie);
+        cache.frames.retain(|(cached, _), _| *cached != movie);
         cache.bytes = cache.frames.values().map(|(_, pixels)| bytes(pixels)).sum();
     });
 }

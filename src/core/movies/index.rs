@@ -5,7 +5,7 @@
 //! their times in presentation order. It is a file of eight bytes per frame, so that a movie of twenty hours
 //! takes no more memory than a short one. It is kept until the movie's size or modification time changes.
 
-use super::info::Info;
+use super::info::{EvenTimes, Info};
 use super::process::{self, Process, TICK, Tools};
 use base::error::{Error, Result};
 use std::cmp::Reverse;
@@ -90,7 +90,7 @@ impl Index {
     /// # Errors
     /// When ffprobe cannot be started, or the file cannot be created.
     pub fn new(path: &Path, info: &Info, stamp: Stamp, tools: &Tools) -> Result<Self> {
-        if let Some((start, step, count)) = info.even {
+        if let Some(EvenTimes { start, step, count }) = info.even {
             return Ok(Self::Even { start, step, count });
         }
         Self::listed(path, info, stamp, tools)

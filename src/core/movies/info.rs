@@ -32,8 +32,8 @@ pub struct Info {
     pub(crate) time_base: (i64, i64),
     /// True if every frame is a key frame.
     pub(crate) is_intra: bool,
-    /// First time stamp, step and number of frames, if the header promises a constant step.
-    pub(crate) even: Option<(i64, i64, u64)>,
+    /// Time stamps of all frames, if the header promises a constant step.
+    pub(crate) even: Option<EvenTimes>,
     /// Decoder in place of ffmpeg's own, which drops the alpha.
     pub(crate) decoder: Option<&'static str>,
     /// Pixel format of decoded frames, in ffmpeg's spelling.
@@ -259,8 +259,16 @@ impl Info {
     }
 }
 
-/// Start, step and number of frames, if the header counts its frames and promises a constant step.
-fn even(video: &Stream, rate: (i64, i64), base: (i64, i64)) -> Option<(i64, i64, u64)> {
+/// Time stamps of `count` frames with a constant step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EvenTimes {
+    pub start: i64,
+    pub step: i64,
+    pub count: u64,
+}
+
+/// Time stamps of a movie whose header counts its frames and promises a constant step.
+fn even(video: &Stream, rate: (i64, i64), base: (i64, i64)) -> Option<EvenTimes> {
     let count: u64 = video.nb_frames.as_deref()?.parse().ok()?;
     let ticks = i128::from(rate.1) * i128::from(base.1);
     let per = i128::from(rate.0) * i128::from(base.0);
@@ -268,7 +276,7 @@ fn even(video: &Stream, rate: (i64, i64), base: (i64, i64)) -> Option<(i64, i64,
     let length = i64::try_from(count).ok()?.checked_mul(step)?;
     let fits = count > 0 && count < 1 << 32 && step > 0 && video.duration_ts == Some(length);
     let start = video.start_pts.filter(|start| start.checked_add(length).is_some())?;
-    fits.then_some((start, step, count))
+    fits.then_some(EvenTimes { start, step, count })
 }
 
 /// A tag of the movie, its video or any of its streams: the time code has a stream of its own.

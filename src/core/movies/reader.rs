@@ -80,7 +80,7 @@ impl Reader {
             "showinfo=checksum=0,select=gte(t\\,{start:.9}),scale={width}:{height}:{CONVERT}{input}:out_range=full,format={format}"
         );
         arguments.extend(["-map", &format!("0:{}", info.stream), "-vf", &filters].map(Into::into));
-        let (of_color, of_alpha) = gains(info, tools)?;
+        let (color_gain, alpha_gain) = gains(info, tools)?;
         let mode = if knows_fps_mode(tools)? { "-fps_mode" } else { "-vsync" };
         arguments.extend([mode, "passthrough", "-f", "rawvideo", "pipe:1"].map(Into::into));
         let mut process = Process::start(&tools.ffmpeg, arguments)?;
@@ -113,7 +113,7 @@ impl Reader {
                 };
                 let codes = codes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]]));
                 let codes = codes.enumerate().map(|(i, code)| {
-                    let gain = if i % channels == 3 { of_alpha } else { of_color };
+                    let gain = if i % channels == 3 { alpha_gain } else { color_gain };
                     // Values beyond 65535 saturate.
                     (f32::from(code) * gain).round() as u16
                 });
@@ -148,13 +148,13 @@ impl Reader {
 /// When ffmpeg cannot be started.
 fn gains(info: &Info, tools: &Tools) -> Result<(f32, f32)> {
     let (format, bits) = (&*info.format, bits(&info.format));
-    let of_color = match is_grey(format) || info.is_full_range && !info.is_rgb {
+    let color_gain = match is_grey(format) || info.is_full_range && !info.is_rgb {
         true => 65535.0 / (((1 << bits) - 1) << (16 - bits)) as f32,
         false if info.is_rgb && bits > 8 => 1.0,
         false => measured("yuv420p", 0, tools)?,
     };
-    let of_alpha = if info.has_alpha { measured(format, 3, tools)? } else { 1.0 };
-    Ok((of_color, of_alpha))
+    let alpha_gain = if info.has_alpha { measured(format, 3, tools)? } else { 1.0 };
+    Ok((color_gain, alpha_gain))
 }
 
 /// Factor for channel `channel` of an opaque white in limited range, measured once for each pixel format.
@@ -201,13 +201,13 @@ struct Seen {
     /// Seconds per unit of the movie's time stamps.
     base: (i64, i64),
     /// Seconds per unit of the filter's time stamps.
-    of_filter: (i64, i64),
+    filter_base: (i64, i64),
     is_damaged: bool,
 }
 
 impl Seen {
     fn new(base: (i64, i64)) -> Self {
-        Self { base, of_filter: base, is_damaged: false }
+        Self { base, filter_base: base, is_damaged: false }
     }
 
     /// A frame's time, and true if it is damaged, if the line is about a frame.
@@ -221,13 +221,13 @@ impl Seen {
         if let Some((_, rest)) = line.split_once("config in time_base: ") {
             let said = rest.split([',', ' ']).next().and_then(|said| said.split_once('/'));
             if let Some((Ok(a), Ok(b @ 1..))) = said.map(|(a, b)| (a.parse(), b.parse::<i64>())) {
-                self.of_filter = (a, b);
+                self.filter_base = (a, b);
             }
         }
         let time: i64 = line.split_once("pts:")?.1.split_whitespace().next()?.parse().ok()?;
         let damaged = std::mem::take(&mut self.is_damaged);
-        let up = i128::from(time) * i128::from(self.of_filter.0) * i128::from(self.base.1);
-        let down = i128::from(self.of_filter.1) * i128::from(self.base.0);
+        let up = i128::from(time) * i128::from(self.filter_base.0) * i128::from(self.base.1);
+        let down = i128::from(self.filter_base.1) * i128::from(self.base.0);
         let rounded = (2 * up + down).div_euclid(2 * down);
         Some((i64::try_from(rounded).ok()?, damaged))
     }

@@ -18,7 +18,7 @@ use std::time::SystemTime;
 #[derive(Debug)]
 pub struct Sequence {
     /// The address, and its folder's time of change when the files were listed.
-    of: (PathBuf, Option<SystemTime>),
+    listed: (PathBuf, Option<SystemTime>),
     folder: PathBuf,
     names: Names,
     size: (usize, usize),
@@ -114,12 +114,12 @@ pub(crate) fn is_sequence(path: &Path) -> bool {
 
 impl Sequence {
     /// The pattern of the sequence whose first file is `path`, and that file's number; `None` if its name has no number.
-    pub fn of_first(path: &Path) -> Option<(PathBuf, u64)> {
+    pub fn pattern_from_first(path: &Path) -> Option<(PathBuf, u64)> {
         let name = path.file_name()?.to_str()?;
         if Pattern::from_name(name).is_some() && !path.is_file() {
             return None;
         }
-        let (before, digits, after) = split(name)?;
+        let NumberedName { before, digits, after } = split(name)?;
         let (number, digits) = (digits.parse().ok()?, digits.len());
         let pattern = format!("{before}%0{digits}d{after}");
         (digits <= 18).then(|| (path.with_file_name(pattern), number))
@@ -132,7 +132,7 @@ impl Sequence {
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
         let (folder, names) = list(path)?;
         let mut sequence = Self {
-            of: (path.to_path_buf(), changed(&folder)),
+            listed: (path.to_path_buf(), changed(&folder)),
             folder,
             names,
             size: (0, 0),
@@ -162,8 +162,8 @@ impl Sequence {
 
     /// True if the same files are there as when they were listed.
     pub(crate) fn is_current(&self) -> bool {
-        let (path, listed) = &self.of;
-        (listed.is_some() && *listed == changed(&self.folder))
+        let (path, changed_at) = &self.listed;
+        (changed_at.is_some() && *changed_at == changed(&self.folder))
             || list(path).is_ok_and(|(_, names)| names == self.names)
     }
 
@@ -279,12 +279,19 @@ fn raw_in(folder: &Path) -> Option<(PathBuf, &'static str)> {
     paths.find_map(|path| raw_program(&path).map(|program| (path, program)))
 }
 
-/// The last number before a name's ending, between the texts around it; `None` without a number.
-pub(super) fn split(name: &str) -> Option<(&str, &str, &str)> {
+/// A file's name around the last number before its ending.
+pub(super) struct NumberedName<'a> {
+    pub before: &'a str,
+    pub digits: &'a str,
+    pub after: &'a str,
+}
+
+/// Splits a name at its number; `None` without one.
+pub(super) fn split(name: &str) -> Option<NumberedName<'_>> {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
     let before = stem[..end].trim_end_matches(|c: char| c.is_ascii_digit());
-    Some((before, &name[before.len()..end], &name[end..]))
+    Some(NumberedName { before, digits: &name[before.len()..end], after: &name[end..] })
 }
 
 /// Missing numbers in a sorted list.

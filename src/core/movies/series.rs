@@ -1,6 +1,6 @@
 //! The one series of numbered pictures in a folder, apart from strays and from a second series.
 
-use super::sequence::{Pattern, gaps, pictures, split};
+use super::sequence::{NumberedName, Pattern, gaps, pictures, split};
 use base::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -35,7 +35,7 @@ impl Series {
         let mut groups: BTreeMap<_, Vec<&Box<str>>> = BTreeMap::new();
         for (place, name) in all.iter().enumerate() {
             let key = match split(name) {
-                Some((before, _, after)) => {
+                Some(NumberedName { before, after, .. }) => {
                     // The sign of a number below 0.
                     let unsigned = before.strip_suffix('-').unwrap_or(before);
                     let is_sign = unsigned.is_empty() || unsigned.ends_with(['.', '_']);
@@ -128,8 +128,8 @@ impl Series {
     }
 }
 
-/// "Pictures 3, 5–7 of `of` are missing".
-pub(super) fn missing_words(missing: &[RangeInclusive<u64>], of: impl Display) -> String {
+/// "Pictures 3, 5–7 of `place` are missing".
+pub(super) fn missing_words(missing: &[RangeInclusive<u64>], place: impl Display) -> String {
     let span = |span: &RangeInclusive<u64>| {
         if span.start() == span.end() {
             span.start().to_string()
@@ -139,8 +139,8 @@ pub(super) fn missing_words(missing: &[RangeInclusive<u64>], of: impl Display) -
     };
     let spans: Vec<String> = missing.iter().map(span).collect();
     match missing {
-        [one] if one.start() == one.end() => format!("Picture {} of {of} is missing", spans[0]),
-        _ => format!("Pictures {} of {of} are missing", listed(&spans)),
+        [one] if one.start() == one.end() => format!("Picture {} of {place} is missing", spans[0]),
+        _ => format!("Pictures {} of {place} are missing", listed(&spans)),
     }
 }
 
@@ -156,14 +156,16 @@ pub fn listed<T: AsRef<str>>(words: &[T]) -> String {
 /// A name with `#` for each digit of its number.
 fn with_hashes(name: &str) -> String {
     match split(name) {
-        Some((before, digits, after)) => format!("{before}{}{after}", "#".repeat(digits.len())),
+        Some(NumberedName { before, digits, after }) => {
+            format!("{before}{}{after}", "#".repeat(digits.len()))
+        }
         None => name.to_owned(),
     }
 }
 
 /// Pattern of a series in natural order, and its missing numbers; `None` if no pattern names all files.
 fn pattern(names: &[Box<str>]) -> Option<(String, Vec<RangeInclusive<u64>>)> {
-    let (before, digits, after) = split(names.first()?)?;
+    let NumberedName { before, digits, after } = split(names.first()?)?;
     let text = format!("{before}%0{}d{after}", digits.len());
     let is_plain = !before.contains(['%', '#']) && digits.len() <= 18;
     let pattern = Pattern::from_name(&text).filter(|_| is_plain)?;

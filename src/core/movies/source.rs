@@ -33,7 +33,7 @@ pub fn is_movie(path: &Path) -> bool {
 /// When it cannot be read.
 pub fn open(path: &Path) -> Result<Arc<Source>> {
     let mut all = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(at) = all.iter().position(|(of, _)| of == path) {
+    if let Some(at) = all.iter().position(|(opened, _)| opened == path) {
         let one = all.remove(at);
         if one.1.is_current() {
             let source = one.1.clone();
@@ -48,7 +48,7 @@ pub fn open(path: &Path) -> Result<Arc<Source>> {
     let source = Arc::new(Source::open(path, &Tools::default())?);
     let mut all = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
     // Another thread may have opened it meanwhile.
-    if let Some((_, source)) = all.iter().find(|(of, _)| of == path) {
+    if let Some((_, source)) = all.iter().find(|(opened, _)| opened == path) {
         return Ok(source.clone());
     }
     all.push((path.to_path_buf(), source.clone()));

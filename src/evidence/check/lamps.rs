@@ -26,13 +26,13 @@ const FILLED: [f32; 2] = [0.035, 0.15];
 /// The four checks of the lamps.
 pub(super) fn checks(calibration: &Calibration) -> Vec<Check> {
     if calibration.by_list {
-        return of_list(calibration).into();
+        return listed_checks(calibration).into();
     }
     vec![seen(calibration), agree(calibration), clipped(calibration), hidden(calibration)]
 }
 
 /// The checks of a shoot without mirror balls.
-fn of_list(calibration: &Calibration) -> [Check; 4] {
+fn listed_checks(calibration: &Calibration) -> [Check; 4] {
     const REMEDY: &str = "Photograph a mirror ball under each lamp to measure them";
     let unknown = |subject, sentence: &str| Check::new(subject, Level::Unknown, sentence);
     let same = finding(calibration, &[Fault::SameLamp, Fault::SamePicture]);
@@ -197,8 +197,8 @@ fn is_hidden(calibration: &Calibration, lamp: &Lamp) -> bool {
 /// The first sentence about one of these faults.
 fn finding<'a>(calibration: &'a Calibration, faults: &[Fault]) -> Option<&'a String> {
     let found = calibration.rig_faults.iter().zip(&calibration.rig_findings);
-    let mut of_kind = found.filter(|(fault, _)| faults.contains(fault));
-    of_kind.next().map(|(_, sentence)| sentence)
+    let mut matching = found.filter(|(fault, _)| faults.contains(fault));
+    matching.next().map(|(_, sentence)| sentence)
 }
 
 /// A check from a finding of the calibration, which ends with the remedy.

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 use test_shoot::TestShoot;
 
-fn check_of(report: &CheckReport, subject: Subject) -> &Check {
+fn checked(report: &CheckReport, subject: Subject) -> &Check {
     let found = report.checks.iter().find(|check| check.subject == subject);
     found.expect("every subject is reported")
 }
@@ -77,7 +77,7 @@ fn each_doubt_turns_its_own_check() {
         let mut changed = sound.clone();
         change(&mut changed);
         let report = judged(&changed, &[]);
-        let check = check_of(&report, subject);
+        let check = checked(&report, subject);
         assert_eq!(check.level == Level::Good, check.remedy.is_none(), "{check:?}");
         assert!(!check.sentence.is_empty());
         check.level
@@ -182,24 +182,24 @@ fn hostile_projects_are_named_and_not_green() {
     let folder = tempfile::tempdir().unwrap();
     let (project, sound) = sound(folder.path());
     sound.save(&project).unwrap();
-    assert_ne!(check_of(&report(&project), Subject::Frames).sentence, "");
+    assert_ne!(checked(&report(&project), Subject::Frames).sentence, "");
 
     let frame = project.frame_picture(1);
     let kept = std::fs::read(&frame).unwrap();
     std::fs::write(&frame, b"not a picture").unwrap();
     let broken = report(&project);
-    let check = check_of(&broken, Subject::Frames);
+    let check = checked(&broken, Subject::Frames);
     assert_eq!(check.level, Level::Unknown);
     assert!(check.sentence.contains("frame_001.png"), "{}", check.sentence);
-    assert_eq!(check_of(&broken, Subject::LampsSeen).level, Level::Good, "the rest is checked");
+    assert_eq!(checked(&broken, Subject::LampsSeen).level, Level::Good, "the rest is checked");
     std::fs::write(&frame, kept).unwrap();
 
     let mut without = project.clone();
     without.settings.shoot.frames = vec![].into();
-    assert_eq!(check_of(&report(&without), Subject::Frames).level, Level::Unknown);
+    assert_eq!(checked(&report(&without), Subject::Frames).level, Level::Unknown);
     let mut moved = project.clone();
     moved.settings.shoot.folder = "elsewhere".into();
-    assert_eq!(check_of(&report(&moved), Subject::Frames).level, Level::Unknown);
+    assert_eq!(checked(&report(&moved), Subject::Frames).level, Level::Unknown);
 
     let path = project.calibration_path();
     let text = std::fs::read_to_string(&path).unwrap();
@@ -208,7 +208,7 @@ fn hostile_projects_are_named_and_not_green() {
     let spoilt = text.replace("probe_residual = 0.01", "probe_residual = nan");
     assert_ne!(text, spoilt);
     std::fs::write(&path, spoilt).unwrap();
-    assert_eq!(check_of(&report(&project), Subject::InterviewLight).level, Level::Unknown);
+    assert_eq!(checked(&report(&project), Subject::InterviewLight).level, Level::Unknown);
     std::fs::write(&path, "gamma1 = \"none\"").unwrap();
     let damaged = report(&project);
     assert!(damaged.checks.iter().all(|check| check.level == Level::Unknown));
@@ -217,7 +217,7 @@ fn hostile_projects_are_named_and_not_green() {
     let mut unlit = sound.clone();
     unlit.rig.lamps.iter_mut().for_each(|lamp| lamp.confidence = 0.0);
     let report = judged(&unlit, &[lit(Image::filled(8, 4, [1.0; 3]))]);
-    assert_eq!(check_of(&report, Subject::Coverage).level, Level::Unknown);
+    assert_eq!(checked(&report, Subject::Coverage).level, Level::Unknown);
     assert_eq!(report.level, Level::Bad);
 }
 
@@ -244,7 +244,7 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
     let mask = project.frame_matte(2);
     image::open(&mask).unwrap().flipv().save(&mask).unwrap();
     let report = report(&project);
-    let check = check_of(&report, Subject::Frames);
+    let check = checked(&report, Subject::Frames);
     assert!(matches!(check.level, Level::Doubtful | Level::Bad), "{check:?}");
     assert!(check.sentence.contains(&*project.settings.shoot.frames.name(2)), "{check:?}");
     // The estimate of confidence says the same.
@@ -252,7 +252,7 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
     let said = confidence::confidence(&project, &Default::default(), &silent).unwrap();
     let unlike: Vec<usize> = said.unlike().iter().map(|frame| frame.frame).collect();
     assert_eq!(unlike, [2], "{}", said.sentence());
-    assert_eq!(check_of(&self::report(&project), Subject::Frames), check);
+    assert_eq!(checked(&self::report(&project), Subject::Frames), check);
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn frames_or_poses_without_a_subject_are_not_judged() {
             let (width, height) = image::image_dimensions(matte).unwrap();
             image::GrayImage::new(width, height).save(matte).unwrap();
         }
-        let check = check_of(&report(&project), Subject::Frames).clone();
+        let check = checked(&report(&project), Subject::Frames).clone();
         mattes.iter().zip(kept).for_each(|(matte, kept)| std::fs::write(matte, kept).unwrap());
         (check.level, check.sentence)
     };
@@ -284,7 +284,7 @@ fn a_matte_of_one_value_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (project, sound) = sound(folder.path());
     sound.save(&project).unwrap();
-    assert_eq!(check_of(&report(&project), Subject::Mattes).level, Level::Good);
+    assert_eq!(checked(&report(&project), Subject::Mattes).level, Level::Good);
     let [frame, pose] = [project.frame_matte(1), project.exemplar_matte(0)];
     for (matte, value, says) in [(&frame, 0, "nothing"), (&pose, 255, "the whole picture")] {
         let kept = std::fs::read(matte.file()).unwrap();
@@ -292,7 +292,7 @@ fn a_matte_of_one_value_is_named() {
         picture.pixels_mut().for_each(|pixel| pixel.0 = [value]);
         picture.save(matte.file()).unwrap();
         let report = report(&project);
-        let check = check_of(&report, Subject::Mattes);
+        let check = checked(&report, Subject::Mattes);
         assert_eq!(check.level, Level::Doubtful, "{check:?}");
         let name = matte.file().file_name().unwrap().to_str().unwrap();
         assert!(check.sentence.contains(name) && check.sentence.contains(says), "{check:?}");
@@ -325,7 +325,7 @@ fn a_sun_is_harder_than_the_lamps_and_an_even_sky_is_not() {
     (60..62).for_each(|x| sun.pixels[40 * 256 + x] = [2e5; 3]);
     let level = |radiance: &Image| {
         let report = judged(&sound, &[lit(radiance.clone())]);
-        check_of(&report, Subject::Contrast).level
+        checked(&report, Subject::Contrast).level
     };
     assert_eq!((level(&sky), level(&sun)), (Level::Good, Level::Bad));
 }
@@ -346,7 +346,7 @@ fn light_where_no_lamp_is_is_uncovered() {
             [f32::from(u8::from(zenith == upper)); 3]
         }))
     };
-    let level = |upper| check_of(&judged(&above, &[half(upper)]), Subject::Coverage).level;
+    let level = |upper| checked(&judged(&above, &[half(upper)]), Subject::Coverage).level;
     assert_eq!((level(true), level(false)), (Level::Good, Level::Bad));
 }
 

@@ -90,12 +90,12 @@ pub fn root_mean(squares: impl Iterator<Item = f64>) -> f32 {
 }
 
 /// Errors of a picture with known OLATs, cell by cell.
-pub fn errors(carried: &Carried, of: &Photographed) -> PoseErrors {
+pub fn errors(carried: &Carried, photographed: &Photographed) -> PoseErrors {
     let field = &carried.field;
     let pictures: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
-    let off = Differences::new(&pictures, &of.olats, &of.frame.mask);
+    let off = Differences::new(&pictures, &photographed.olats, &photographed.frame.mask);
     let (cells, signs): (Vec<usize>, Vec<Sign>) =
-        signs(carried, &of.frame.mask).into_iter().unzip();
+        signs(carried, &photographed.frame.mask).into_iter().unzip();
     PoseErrors {
         signs,
         squared_errors: cells.iter().map(|&cell| off.cells[cell]).collect(),

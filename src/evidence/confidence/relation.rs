@@ -76,9 +76,9 @@ impl Relation {
         if logs.len() < 2 {
             return None;
         }
-        let mean = |of: &dyn Fn(&Logs) -> f64| -> f64 {
+        let mean = |value: &dyn Fn(&Logs) -> f64| -> f64 {
             let means =
-                logs.iter().map(|cells| cells.iter().map(of).sum::<f64>() / cells.len() as f64);
+                logs.iter().map(|cells| cells.iter().map(value).sum::<f64>() / cells.len() as f64);
             means.sum::<f64>() / logs.len() as f64
         };
         let (x, y) = ([0, 1].map(|i| mean(&|c| c.0[i])), mean(&|c| c.1));
@@ -93,20 +93,20 @@ impl Relation {
             frame_factors: [1.0; 2],
             poses: logs.len(),
         };
-        let of_cells = logs.iter().map(|cells| {
+        let cell_ratios = logs.iter().map(|cells| {
             let mut ratios: Vec<f64> =
                 (cells.iter()).map(|(sign, e)| (e - found.log(*sign)).exp()).collect();
             quantile(&mut ratios, share)
         });
-        let of_cells: Vec<f64> = of_cells.collect();
-        let of_frames = logs.iter().map(|cells| {
+        let cell_ratios: Vec<f64> = cell_ratios.collect();
+        let frame_ratios = logs.iter().map(|cells| {
             let said: f64 = (cells.iter()).map(|(sign, _)| (2.0 * found.log(*sign)).exp()).sum();
             let real: f64 = cells.iter().map(|(_, e)| (2.0 * e).exp()).sum();
             (real / said).sqrt()
         });
-        let of_frames: Vec<f64> = of_frames.collect();
-        found.cell_factors = [0.5, 1.0].map(|share| quantile(&mut of_cells.clone(), share));
-        found.frame_factors = [0.5, 1.0].map(|share| quantile(&mut of_frames.clone(), share));
+        let frame_ratios: Vec<f64> = frame_ratios.collect();
+        found.cell_factors = [0.5, 1.0].map(|share| quantile(&mut cell_ratios.clone(), share));
+        found.frame_factors = [0.5, 1.0].map(|share| quantile(&mut frame_ratios.clone(), share));
         Some(found)
     }
 

@@ -125,8 +125,8 @@ impl Judged {
             holds.count() as f64 / cells.len() as f64
         };
         let count = frames.len() as f64;
-        let mean = |of: &dyn Fn(&PoseErrors) -> f64| {
-            frames.iter().map(|frame| of(frame)).sum::<f64>() / count
+        let mean = |value: &dyn Fn(&PoseErrors) -> f64| {
+            frames.iter().map(|frame| value(frame)).sum::<f64>() / count
         };
         let share = |holds: bool| f64::from(u8::from(holds));
         let real = |frame: &PoseErrors| {
@@ -141,7 +141,7 @@ impl Judged {
             .flat_map(|frame| cells(frame))
             .map(|(sign, error)| (relation.cells(sign)[0].ln(), error.max(1e-6).ln()))
             .collect();
-        let of_lamps = |lamps: &LampShares| {
+        let lamp_correlation = |lamps: &LampShares| {
             let frames = frames.iter().flat_map(|frame| {
                 let lamp_errors = &frame.lamps;
                 let mean = lamp_errors.squared_errors.iter().sum::<f64>()
@@ -162,7 +162,7 @@ impl Judged {
         let quarters = Quarter::all(all_cells.collect());
         (count > 0.0).then(|| Self {
             quarters,
-            lamp_correlation: lamps.map(of_lamps),
+            lamp_correlation: lamps.map(lamp_correlation),
             frames: frames.len(),
             cells_within: [0, 1].map(|which| mean(&|frame| within(frame, which))),
             frames_within: mean(&|frame| share(within(frame, 1) >= SAID_SHARE)),
@@ -211,7 +211,7 @@ fn median_distance(poses: &[f32]) -> f32 {
 /// Correlation of pairs; 0 where one side is constant.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len().max(1) as f64;
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / count;
     let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
     let together = mean(&|p| (p.0 - x) * (p.1 - y));
     let apart = (mean(&|p| (p.0 - x).powi(2)) * mean(&|p| (p.1 - y).powi(2))).sqrt();

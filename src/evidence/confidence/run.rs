@@ -117,7 +117,7 @@ impl Estimate<'_> {
         let mut chosen = None;
         let places = missing(unexplained, settings.poses, |place, farthest| {
             self.progress.check("Nothing was written yet")?;
-            if chosen.as_ref().is_none_or(|(of, _)| *of != farthest) {
+            if chosen.as_ref().is_none_or(|(known, _)| *known != farthest) {
                 chosen = Some((farthest, self.frame(wanted[farthest])?));
             }
             let frame = self.frame(wanted[place])?;

@@ -36,7 +36,7 @@ fn far(distance: f64) -> Sign {
 }
 
 /// Poses whose errors follow a law, each with its own factor.
-fn poses_of(law: impl Fn(f64) -> f64, factors: &[f64]) -> Vec<PoseErrors> {
+fn poses_by(law: impl Fn(f64) -> f64, factors: &[f64]) -> Vec<PoseErrors> {
     with_spreads(|distance, _| law(distance), factors, |_| 1.0)
 }
 
@@ -68,7 +68,7 @@ fn with_spreads(
 #[test]
 fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
     let factors = [1.0, 0.7, 1.4, 1.1, 0.9];
-    let poses = poses_of(|d| 0.02 * d.powf(0.8), &factors);
+    let poses = poses_by(|d| 0.02 * d.powf(0.8), &factors);
     let relation = Relation::learn(&poses, 0.8).unwrap();
     let growth = relation.cells(far(1.0))[0] / relation.cells(far(0.5))[0];
     assert!((growth / 2f64.powf(0.8) - 1.0).abs() < 0.05, "{growth}");
@@ -89,7 +89,7 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
     }
     assert_eq!(halves, 3);
     // A greater distance never gives a smaller error.
-    let falling = Relation::learn(&poses_of(|d| 0.02 / d, &factors), 0.8).unwrap();
+    let falling = Relation::learn(&poses_by(|d| 0.02 / d, &factors), 0.8).unwrap();
     assert!(falling.cells(far(2.0))[0] >= falling.cells(far(0.5))[0]);
     assert!(Relation::learn(&poses[..1], 0.8).is_none());
     let broken = PoseErrors {
@@ -115,9 +115,9 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
 #[test]
 fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     let factors = [1.0, 0.7, 1.4, 1.1, 0.9];
-    let relation = Relation::learn(&poses_of(|d| 0.02 * d.powf(0.8), &factors), 0.8).unwrap();
+    let relation = Relation::learn(&poses_by(|d| 0.02 * d.powf(0.8), &factors), 0.8).unwrap();
     // Frames that follow the same law as the poses.
-    let alike = Judged::new(&relation, None, &poses_of(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
+    let alike = Judged::new(&relation, None, &poses_by(|d| 0.02 * d.powf(0.8), &[1.0])).unwrap();
     for quarter in alike.quarters {
         let [usual, promised] = quarter.within;
         assert!((0.6..0.95).contains(&usual) && promised >= usual, "{quarter:?}");
@@ -127,7 +127,7 @@ fn what_was_said_is_counted_where_little_and_where_much_was_said() {
     let said = alike.quarters.map(|quarter| quarter.said);
     assert!(said.windows(2).all(|pair| pair[0][1] <= pair[1][0]), "{said:?}");
     // Frames that are as wrong near the poses as far from them: the mean over all cells hides this.
-    let even = Judged::new(&relation, None, &poses_of(|_| 0.02, &[1.0])).unwrap();
+    let even = Judged::new(&relation, None, &poses_by(|_| 0.02, &[1.0])).unwrap();
     let [near, .., far] = even.quarters.map(|quarter| quarter.within[0]);
     assert!(near < 0.5 && far > 0.9, "{near} {far}");
 }

@@ -140,14 +140,14 @@ impl Comparison {
             frame_ms: times.get(times.len() / 2).copied(),
         };
         for (name, set) in &self.relit {
-            let found = psnr_of(set)?;
+            let found = set_psnr(set)?;
             let regions: Vec<RegionScore> = regions(&compared(set), found.scale);
             scores.relit_psnr_db.insert(name.clone(), found.mean_db);
             scores.relit_psnr_by_frame_db.insert(name.clone(), found.frames_db);
             scores.relit_regions.insert(name.clone(), regions);
         }
         if !self.olats.is_empty() {
-            let found = psnr_of(&self.olats)?;
+            let found = set_psnr(&self.olats)?;
             scores.olat_psnr_db = Some(found.mean_db);
             scores.olat_shadow_edges = shadow_edges(&compared(&self.olats), found.scale);
             let frames = || self.olats.iter().map(|m| m.frame);
@@ -169,7 +169,7 @@ impl Comparison {
             if set.is_empty() {
                 return Ok(());
             }
-            let scale = psnr_of(set)?.scale;
+            let scale = set_psnr(set)?.scale;
             for shown in set {
                 let exposure = shown.compared().exposure();
                 let write = |picture: &Image, gain: f64, name: String| {
@@ -249,7 +249,7 @@ fn compared(set: &[FramePictures]) -> Vec<Compared<'_>> {
     set.iter().map(FramePictures::compared).collect()
 }
 
-fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {
+fn set_psnr(set: &[FramePictures]) -> Result<Psnr> {
     psnr(&compared(set))
 }
 

@@ -133,7 +133,7 @@ pub fn evaluate(
         )?;
         Ok((compared, learnt.map(|learnt| learnt.spent())))
     };
-    let scores_of = |method: Method| {
+    let method_scores = |method: Method| {
         let (compared, spent) = compared(method)?;
         Ok::<_, Error>((compared.scores()?, spent))
     };
@@ -163,9 +163,9 @@ pub fn evaluate(
         for method in wanted {
             let (scores, learnt) = match &learnt {
                 Some(learnt) if method == settings.method => (scores.clone(), Some(*learnt)),
-                _ => scores_of(method)?,
+                _ => method_scores(method)?,
             };
-            let spent = learnt.or_else(|| training_of(predictor, method));
+            let spent = learnt.or_else(|| training_record(predictor, method));
             let cost = spent.map_or("none".to_owned(), |s| cost(s, &compute.description));
             all.push((scores, cost));
         }
@@ -184,7 +184,7 @@ pub fn evaluate(
     if let (Some(path), Some(predictor)) = (&settings.worst, &predictor) {
         let scores = match settings.method {
             Method::Prediction => &scores,
-            _ => &scores_of(Method::Prediction)?.0,
+            _ => &method_scores(Method::Prediction)?.0,
         };
         write_png(path, &worst(project, &calibration, &truth, predictor, scores)?)?;
     }
@@ -192,7 +192,7 @@ pub fn evaluate(
         Some(predictor) if settings.method.predicts() => {
             let named = &truth.environments[0];
             let found = light::panorama::load(&project.shoot_path(&named.file)).and_then(|read| {
-                flicker::of_clip(
+                flicker::clip_flicker(
                     project,
                     &calibration,
                     (&Arc::new(read), named.front().turned(0.0)),
@@ -205,7 +205,7 @@ pub fn evaluate(
         }
         _ => None,
     };
-    let network = (predictor.as_ref()).and_then(|p| training_of(p, settings.method));
+    let network = (predictor.as_ref()).and_then(|p| training_record(p, settings.method));
     let spent = network.or(learnt);
     Ok(EvaluateReport {
         scores,
@@ -260,7 +260,7 @@ fn predicted(
 }
 
 /// Training record of a method's network.
-fn training_of(predictor: &OlatPredictor, method: Method) -> Option<Spent> {
+fn training_record(predictor: &OlatPredictor, method: Method) -> Option<Spent> {
     let uses = matches!(method, Method::Network | Method::Prediction);
     let info = predictor.network().filter(|_| uses)?.info();
     Some(Spent { steps: info.step, seconds: info.seconds })
@@ -347,7 +347,7 @@ impl OlatPictures {
 }
 
 /// Arranges labelled pictures in rows of `columns`.
-fn sheet_of(tiles: &[(String, Encoded)], columns: usize) -> Result<Encoded> {
+fn labelled_sheet(tiles: &[(String, Encoded)], columns: usize) -> Result<Encoded> {
     let tiles: Vec<Tile> = tiles.iter().map(|(label, picture)| Tile { label, picture }).collect();
     contact_sheet(&tiles, columns)
 }
@@ -372,7 +372,7 @@ fn sheet(
     };
     let mut tiles = row(&shown.truth, "true");
     tiles.extend(row(&shown.predicted, "predicted"));
-    sheet_of(&tiles, count)
+    labelled_sheet(&tiles, count)
 }
 
 /// OLATs with the lowest scores, worst first: true, predicted, and four times their difference in display codes about a
@@ -411,7 +411,7 @@ fn worst(
         tiles.push((format!("predicted {db:.1} db"), predicted.clone()));
         tiles.push(("difference x 4".to_owned(), difference));
     }
-    sheet_of(&tiles, 3 * CELLS_PER_ROW)
+    labelled_sheet(&tiles, 3 * CELLS_PER_ROW)
 }
 
 fn no_true_olats() -> Error {

@@ -1,7 +1,7 @@
 //! Methods without a network: the nearest pose of the OLAT session, unchanged or times a ratio.
 
 use super::accuracy::Method;
-use super::harmonics::of_low_order;
+use super::harmonics::low_order_olats;
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
@@ -39,7 +39,7 @@ impl Nearest {
         let mut poses = Pose::load_all(project, calibration)?;
         if method == Method::Harmonics {
             for pose in &mut poses {
-                pose.exemplar.olats = of_low_order(&pose.exemplar.olats, &calibration.rig);
+                pose.exemplar.olats = low_order_olats(&pose.exemplar.olats, &calibration.rig);
             }
         }
         Ok(Some(Self { poses, ratio }))

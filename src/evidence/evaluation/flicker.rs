@@ -81,12 +81,12 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
         all.extend(jumps(plates, relit, &solid));
     }
     let sum =
-        |of: &dyn Fn(&Jump) -> f64| all.iter().map(|jump| jump.weight * of(jump)).sum::<f64>();
+        |term: &dyn Fn(&Jump) -> f64| all.iter().map(|jump| jump.weight * term(jump)).sum::<f64>();
     let shared = sum(&|j| j.relit * j.plate) / sum(&|j| j.plate * j.plate);
     let shared = if shared.is_finite() { shared.clamp(0.0, 1.0) } else { 0.0 };
     let weight = sum(&|_| 1.0);
-    let percent = |of: &dyn Fn(&Jump) -> f64| {
-        100.0 * (sum(&|j| of(j).powi(2)) / weight / SECOND_DIFFERENCE).sqrt()
+    let percent = |term: &dyn Fn(&Jump) -> f64| {
+        100.0 * (sum(&|j| term(j).powi(2)) / weight / SECOND_DIFFERENCE).sqrt()
     };
     (weight > 0.0).then(|| Flicker {
         plate: percent(&|j| j.plate),
@@ -207,7 +207,7 @@ pub fn middle(project: &Project) -> Range<usize> {
     first..first + count
 }
 
-/// Result of [`of_clip`] as an extra figure: an unreadable frame is reported and leaves the flicker unknown.
+/// Result of [`clip_flicker`] as an extra figure: an unreadable frame is reported and leaves the flicker unknown.
 ///
 /// # Errors
 /// When the user stops it, or the GPU is lost.
@@ -230,7 +230,7 @@ pub fn if_possible(
 ///
 /// # Errors
 /// When a frame cannot be read or predicted, or the user stops it.
-pub fn of_clip(
+pub fn clip_flicker(
     project: &Project,
     calibration: &Calibration,
     (environment, yaw_deg): (&Arc<Environment>, f32),

@@ -68,7 +68,7 @@ fn inverse(mut matrix: [[f64; COUNT]; COUNT]) -> [[f64; COUNT]; COUNT] {
 
 /// A pose's OLATs reproduced by their harmonics up to order 2. Behind a surface they ring below zero; sums of many
 /// lamps average that out. Lamps without energy are unchanged.
-pub fn of_low_order(olats: &[Image], rig: &Rig) -> Vec<Image> {
+pub fn low_order_olats(olats: &[Image], rig: &Rig) -> Vec<Image> {
     let energies: Vec<[f32; 3]> = rig.lamps.iter().map(|lamp| lamp.energy).collect();
     let lit: Vec<usize> =
         (0..olats.len().min(rig.lamps.len())).filter(|&lamp| rig.lamps[lamp].is_usable()).collect();
@@ -147,7 +147,7 @@ mod tests {
 
     /// Relative error of the sum under light that changes slowly with direction.
     fn error(rig: &Rig, olats: &[Image]) -> f64 {
-        let fitted = of_low_order(olats, rig);
+        let fitted = low_order_olats(olats, rig);
         let weight = |lamp: &Lamp| 1.0 + 0.5 * lamp.direction.x + 0.3 * lamp.direction.y;
         let (mut squares, mut all) = (0.0, 0.0);
         for i in 0..olats[0].pixels.len() {
@@ -170,7 +170,7 @@ mod tests {
         assert!(matte < 0.01, "{matte}");
         let (sharp, shiny) = (ball(&rig, 4.0), ball(&rig, 0.0));
         let off = |olats: &[Image]| {
-            let fitted = of_low_order(olats, &rig);
+            let fitted = low_order_olats(olats, &rig);
             let pairs = fitted.iter().zip(olats);
             let squares = pairs.flat_map(|(a, b)| a.pixels.iter().zip(&b.pixels));
             squares.map(|(a, b)| (a[1] - b[1]).powi(2)).sum::<f32>()
@@ -186,14 +186,14 @@ mod tests {
             Image::filled(2, 2, lamp.energy.map(|e| e * value))
         };
         let olats: Vec<Image> = rig.lamps.iter().map(linear).collect();
-        for (a, b) in of_low_order(&olats, &rig).iter().zip(&olats) {
+        for (a, b) in low_order_olats(&olats, &rig).iter().zip(&olats) {
             let (a, b) = (a.pixels[0][0], b.pixels[0][0]);
             assert!((a - b).abs() < 2e-3 * b, "{a}, not {b}");
         }
         rig.lamps[3].energy = [0.0; 3];
-        assert_eq!(of_low_order(&olats, &rig)[3], olats[3]);
+        assert_eq!(low_order_olats(&olats, &rig)[3], olats[3]);
         rig.lamps.truncate(3);
-        let few = of_low_order(&olats[..3], &rig);
+        let few = low_order_olats(&olats[..3], &rig);
         assert!(few.iter().all(|olat| olat.pixels[0][0].is_finite()));
     }
 }

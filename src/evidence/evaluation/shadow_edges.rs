@@ -43,7 +43,7 @@ pub fn shadow_edges(frames: &[Compared], scale: f64) -> Option<ShadowEdges> {
         });
         let common: Vec<f32> = (0..inner.len()).map(|p| slope(&mean, p, inner[p])).collect();
         let steep = STEEP / frame.mask.width.max(frame.mask.height) as f32;
-        let of_lamps: Vec<[[f64; 2]; 2]> = (frame.pictures.par_iter().zip(frame.truths))
+        let lamp_sums: Vec<[[f64; 2]; 2]> = (frame.pictures.par_iter().zip(frame.truths))
             .map(|(picture, truth)| {
                 let codes = coded(&|p| f64::from(luminance(truth.pixels[p])));
                 let mut sums = [[0.0; 2]; 2];
@@ -65,9 +65,9 @@ pub fn shadow_edges(frames: &[Compared], scale: f64) -> Option<ShadowEdges> {
                 sums
             })
             .collect();
-        for of_lamp in of_lamps {
-            for (sum, of_lamp) in sums.iter_mut().zip(of_lamp) {
-                *sum = [sum[0] + of_lamp[0], sum[1] + of_lamp[1]];
+        for lamp_sum in lamp_sums {
+            for (sum, lamp_sum) in sums.iter_mut().zip(lamp_sum) {
+                *sum = [sum[0] + lamp_sum[0], sum[1] + lamp_sum[1]];
             }
         }
     }

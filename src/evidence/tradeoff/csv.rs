@@ -84,8 +84,8 @@ fn name(value: impl ValueEnum) -> String {
 }
 
 /// The active effects, such as `glare=0.5`.
-fn effects(of: &Effects) -> String {
-    let mut copy = *of;
+fn effects(effects: &Effects) -> String {
+    let mut copy = *effects;
     let strengths = STRENGTHS.iter().filter_map(|strength| {
         let value = *(strength.of)(&mut copy);
         (value > 0.0).then(|| format!("{}={value}", strength.pass.name()))

@@ -120,12 +120,12 @@ impl Judge {
         most: usize,
     ) -> Result<Self> {
         match against {
-            Against::Truth(folder) => Self::of_truth(project, folder, at),
-            Against::Pose(pose) => Self::of_pose(project, calibration, *pose, most),
+            Against::Truth(folder) => Self::from_truth(project, folder, at),
+            Against::Pose(pose) => Self::from_pose(project, calibration, *pose, most),
         }
     }
 
-    fn of_truth(project: &Project, folder: &Path, at: PictureSize) -> Result<Self> {
+    fn from_truth(project: &Project, folder: &Path, at: PictureSize) -> Result<Self> {
         let truth = Truth::open(project, folder)?;
         let lit = truth.environments.iter().map(|named| {
             Ok(Lit {
@@ -157,7 +157,7 @@ impl Judge {
         Ok(judge)
     }
 
-    fn of_pose(
+    fn from_pose(
         project: &Project,
         calibration: &Calibration,
         pose: usize,

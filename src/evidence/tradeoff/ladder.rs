@@ -385,11 +385,11 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
 /// that is stopped early knows the spread between seeds before it knows all rungs.
 pub fn order(rungs: &[Rung], seeds: Range<u64>) -> [Vec<(Rung, u64)>; 2] {
     let with = |wanted: &dyn Fn(&Rung) -> bool, seeds: Range<u64>| -> Vec<(Rung, u64)> {
-        let of_seed = move |seed| {
+        let seed_rungs = move |seed| {
             let wanted = rungs.iter().filter(move |rung| wanted(rung));
             wanted.map(move |rung| (rung.clone(), seed))
         };
-        seeds.flat_map(of_seed).collect()
+        seeds.flat_map(seed_rungs).collect()
     };
     let is_length = |rung: &Rung| rung.knob == Some(Knob::Minutes);
     let is_other = |rung: &Rung| rung.knob.is_some() && !is_length(rung);

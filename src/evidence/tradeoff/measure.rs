@@ -232,7 +232,7 @@ pub fn measure(
             timed = Some(time(&mut timers, progress)?);
         }
     }
-    let found = flicker::of_clip(
+    let found = flicker::clip_flicker(
         &trained.variant,
         &trained.calibration,
         (&lit[0].environment, lit[0].yaw_deg),

@@ -53,9 +53,9 @@ impl TradeoffReport {
 }
 
 /// Seed of a rung, if there is more than one.
-fn seed_words(all: &[Measured], of: &Measured) -> String {
-    if all.iter().any(|m| m.seed != of.seed) {
-        format!(" (seed {})", of.seed)
+fn seed_words(all: &[Measured], measured: &Measured) -> String {
+    if all.iter().any(|m| m.seed != measured.seed) {
+        format!(" (seed {})", measured.seed)
     } else {
         String::new()
     }

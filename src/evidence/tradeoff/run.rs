@@ -171,9 +171,9 @@ impl<'a> Climb<'a> {
         let [sooner, _] = order(&self.rungs, seeds.clone());
         if self.some(sooner, progress)? {
             if wants_together {
-                let of_first: Vec<&Measured> =
+                let first_seed: Vec<&Measured> =
                     (self.ledger.rungs.iter()).filter(|m| m.seed == first).collect();
-                let together = together(&of_first);
+                let together = together(&first_seed);
                 self.ledger.planned += together.len() * self.settings.seeds as usize;
                 self.rungs.extend(together);
             }
@@ -352,7 +352,7 @@ impl<'a> Climb<'a> {
             network.config.network(&variant).cost()
         };
         let (mine, bases) = (shape(&rung.network), shape(&base.rung.network));
-        let share = |mine: u64, of: u64| mine as f64 / of.max(1) as f64;
+        let share = |mine: u64, whole: u64| mine as f64 / whole.max(1) as f64;
         let area = |network: &Network| (network.size * network.size) as u64;
         // Exemplars take most of the time, which grows with the number of pixels.
         let predict_ms = base.predict_ms * share(area(&rung.network), area(&base.rung.network));
@@ -366,13 +366,13 @@ impl<'a> Climb<'a> {
             4 * parameters + area(network) * planes as u64
         };
         let exemplars = |network: &Network| area(network) * network.lamps as u64;
-        let of_base = &base.rung;
+        let base_rung = &base.rung;
         let kept = base.cost.memory_bytes.saturating_sub(own(
-            &of_base.network,
-            &of_base.show,
+            &base_rung.network,
+            &base_rung.show,
             bases.parameters,
         ));
-        let kept = kept as f64 * share(exemplars(&rung.network), exemplars(&of_base.network));
+        let kept = kept as f64 * share(exemplars(&rung.network), exemplars(&base_rung.network));
         let parameters = if rung.minutes > 0.0 { mine.parameters } else { 0 };
         let disk = base.cost.disk_bytes as f64 * share(parameters, bases.parameters);
         Some(Cost {

@@ -16,7 +16,7 @@ pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
     let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else {
         return Vec::new();
     };
-    let of_knob = |knob: Knob| measured.iter().filter(move |m| m.rung.knob == Some(knob));
+    let knob_rungs = |knob: Knob| measured.iter().filter(move |m| m.rung.knob == Some(knob));
     let knobs = [
         Knob::Size,
         Knob::Width,
@@ -29,13 +29,13 @@ pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
     ];
     let gain = |m: &Measured| m.fidelity.psnr_db - base.fidelity.psnr_db;
     let best = knobs.map(|knob| {
-        let gaining = of_knob(knob).filter(|m| gain(m) > GAIN_DB);
+        let gaining = knob_rungs(knob).filter(|m| gain(m) > GAIN_DB);
         gaining.max_by(|a, b| gain(a).total_cmp(&gain(b)))
     });
     let is_cheap =
         |m: &&&Measured| gain(m) > -LOSS_DB && m.frame.median <= FASTER * base.frame.median;
     let fast = knobs.map(|knob| {
-        let cheap = of_knob(knob).filter(is_cheap);
+        let cheap = knob_rungs(knob).filter(is_cheap);
         cheap.min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))
     });
     let mut made = Vec::new();

@@ -65,7 +65,7 @@ impl Grid {
             distance: (0..coarse_nodes.iter().product())
                 .into_par_iter()
                 .map(|i| {
-                    let (x, y, z) = split(i, coarse_nodes);
+                    let [x, y, z] = split(i, coarse_nodes);
                     store(subject.distance(place(x * COARSE, y * COARSE, z * COARSE)))
                 })
                 .collect(),
@@ -85,11 +85,11 @@ impl Grid {
 
     /// Weighted sum of several grids' distances. Weights that sum to 1 interpolate between moments of one movement.
     pub fn blend(grids: &[(&Self, f32)]) -> Self {
-        let nodes = |of: fn(&Self) -> &Nodes| {
-            let first = of(grids[0].0);
+        let nodes = |level: fn(&Self) -> &Nodes| {
+            let first = level(grids[0].0);
             let at = |i: usize| {
                 let terms = grids.iter();
-                terms.map(|(grid, weight)| weight * f32::from(of(grid).distance[i])).sum::<f32>()
+                terms.map(|(grid, weight)| weight * f32::from(level(grid).distance[i])).sum::<f32>()
             };
             Nodes {
                 count: first.count,
@@ -201,8 +201,8 @@ fn store(distance_m: f32) -> i16 {
     (distance_m / UNIT_M).round() as i16
 }
 
-fn split(i: usize, nodes: [usize; 3]) -> (usize, usize, usize) {
-    (i % nodes[0], i / nodes[0] % nodes[1], i / nodes[0] / nodes[1])
+fn split(i: usize, nodes: [usize; 3]) -> [usize; 3] {
+    [i % nodes[0], i / nodes[0] % nodes[1], i / nodes[0] / nodes[1]]
 }
 
 /// Distance along the ray to the far side of the box, for a start inside it.

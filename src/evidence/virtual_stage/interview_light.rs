@@ -148,7 +148,7 @@ fn direction(azimuth: f32, elevation: f32) -> Vec3 {
 }
 
 /// The panel with the radiance that gives a flux of `flux` at the stage's middle.
-fn of_flux(panel: Panel, flux: f32) -> Panel {
+fn with_flux(panel: Panel, flux: f32) -> Panel {
     let solid_angle: f32 = panel.sources().iter().map(|s| s.solid_angle).sum();
     Panel { radiance: [flux / solid_angle.max(1e-6); 3], ..panel }
 }
@@ -164,7 +164,7 @@ fn lamps(random: &mut ChaCha8Rng) -> Vec<Panel> {
                 (within(1.2, 3.5), within(0.03, 0.12), within(-1.2, 0.0));
             let disc =
                 Panel { round: true, ..Panel::facing(towards, distance, [radius; 2], [1.0; 3]) };
-            of_flux(disc, flux.exp())
+            with_flux(disc, flux.exp())
         })
         .collect()
 }
@@ -189,7 +189,7 @@ fn window(random: &mut ChaCha8Rng) -> Panel {
         panes,
         radiance: [1.0; 3],
     };
-    of_flux(window, 1.0)
+    with_flux(window, 1.0)
 }
 
 /// A key light, a fill from the other side, and sometimes a backlight.
@@ -203,7 +203,7 @@ fn softboxes(random: &mut ChaCha8Rng) -> Vec<Panel> {
         let round = within(0.0, 1.0) < 0.4;
         let half = if round { [half[0]; 2] } else { half };
         let panel = Panel { round, ..Panel::facing(towards, distance, half, [1.0; 3]) };
-        (of_flux(panel, flux), within(0.0, 1.0))
+        (with_flux(panel, flux), within(0.0, 1.0))
     };
     let (key, fill_level) = softbox([15.0, 60.0], [10.0, 50.0], 1.0);
     let (fill, rim_level) = softbox([-75.0, -15.0], [-5.0, 30.0], 0.1 + 0.5 * fill_level);

@@ -48,15 +48,15 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
 };
 
 /// A background other than the environment, in linear light at the picture's size; None for the environment.
-pub(crate) fn backing(scene: &Scene, of: &Ingredients) -> Option<Image> {
-    let (width, height) = of.matte().size();
+pub(crate) fn backing(scene: &Scene, ingredients: &Ingredients) -> Option<Image> {
+    let (width, height) = ingredients.matte().size();
     match &scene.background {
         Background::Environment | Background::None => None,
-        Background::File(placed) => Some(match of.extra.behind {
+        Background::File(placed) => Some(match ingredients.extra.behind {
             Some(picture) => cover(picture, placed, (width, height)),
             None => Image::filled(width, height, [0.0; 3]),
         }),
-        Background::Plate => match (of.plate(), of.extra.filmed) {
+        Background::Plate => match (ingredients.plate(), ingredients.extra.filmed) {
             (Some(plate), _) => Some(plate.filmed()),
             (None, Some(filmed)) => Some(resize_area(filmed, width, height)),
             (None, None) => Some(Image::filled(width, height, [0.0; 3])),

@@ -14,8 +14,8 @@ use scene::Scene;
 ///
 /// # Errors
 /// When field, mask and weights do not match, the view is invalid, or a GPU fails.
-pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
-    Ok(make(scene, of, None, None, false)?.picture)
+pub fn compose(scene: &Scene, ingredients: &Ingredients) -> Result<Picture> {
+    Ok(make(scene, ingredients, None, None, false)?.picture)
 }
 
 /// Makes the picture of `scene`. Pictures after some passes are cached in `reuse`, and reused
@@ -23,39 +23,48 @@ pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
 ///
 /// # Errors
 /// As [`compose`].
-pub fn compose_reusing(scene: &Scene, of: &Ingredients, reuse: &mut Reuse) -> Result<Picture> {
-    Ok(make(scene, of, None, Some(reuse), false)?.picture)
+pub fn compose_reusing(
+    scene: &Scene,
+    ingredients: &Ingredients,
+    reuse: &mut Reuse,
+) -> Result<Picture> {
+    Ok(make(scene, ingredients, None, Some(reuse), false)?.picture)
 }
 
 /// Runs a given plan: a test may force a pass that [`plan`] would skip. Every pass must be in it.
 ///
 /// # Errors
 /// As [`compose`].
-pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Result<Picture> {
-    Ok(make(scene, of, Some(passes), None, false)?.picture)
+pub fn execute(
+    scene: &Scene,
+    ingredients: &Ingredients,
+    passes: &[PlannedPass],
+) -> Result<Picture> {
+    Ok(make(scene, ingredients, Some(passes), None, false)?.picture)
 }
 
 /// Makes a picture by a given plan or by its own. The result may stay on the GPU.
 pub(super) fn make(
     scene: &Scene,
-    of: &Ingredients,
+    ingredients: &Ingredients,
     given: Option<&[PlannedPass]>,
     mut reuse: Option<&mut Reuse>,
     may_stay: bool,
 ) -> Result<ShownPicture> {
-    check(of)?;
-    let inputs = inputs(of);
-    match of.field {
+    check(ingredients)?;
+    let inputs = inputs(ingredients);
+    match ingredients.field {
         Field::Gpu(field, passes) => passes.guarded(|| {
             let uploads = reuse.as_mut().map(|r| r.gpu.own.clone());
-            let backend = OnGpu::new(of, inputs, (field, passes), uploads.unwrap_or_default())?;
-            let composition = Composition::new(scene, of, inputs, backend, reuse);
+            let backend =
+                OnGpu::new(ingredients, inputs, (field, passes), uploads.unwrap_or_default())?;
+            let composition = Composition::new(scene, ingredients, inputs, backend, reuse);
             perform(composition, given, may_stay)
         }),
         _ => {
             let rim = reuse.as_mut().map(|r| r.memory.own.clone());
-            let backend = InMemory::new(of, inputs, rim.unwrap_or_default());
-            let composition = Composition::new(scene, of, inputs, backend, reuse);
+            let backend = InMemory::new(ingredients, inputs.frame, rim.unwrap_or_default());
+            let composition = Composition::new(scene, ingredients, inputs, backend, reuse);
             perform(composition, given, may_stay)
         }
     }
@@ -83,36 +92,36 @@ fn perform<B: Backend>(
     composition.finish(done, may_stay)
 }
 
-fn check(of: &Ingredients) -> Result<()> {
+fn check(ingredients: &Ingredients) -> Result<()> {
     let remedy = "Predict this frame again with the network of this project";
-    let field = of.field;
+    let field = ingredients.field;
     let (width, height) = field.size();
-    if (width, height) != of.mask.size() {
+    if (width, height) != ingredients.mask.size() {
         return Err(Error::invalid(
             format!(
                 "the reflectance field has {width} × {height} pixels, but the matte has {} × {}",
-                of.mask.width, of.mask.height
+                ingredients.mask.width, ingredients.mask.height
             ),
             remedy,
         ));
     }
-    if field.lamps() != of.weights.per_lamp.len() {
+    if field.lamps() != ingredients.weights.per_lamp.len() {
         return Err(Error::invalid(
             format!(
                 "the reflectance field has {} lamps, but there are weights for {}",
                 field.lamps(),
-                of.weights.per_lamp.len()
+                ingredients.weights.per_lamp.len()
             ),
             remedy,
         ));
     }
-    if of.environment.radiance.pixels.is_empty() {
+    if ingredients.environment.radiance.pixels.is_empty() {
         return Err(Error::invalid(
-            format!("the environment {} has no texels", of.environment.name),
+            format!("the environment {} has no texels", ingredients.environment.name),
             "Choose another environment",
         ));
     }
-    let fov = of.view.vertical_fov_deg;
+    let fov = ingredients.view.vertical_fov_deg;
     if !(fov > 0.0 && fov < 180.0) {
         return Err(Error::invalid(
             format!("the background's field of view is {fov}°, not between 0° and 180°"),

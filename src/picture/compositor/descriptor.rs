@@ -57,7 +57,7 @@ impl Descriptor {
 }
 
 /// Key of a pass that is already planned.
-pub(crate) fn key_of(planned: &[PlannedPass], pass: Pass) -> u64 {
+pub(crate) fn key_in(planned: &[PlannedPass], pass: Pass) -> u64 {
     let found = planned.iter().find(|planned| planned.pass == pass);
     found.map_or(0, |found| found.key)
 }

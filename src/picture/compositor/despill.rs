@@ -5,7 +5,7 @@
 //! spill.
 
 use super::background_blur::defocused;
-use super::descriptor::{Descriptor, key_of};
+use super::descriptor::{Descriptor, key_in};
 use super::facts::{Screen, Spill, key};
 use super::passes::{GpuPicture, Recording, Shader};
 use super::pyramid::{Rgba, rgba};
@@ -21,7 +21,7 @@ pub(crate) const DESPILL: Descriptor = Descriptor {
         let screen = context.facts.spill.map(|spill| spill.screen);
         key((context.effects.despill.to_bits(), screen))
     },
-    reads: |_, planned| key_of(planned, Pass::Plate),
+    reads: |_, planned| key_in(planned, Pass::Plate),
     shader: Some(&SHADER),
     ..Descriptor::new(Pass::Despill, |context| {
         context.asked(Pass::Despill)?;

@@ -1,7 +1,7 @@
 //! Pass `difference`: distance of the codes from a second picture.
 
 use super::descriptor::{CodesInput, CodesStep, Descriptor, NOT_ASKED, PassContext, Run};
-use super::descriptor::{decide, inspected, key_of};
+use super::descriptor::{decide, inspected, key_in};
 use super::facts::key;
 use super::passes::{GpuPicture, Recording, Shader};
 use base::error::{Error, Result};
@@ -14,7 +14,7 @@ const SHADER: Shader = Shader::new("difference", include_str!("../../../shaders/
 pub(crate) const DIFFERENCE: Descriptor = Descriptor {
     fixed: |_| Some("it needs a second picture: it is chosen under Compare"),
     settings: inspected,
-    reads: |context, planned| key((key_of(planned, Pass::Channels), context.facts.inputs.second)),
+    reads: |context, planned| key((key_in(planned, Pass::Channels), context.facts.inputs.second)),
     shader: Some(&SHADER),
     run: Run::Codes(CodesStep {
         in_memory: |context, input, codes| match compared(context, input) {

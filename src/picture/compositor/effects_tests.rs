@@ -21,10 +21,10 @@ fn idle() -> Effects {
     }
 }
 
-fn forced(scene: &Scene, of: &Ingredients) -> Picture {
+fn forced(scene: &Scene, ingredients: &Ingredients) -> Picture {
     let mut all = plan(scene, &Facts::default());
     all.iter_mut().for_each(|p| p.run = true);
-    execute(scene, of, &all).unwrap()
+    execute(scene, ingredients, &all).unwrap()
 }
 
 #[test]

@@ -7,7 +7,7 @@
 //! picture's own grain is not added twice. The added grain is white: independent for each pixel.
 
 use super::descriptor::{
-    CodesInput, CodesStep, Descriptor, PassContext, Run, decide, key_of, needs_display,
+    CodesInput, CodesStep, Descriptor, PassContext, Run, decide, key_in, needs_display,
 };
 use super::edges::SOLID;
 use super::facts::{BINS, Grain, key};
@@ -24,7 +24,7 @@ const SHADER: Shader = Shader::new("grain", include_str!("../../../shaders/grain
 pub(crate) const GRAIN: Descriptor = Descriptor {
     fixed: needs_display,
     settings: |context| key((context.effects.grain.to_bits(), context.scene.frame)),
-    reads: |context, planned| key((key_of(planned, Pass::View), context.facts.inputs.grain)),
+    reads: |context, planned| key((key_in(planned, Pass::View), context.facts.inputs.grain)),
     shader: Some(&SHADER),
     run: Run::Codes(CodesStep {
         in_memory: |context, input, codes| {
@@ -71,7 +71,7 @@ const UNSEEN: f32 = 0.25 / 255.0;
 impl Grain {
     /// Grain of a plate under a scene's view transform, where the matte is solid. One frame represents a clip: grain belongs
     /// to the camera, not to the frame.
-    pub fn of_plate(plate: &Image, mask: &Mask, scene: &Scene) -> Self {
+    pub fn from_plate(plate: &Image, mask: &Mask, scene: &Scene) -> Self {
         Self::new(&viewed(plate, scene), mask)
     }
 
@@ -108,7 +108,7 @@ impl Grain {
                     let sample = sample(place, pixel, channel);
                     classes[class(sample.code)].push((sample.gradient, sample.high));
                 }
-                let known = classes.map(deviation_of);
+                let known = classes.map(class_deviation);
                 filled(known)
             })
             .collect();
@@ -159,7 +159,7 @@ fn class(code: f32) -> usize {
 }
 
 /// Deviation of one class, from its flatter half.
-fn deviation_of(mut samples: Vec<(f32, f32)>) -> Option<f32> {
+fn class_deviation(mut samples: Vec<(f32, f32)>) -> Option<f32> {
     if samples.len() < FEWEST {
         return None;
     }
@@ -243,7 +243,7 @@ impl Recording<'_> {
     ///
     /// # Errors
     /// When the GPU fails.
-    pub fn grain_of(&mut self, codes: &GpuPicture, mask: &Mask) -> Result<Grain> {
+    pub fn measure_grain(&mut self, codes: &GpuPicture, mask: &Mask) -> Result<Grain> {
         let Some((step, count)) = places(codes.size()) else {
             return Ok(Grain::default());
         };
@@ -369,7 +369,7 @@ mod tests {
                 for alpha in [0.0, 1.0] {
                     let mask = Mask::filled(size, size, alpha);
                     let plate = Image::filled(size, size, [value; 3]);
-                    let found = Grain::of_plate(&plate, &mask, &Scene::default());
+                    let found = Grain::from_plate(&plate, &mask, &Scene::default());
                     assert_eq!(found.most(), 0.0);
                     let mut codes = Encoded(Image::filled(size, size, [0.5; 3]));
                     let grainy = Grain { deviation: [[0.1; 3]; BINS] };

@@ -2,7 +2,7 @@
 //! blurred background is brighter than the rim, the rim is drawn towards it.
 
 use super::background_blur::defocused;
-use super::descriptor::{Descriptor, decide, key_of, needs_background};
+use super::descriptor::{Descriptor, decide, key_in, needs_background};
 use super::facts::key;
 use super::passes::{GpuPicture, Recording, Shader};
 use super::pyramid::{Rgba, rgba};
@@ -16,7 +16,7 @@ const SHADER: Shader = Shader::new("light_wrap", include_str!("../../../shaders/
 pub(crate) const LIGHT_WRAP: Descriptor = Descriptor {
     fixed: needs_background,
     settings: |context| key(context.effects.light_wrap.to_bits()),
-    reads: |_, planned| key([Pass::Despill, Pass::BackgroundBlur].map(|pass| key_of(planned, pass))),
+    reads: |_, planned| key([Pass::Despill, Pass::BackgroundBlur].map(|pass| key_in(planned, pass))),
     shader: Some(&SHADER),
     ..Descriptor::new(Pass::LightWrap, |context| {
         context.asked(Pass::LightWrap)?;

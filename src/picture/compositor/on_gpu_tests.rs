@@ -178,10 +178,10 @@ fn a_background_of_ones_own_is_the_same_on_a_gpu() {
         for background_blur in [0.0, 0.03] {
             let effects = Effects { background_blur, ..Effects::default() };
             let scene = Scene { effects, ..scene(background.clone(), Output::Linear, 0.5) };
-            let [here, there] = both.ingredients().map(|of| {
+            let [here, there] = both.ingredients().map(|ingredients| {
                 let (filmed, behind) = (Some(&plate), Some(&plate));
-                let extra = Extra { filmed, behind, ..of.extra };
-                compose(&scene, &Ingredients { extra, ..of }).unwrap()
+                let extra = Extra { filmed, behind, ..ingredients.extra };
+                compose(&scene, &Ingredients { extra, ..ingredients }).unwrap()
             });
             let apart = largest_difference(here.light(), there.light());
             assert!(apart < 1e-3, "{apart}: {background:?}");
@@ -193,11 +193,11 @@ fn a_background_of_ones_own_is_the_same_on_a_gpu() {
 #[test]
 fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
     let Some(both) = Both::new(false) else { return };
-    let [_, of] = both.ingredients();
+    let [_, ingredients] = both.ingredients();
     let made = |forced| {
         let effects = Effects { forced, ..Effects::default() };
         let scene = Scene { effects, ..scene(Background::Environment, Output::Linear, 0.0) };
-        compose(&scene, &of).unwrap()
+        compose(&scene, &ingredients).unwrap()
     };
     let plain = made(Forced::default());
     let strengths = STRENGTHS.iter().map(|strength| strength.pass);
@@ -215,16 +215,16 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
 #[test]
 fn kept_pictures_of_a_gpu_are_those_that_it_would_make() {
     let Some(both) = Both::new(false) else { return };
-    let [_, of] = both.ingredients();
+    let [_, ingredients] = both.ingredients();
     let mut reuse = Reuse::default();
     for scene in scenes() {
         let ran = |picture: &Picture| {
             let ran = picture.passes.iter().filter(|p| p.ran);
             ran.map(|p| p.name.clone()).collect::<Vec<_>>()
         };
-        let fresh = compose(&scene, &of).unwrap();
+        let fresh = compose(&scene, &ingredients).unwrap();
         for again in [false, true] {
-            let made = compose_reusing(&scene, &of, &mut reuse).unwrap();
+            let made = compose_reusing(&scene, &ingredients, &mut reuse).unwrap();
             assert_eq!(made.display, fresh.display, "{scene:?}");
             assert_eq!(made.linear, fresh.linear, "{scene:?}");
             assert!(!again || !ran(&made).contains(&"relight".to_owned()));
@@ -235,10 +235,10 @@ fn kept_pictures_of_a_gpu_are_those_that_it_would_make() {
 #[test]
 fn a_gpu_s_clock_times_every_pass_that_runs() {
     let Some(both) = Both::new(true) else { return };
-    let [_, of] = both.ingredients();
+    let [_, ingredients] = both.ingredients();
     for scene in scenes() {
         let started = std::time::Instant::now();
-        let picture = compose(&scene, &of).unwrap();
+        let picture = compose(&scene, &ingredients).unwrap();
         let whole = started.elapsed().as_secs_f64() * 1e3;
         let mut sum = 0.0;
         for pass in &picture.passes {
@@ -293,9 +293,9 @@ fn what_does_not_fit_is_refused_on_a_gpu_too() {
         ..scene(Background::None, Output::Display, 0.0)
     };
     let second = Encoded(Image::filled(8, 8, [0.0; 3]));
-    let [_, mut of] = both.ingredients();
-    of.extra.second = Some(&second);
-    assert!(compose(&scene, &of).unwrap_err().to_string().contains("8 × 8"));
+    let [_, mut ingredients] = both.ingredients();
+    ingredients.extra.second = Some(&second);
+    assert!(compose(&scene, &ingredients).unwrap_err().to_string().contains("8 × 8"));
     // A device with default limits binds at most 128 MiB.
     let Field::Gpu(_, passes) = &both.gpu else {
         panic!("the field is on the GPU");

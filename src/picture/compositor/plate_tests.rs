@@ -64,11 +64,11 @@ impl Shot {
     /// A plate of `factor` times the working size in even light, and its truth in light from a side; `relit` is that
     /// truth at the working size, premultiplied.
     fn new(factor: usize, turn: f32) -> Self {
-        Self::of_side(factor * SIZE, turn)
+        Self::with_side(factor * SIZE, turn)
     }
 
     /// The same for a plate of any size.
-    fn of_side(side: usize, turn: f32) -> Self {
+    fn with_side(side: usize, turn: f32) -> Self {
         let matte = disc(side);
         let plate = Raster::from_fn(side, side, albedo);
         let truth =
@@ -116,7 +116,7 @@ fn error(picture: &Image, truth: &Image, matte: &Mask) -> f64 {
 #[test]
 fn detail_comes_from_the_plate_and_light_from_the_sum() {
     for side in [17, 20, 23, 2 * SIZE, 53, 4 * SIZE, 8 * SIZE] {
-        let shot = Shot::of_side(side, 0.7);
+        let shot = Shot::with_side(side, 0.7);
         let picture = shot.plate().relit(&shot.relit, &shot.working);
         let enlarged = resize(&shot.relit, side, side);
         let [ours, plain] = [&picture, &enlarged].map(|p| error(p, &shot.truth, &shot.matte));
@@ -145,7 +145,7 @@ fn what_was_summed_is_the_mean_of_what_is_shown() {
 fn its_own_light_gives_the_plate_back_bright_and_dark() {
     let mut worst = 0f32;
     for side in [17, 2 * SIZE, 53, 8 * SIZE] {
-        let mut shot = Shot::of_side(side, 0.7);
+        let mut shot = Shot::with_side(side, 0.7);
         // Highlights at 6 beside shadows down to a thousandth, where the matte is solid as far as the cubic reaches.
         let across = |i: usize| (i as f32 + 0.5) / side as f32;
         let shade =
@@ -209,7 +209,7 @@ fn pictures_of_lamps_add_up_at_every_size_as_half_floats_keep_them() {
     };
     let mut least = 0f32;
     for side in [SIZE + 1, 20, 2 * SIZE, 53, 8 * SIZE] {
-        let shot = Shot::of_side(side, 0.7);
+        let shot = Shot::with_side(side, 0.7);
         for plate in [shot.plate(), shot.plate().shrunk(2)] {
             let mut lit = Image::filled(SIZE, SIZE, [0.0; 3]);
             let mut added = vec![[0f32; 3]; plate.matte.pixels.len()];

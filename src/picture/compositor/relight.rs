@@ -1,7 +1,7 @@
 //! Pass `relight` on the CPU: the sum of lamps, for each storage format of a field. Memory is read once,
 //! by all threads, in wide loops over several lamps at a time. Unlit lamps are not read.
 
-use super::descriptor::{Descriptor, decide, key_of};
+use super::descriptor::{Descriptor, decide, key_in};
 use super::facts::key;
 use imaging::Image;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use scene::Pass;
 
 pub(crate) const RELIGHT: Descriptor = Descriptor {
     fixed: |_| Some("it makes the subject: every picture needs it"),
-    reads: |_, planned| key([Pass::Smoothing, Pass::Weights].map(|pass| key_of(planned, pass))),
+    reads: |_, planned| key([Pass::Smoothing, Pass::Weights].map(|pass| key_in(planned, pass))),
     ..Descriptor::new(Pass::Relight, |context| {
         let (lit, all) = (context.facts.lit_lamps, context.facts.lamps);
         decide(

@@ -77,7 +77,7 @@ impl<T> Default for Cached<T> {
 impl<T: Clone> Cached<T> {
     /// The value cached under this key, if any.
     pub fn get(&self, key: u64) -> Option<T> {
-        let cached = self.0.as_ref().filter(|(of, _)| *of == key);
+        let cached = self.0.as_ref().filter(|(cached_key, _)| *cached_key == key);
         cached.map(|(_, value)| value.clone())
     }
 

@@ -22,7 +22,7 @@ pub struct Series {
 impl Series {
     /// Makes the next picture. `plate` is the frame at the working size, with its matte, for the passes
     /// `background` and `grain` of a picture of that size. Their input and that of the pass `smoothing` are filled in here;
-    /// `of.extra.identity` states changes.
+    /// `ingredients.extra.identity` states changes.
     ///
     /// # Errors
     /// As [`super::compose`].
@@ -30,9 +30,9 @@ impl Series {
         &mut self,
         scene: &Scene,
         plate: (&Image, &Mask),
-        of: &Ingredients,
+        ingredients: &Ingredients,
     ) -> Result<Picture> {
-        Ok(self.next(scene, plate, of, false)?.picture)
+        Ok(self.next(scene, plate, ingredients, false)?.picture)
     }
 
     /// Makes the next picture for a window: a GPU's picture stays there. Like [`Self::compose`].
@@ -43,20 +43,20 @@ impl Series {
         &mut self,
         scene: &Scene,
         plate: (&Image, &Mask),
-        of: &Ingredients,
+        ingredients: &Ingredients,
     ) -> Result<ShownPicture> {
-        self.next(scene, plate, of, true)
+        self.next(scene, plate, ingredients, true)
     }
 
     fn next(
         &mut self,
         scene: &Scene,
         plate: (&Image, &Mask),
-        of: &Ingredients,
+        ingredients: &Ingredients,
         may_stay: bool,
     ) -> Result<ShownPicture> {
         let mut reuse = std::mem::take(&mut self.reuse);
-        let ingredients = self.fill_in(scene, plate, of);
+        let ingredients = self.fill_in(scene, plate, ingredients);
         let shown = make(scene, &ingredients, None, Some(&mut reuse), may_stay);
         self.reuse = reuse;
         let shown = shown?;
@@ -73,10 +73,10 @@ impl Series {
         &mut self,
         scene: &Scene,
         plate: (&Image, &Mask),
-        of: &Ingredients,
+        ingredients: &Ingredients,
         reuse: &mut Reuse,
     ) -> Result<Picture> {
-        compose_reusing(scene, &self.fill_in(scene, plate, of), reuse)
+        compose_reusing(scene, &self.fill_in(scene, plate, ingredients), reuse)
     }
 
     /// Adds the input of the passes `background`, `grain` and `smoothing`.
@@ -84,17 +84,17 @@ impl Series {
         &'a mut self,
         scene: &Scene,
         (plate, mask): (&'a Image, &Mask),
-        of: &Ingredients<'a>,
+        ingredients: &Ingredients<'a>,
     ) -> Ingredients<'a> {
-        let key = (of.extra.identity.frame, scene.effects.view, scene.viewing.clone());
+        let key = (ingredients.extra.identity.frame, scene.effects.view, scene.viewing.clone());
         self.grain = match self.grain.take() {
             _ if !scene.effects.asks(Pass::Grain) => None,
             Some(known) if known.0 == key => Some(known),
             _ => Some((
                 key,
-                match of.plate() {
-                    Some(plate) => Grain::of_plate(&plate.filmed(), &plate.matte, scene),
-                    None => Grain::of_plate(plate, mask, scene),
+                match ingredients.plate() {
+                    Some(plate) => Grain::from_plate(&plate.filmed(), &plate.matte, scene),
+                    None => Grain::from_plate(plate, mask, scene),
                 },
             )),
         };
@@ -102,9 +102,9 @@ impl Series {
             filmed: Some(plate),
             before: self.steady.as_ref(),
             grain: self.grain.as_ref().map(|(_, grain)| grain),
-            ..of.extra
+            ..ingredients.extra
         };
-        Ingredients { extra, ..*of }
+        Ingredients { extra, ..*ingredients }
     }
 }
 
@@ -202,7 +202,7 @@ mod tests {
         let (key, grain) = series.grain.clone().unwrap();
         assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
         assert!(grain.most() > 0.0);
-        assert_eq!(grain, Grain::of_plate(&clip.plate, &clip.mask, &Scene::default()));
+        assert_eq!(grain, Grain::from_plate(&clip.plate, &clip.mask, &Scene::default()));
         // Another plate under the same number is ignored.
         let flat = Image::filled(64, 64, [0.3; 3]);
         series.compose(&Clip::scene(0), (&flat, &clip.mask), &ingredients).unwrap();

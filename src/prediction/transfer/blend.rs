@@ -63,14 +63,14 @@ impl Target<'_> {
             .collect();
         let mut olats = vec![0.0; self.pixels.len() * values];
         let mut spreads = vec![0.0; self.pixels.len()];
-        let of_lamps: Vec<Vec<f32>> = olats
+        let lamp_spreads: Vec<Vec<f32>> = olats
             .par_chunks_mut((PIXELS * values).max(1))
             .zip(spreads.par_chunks_mut(PIXELS))
             .zip(self.pixels.par_chunks(PIXELS))
             .enumerate()
             .map(|(first, ((olats, spreads), pixels))| {
                 let (mut below, mut squares) = (vec![0.0; stride], vec![0.0; values]);
-                let mut of_lamps = vec![0.0; stride];
+                let mut lamp_spreads = vec![0.0; stride];
                 vectorized(
                     #[inline(always)]
                     || {
@@ -120,7 +120,7 @@ impl Target<'_> {
                                 let scale =
                                     self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
                                 for ((out, square), lamp) in
-                                    out.iter_mut().zip(squares).zip(&mut of_lamps)
+                                    out.iter_mut().zip(squares).zip(&mut lamp_spreads)
                                 {
                                     *out *= scale;
                                     let spread = scale * *square;
@@ -132,11 +132,11 @@ impl Target<'_> {
                         }
                     },
                 );
-                of_lamps
+                lamp_spreads
             })
             .collect();
         let mean = |lamp: usize| {
-            let sum: f32 = of_lamps.iter().map(|of| of[lamp]).sum();
+            let sum: f32 = lamp_spreads.iter().map(|block| block[lamp]).sum();
             sum / (3 * self.pixels.len()).max(1) as f32
         };
         let mut spread = Raster::filled(width, height, 0.0);

@@ -65,7 +65,7 @@ pub struct FineField {
 /// A frame's fine light at its plate's size.
 #[derive(Debug)]
 struct FineFrame {
-    of: FineField,
+    field: FineField,
     square: PlateSquare,
     size: (usize, usize),
 }
@@ -236,28 +236,28 @@ impl FineField {
 
     /// The light at the plate's size.
     pub fn fine_light(self, plate: &Plate) -> impl FineLight + use<> {
-        FineFrame { of: self, square: plate.square(), size: plate.size() }
+        FineFrame { field: self, square: plate.square(), size: plate.size() }
     }
 }
 
 impl FineLight for FineFrame {
     fn is_ready(&self) -> bool {
-        self.of.exemplars.get().is_some_and(Option::is_some)
+        self.field.exemplars.get().is_some_and(Option::is_some)
     }
 
     fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image> {
-        let exemplars = self.of.exemplars.get()?.as_ref()?;
+        let exemplars = self.field.exemplars.get()?.as_ref()?;
         let known = self
-            .of
+            .field
             .places
             .iter()
             .filter_map(|place| Some((place, exemplars.poses.get(&place.pose)?)));
         let lit: Vec<(&Place, Image)> =
             known.map(|(place, pose)| (place, pose.lit(&place.turned(weights)))).collect();
         let (width, height) = self.size;
-        let step = self.of.working as f32 / self.square.side;
+        let step = self.field.working as f32 / self.square.side;
         let at = |i: usize, from: f32| (i as f32 + 0.5 - from) * step - 0.5;
-        let within = -0.5..self.of.working as f32 - 0.5;
+        let within = -0.5..self.field.working as f32 - 0.5;
         let mut ratio = Image::filled(width, height, [0.0; 3]);
         let rows = ratio.pixels.par_chunks_mut(width.max(1)).enumerate();
         rows.filter(|(y, _)| within.contains(&at(*y, self.square.y))).for_each(|(y, row)| {
@@ -266,13 +266,13 @@ impl FineLight for FineFrame {
                 if !within.contains(&here[0]) {
                     continue;
                 }
-                let near = around(here, (self.of.working, self.of.working));
+                let near = around(here, (self.field.working, self.field.working));
                 for (place, lit) in &lit {
                     let share: f32 = near.iter().map(|&(q, w)| w * place.share.pixels[q]).sum();
                     if share < 1e-3 {
                         continue;
                     }
-                    let scale = lit.width as f32 / self.of.working as f32;
+                    let scale = lit.width as f32 / self.field.working as f32;
                     let there: [f32; 2] = std::array::from_fn(|c| {
                         let offset: f32 = near.iter().map(|&(q, w)| w * place.offsets[q][c]).sum();
                         (here[c] + offset + 0.5) * scale - 0.5
@@ -287,7 +287,7 @@ impl FineLight for FineFrame {
     }
 
     fn bytes(&self) -> usize {
-        self.of.places.iter().map(Place::bytes).sum()
+        self.field.places.iter().map(Place::bytes).sum()
     }
 }
 

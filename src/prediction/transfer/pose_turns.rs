@@ -37,7 +37,7 @@ impl PoseTurns {
 
     /// Least squares of turns by normals over turns by depth, drawn towards 1.
     fn factor(&self) -> f32 {
-        let sum = |of: fn(&PoseTurn) -> f32| self.0.iter().map(of).sum::<f32>();
+        let sum = |term: fn(&PoseTurn) -> f32| self.0.iter().map(term).sum::<f32>();
         let agreement = sum(|turn| turn.by_normals.dot(turn.by_depth));
         let all = sum(|turn| turn.by_depth.length_squared());
         ((HALF + agreement) / (HALF + all)).clamp(FACTOR[0], FACTOR[1])

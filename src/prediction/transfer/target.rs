@@ -126,13 +126,13 @@ impl<'a> Target<'a> {
                 (point, self.head.pixels[p] > HEAD)
             })
             .collect();
-        let turn_of = |head: bool| {
-            let points = points.iter().filter(|(_, of)| *of || !head);
+        let points_turn = |head: bool| {
+            let points = points.iter().filter(|(_, is_head)| *is_head || !head);
             head_turn(&points.map(|(point, _)| *point).collect::<Vec<_>>())
         };
         let turns = &self.transfer.turns;
-        found.body = turn_of(false).map_or(Mat3::IDENTITY, |turn| turns.scaled(&turn));
-        found.turn = turn_of(true).map_or(found.body, |turn| turns.scaled(&turn));
+        found.body = points_turn(false).map_or(Mat3::IDENTITY, |turn| turns.scaled(&turn));
+        found.turn = points_turn(true).map_or(found.body, |turn| turns.scaled(&turn));
         found
     }
 

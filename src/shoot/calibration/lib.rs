@@ -192,7 +192,8 @@ fn calibrate_within(
     }
     let table = ResponseTable::from_response(&found.response);
     let interview = probes.fit(&table);
-    let (mut rig, filled_energy, two_balls) = second_ball::rig(project, &probes, &table, progress)?;
+    let measured = second_ball::rig(project, &probes, &table, progress)?;
+    let second_ball::MeasuredRig { mut rig, filled_energy, two_balls } = measured;
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
@@ -297,7 +298,7 @@ fn rig_findings(
     let shoot = &project.settings.shoot;
     let mut olats = std::collections::BTreeMap::<Vec<usize>, Vec<&str>>::new();
     for (pose, name) in shoot.poses.iter().enumerate() {
-        let lamps = project.lamps_of(pose);
+        let lamps = project.pose_lamps(pose);
         let olat = |&lamp: &usize| project.olat_picture(pose, lamp);
         let pictures: Vec<Picture> = lamps.iter().map(olat).collect();
         for same in rig_check::same_pictures(&pictures)? {
@@ -330,7 +331,7 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
         let table = ResponseTable::from_response(&PROVISIONAL);
-        let (rig, ..) = second_ball::rig(project, &probes, &table, progress)?;
+        let rig = second_ball::rig(project, &probes, &table, progress)?.rig;
         let lamps = rig.lamps.iter().enumerate().take(learnt);
         let usable = lamps.filter(|(_, lamp)| lamp.is_usable());
         usable.map(|(i, lamp)| (i, lamp.direction)).unzip()

@@ -26,9 +26,9 @@ impl BehindReader {
     pub fn read(&mut self, file: &Path, frame: usize, rate: f64) -> Result<(u64, Arc<Image>)> {
         let picture = picture_behind(file, frame, rate)?;
         let changed = changed(&picture);
-        if let Some((last, of, light)) = &self.last
+        if let Some((last, last_changed, light)) = &self.last
             && *last == picture
-            && *of == changed
+            && *last_changed == changed
         {
             return Ok((self.reads, light.clone()));
         }

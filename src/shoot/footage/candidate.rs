@@ -268,7 +268,7 @@ pub fn expand(path: &Path) -> Vec<PathBuf> {
     let is_sequence = |pattern: &PathBuf| {
         movies::open(pattern).is_ok_and(|all| all.count().is_ok_and(|count| count > 1))
     };
-    let pattern = (!movies::is_movie(path)).then(|| Sequence::of_first(path)).flatten();
+    let pattern = (!movies::is_movie(path)).then(|| Sequence::pattern_from_first(path)).flatten();
     let pattern = pattern.map(|(pattern, _)| pattern).filter(is_sequence);
     vec![pattern.unwrap_or_else(|| path.to_path_buf())]
 }

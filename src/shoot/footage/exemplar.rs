@@ -79,7 +79,7 @@ impl Exemplar {
 pub fn exemplar_sources(project: &Project) -> Vec<Picture> {
     let shoot = &project.settings.shoot;
     let pose = |pose: usize| {
-        let olats = project.lamps_of(pose).into_iter();
+        let olats = project.pose_lamps(pose).into_iter();
         let matte = project.exemplar_matte(pose).picture().clone();
         std::iter::once(matte).chain(olats.map(move |lamp| project.olat_picture(pose, lamp)))
     };

@@ -96,7 +96,7 @@ impl FrameMattes {
     ///
     /// # Errors
     /// When a picture cannot be read, or the subject cannot be found.
-    pub fn of_frame(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
+    pub fn frame_matte(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
         let start = self.start(frame)?;
         let picture = start.picture;
         self.movement.show(frame, &picture);
@@ -114,13 +114,13 @@ impl FrameMattes {
             Err(_) if seeds.hold_both() => painted(&picture, &seeds, self.within).map_err(named)?,
             Err(why) => {
                 let near = [&self.neighbour, &self.first].into_iter().flatten();
-                let near = near.into_iter().find(|(of, _)| of.abs_diff(frame) == 1);
+                let near = near.into_iter().find(|(other, _)| other.abs_diff(frame) == 1);
                 // Only strokes confirm that the frames show the same person.
                 let near = near.filter(|_| !strokes.strokes.is_empty());
-                let Some((of, matte)) = near.cloned() else {
+                let Some((other, matte)) = near.cloned() else {
                     return Err(named(unwrapped(why)));
                 };
-                let Some(flow) = self.movement.between(frame, of)? else {
+                let Some(flow) = self.movement.between(frame, other)? else {
                     return Err(named(unwrapped(why)));
                 };
                 let trust = &flow.trust().pixels;
@@ -144,17 +144,17 @@ impl FrameMattes {
         Ok(FrameMatte { picture, matte: found, seeds, followed: follows, guessed: start.guessed })
     }
 
-    /// Matte of a frame during painting: as [`of_frame`](Self::of_frame), except that an existing matte of the
+    /// Matte of a frame during painting: as [`frame_matte`](Self::frame_matte), except that an existing matte of the
     /// project replaces a neighbour's.
     ///
     /// # Errors
-    /// The same as [`of_frame`](Self::of_frame).
+    /// The same as [`frame_matte`](Self::frame_matte).
     pub fn of_painted(&mut self, frame: usize, strokes: &Strokes) -> Result<FrameMatte> {
         let start = self.start(frame)?;
         let seeds = strokes.seeds(frame, start.picture.0.size());
         let own = self.project.frame_matte_path(frame);
         if start.matte.is_ok() || seeds.hold_both() || !own.is_file() {
-            return self.of_frame(frame, strokes);
+            return self.frame_matte(frame, strokes);
         }
         let mask = read_matte(&self.project.frame_matte(frame))?;
         let matte = matte::Matte { mask, uncertain: 0.0 };
@@ -164,8 +164,8 @@ impl FrameMattes {
     }
 
     fn start(&mut self, frame: usize) -> Result<Start> {
-        if let Some((of, start)) = &self.start
-            && *of == frame
+        if let Some((started, start)) = &self.start
+            && *started == frame
         {
             return Ok(start.clone());
         }

@@ -4,7 +4,7 @@ use super::framed::{dimensions, no_matte};
 use super::framing::fitted;
 use super::lamps::{LampSettings, lacks};
 use super::parts::Parts;
-use super::shoot::{Listing, NO_SHOOT, contents, name_of};
+use super::shoot::{Listing, NO_SHOOT, contents, file_name};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
@@ -148,7 +148,7 @@ pub fn plan_import(
         results: None,
         settings: Settings {
             format: FORMAT,
-            name: manifest.name.unwrap_or_else(|| name_of(shoot)),
+            name: manifest.name.unwrap_or_else(|| file_name(shoot)),
             size: settings.size,
             seed: settings.seed,
             shoot: Shoot {
@@ -259,16 +259,16 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         if let Some(missing) = mattes.iter().find(|matte| is_none(matte)) {
             return Err(no_matte(missing.file()));
         }
-        let of_picture: Vec<_> = mattes.iter().map(|matte| matte.picture().clone()).collect();
-        let first = of_picture[0].clone();
-        let size = group("checking mattes", of_picture)?;
+        let matte_pictures: Vec<_> = mattes.iter().map(|matte| matte.picture().clone()).collect();
+        let first = matte_pictures[0].clone();
+        let size = group("checking mattes", matte_pictures)?;
         if size == picture.1 {
             return Ok(());
         }
         Err(differs((&first, size), picture))
     };
     let poses = 0..shoot.poses.len();
-    let olats = poses.clone().flat_map(|p| project.lamps_of(p).into_iter().map(move |l| (p, l)));
+    let olats = poses.clone().flat_map(|p| project.pose_lamps(p).into_iter().map(move |l| (p, l)));
     let olats = olats.map(|(p, l)| project.olat_picture(p, l)).collect();
     let olat_size = group("checking OLATs", olats)?;
     mattes(

@@ -261,8 +261,8 @@ fn leave_out(project: &mut Project, poses: &[String], lamp: &String) -> Result<(
         shoot.lamps.retain(|other| other != lamp);
         shoot.other_lamps.retain(|other| other != lamp);
     }
-    let few =
-        (0..project.settings.shoot.poses.len()).find(|&pose| project.lamps_of(pose).len() < FEWEST);
+    let few = (0..project.settings.shoot.poses.len())
+        .find(|&pose| project.pose_lamps(pose).len() < FEWEST);
     if few.is_some() || project.settings.shoot.lamps.len() < FEWEST {
         return Err(Error::invalid(
             format!("without {lamp}, fewer than {FEWEST} lamps are left"),

@@ -113,7 +113,7 @@ fn a_shoot_whose_pose_lacks_an_olat_is_imported() -> Result<()> {
         std::fs::remove_file(shoot.join("exemplars/pose02/olat_05.png")).unwrap();
         assert!(crate::scan::scan(shoot, None).is_complete());
     })?;
-    assert_eq!(project.lamps_of(2), [0, 1, 2, 3, 4, 6, 7]);
+    assert_eq!(project.pose_lamps(2), [0, 1, 2, 3, 4, 6, 7]);
     assert_eq!(Exemplar::load(&project, &Response::Srgb, 2)?.missing, [5]);
     // The gap moves with the file.
     let exchange = LampSettings {
@@ -122,7 +122,7 @@ fn a_shoot_whose_pose_lacks_an_olat_is_imported() -> Result<()> {
         ..LampSettings::default()
     };
     exchange.run(&mut project)?;
-    assert_eq!(project.lamps_of(2), [1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(project.pose_lamps(2), [1, 2, 3, 4, 5, 6, 7]);
     assert_eq!(file(&project.first_olat(2)), "olat_01");
     Ok(())
 }

@@ -62,7 +62,7 @@ fn folders(project: &Project) -> HashSet<PathBuf> {
     let root = project.shoot_path("");
     let mut folders = HashSet::new();
     for picture in pictures.chain(project.probe_pictures()) {
-        let folder = folder_of(&picture);
+        let folder = picture_folder(&picture);
         let above = folder.ancestors().skip(1);
         let above = above.take_while(|above| above.starts_with(&root) && **above != *root);
         folders.extend(above.map(Path::to_path_buf));
@@ -71,7 +71,7 @@ fn folders(project: &Project) -> HashSet<PathBuf> {
     folders
 }
 
-fn folder_of(picture: &Picture) -> PathBuf {
+fn picture_folder(picture: &Picture) -> PathBuf {
     match picture {
         Picture::Movie { file, .. } if file.is_dir() => file.clone(),
         picture => picture.file().parent().unwrap_or(Path::new("")).to_path_buf(),

@@ -1,7 +1,7 @@
 //! A shoot as a TOML map: files and frames of interview, poses and mirror balls. See `docs/movies.md`.
 
 use super::lamp_list;
-use super::takes::{Rounds, series_of};
+use super::takes::{Rounds, series_path};
 use base::error::{Error, Result};
 use base::files;
 use base::progress::Progress;
@@ -143,7 +143,7 @@ impl Map {
     pub fn interview(&self, folder: &Path, progress: &Progress) -> Result<(Clip, Option<f64>)> {
         let Interview { file, frames, .. } = &self.interview;
         let file = match frames {
-            None => series_of(folder, file, progress)?,
+            None => series_path(folder, file, progress)?,
             Some(_) => file.clone(),
         };
         let path = folder.join(&file);

@@ -197,9 +197,9 @@ fn frames(
         .collect();
     let strokes = Strokes::load(project)?;
     let painted = strokes.frames();
-    let of_own =
+    let is_kept =
         |frame: &&usize| !wanted[**frame] && super::strokes::is_own_matte(project, **frame);
-    report.painted_kept = painted.iter().filter(of_own).count();
+    report.painted_kept = painted.iter().filter(is_kept).count();
     report.kept += wanted.iter().filter(|wanted| !**wanted).count();
     let Some(first) = wanted.iter().position(|wanted| *wanted) else {
         return Ok(());
@@ -229,7 +229,7 @@ fn frames(
                 progress.say(stand_in.sentence);
                 return Ok(None);
             }
-            let made = mattes.of_frame(frame, &strokes);
+            let made = mattes.frame_matte(frame, &strokes);
             made.map(Some).map_err(|e| offer(project, frame, e))
         });
         let made = match made {
@@ -274,7 +274,7 @@ fn poses(
             continue;
         }
         step(progress, project, shoot.frames.len() + pose)?;
-        let (matte, guessed) = of_pose(project, pose, person)?;
+        let (matte, guessed) = pose_matte(project, pose, person)?;
         report.poses += 1;
         report.guessed_poses += usize::from(guessed);
         *uncertain += matte.uncertain;
@@ -285,13 +285,13 @@ fn poses(
 
 /// Matte of a pose, and if a network found the person: from its brightest values under all lamps by a screen, else by the
 /// network from the mean of its OLATs, else by brightness.
-fn of_pose(
+fn pose_matte(
     project: &Project,
     pose: usize,
     person: Option<&FindPerson>,
 ) -> Result<(matte::Matte, bool)> {
     let mut lit_by_all: Option<(Encoded, Image)> = None;
-    for lamp in project.lamps_of(pose) {
+    for lamp in project.pose_lamps(pose) {
         let picture = project.olat_picture(pose, lamp);
         let pixels = read_picture(&picture)?;
         let light = pixels.0.map(|p| p.map(linear_from_srgb));

@@ -69,7 +69,7 @@ fn fit(project: &Project, response: &Response, pose: usize, lamp: usize) -> Resu
     let shoot = &project.settings.shoot;
     let teachers: Vec<usize> =
         (0..shoot.poses.len()).filter(|&other| project.has_olat(other, lamp)).collect();
-    let mut used = project.lamps_of(pose);
+    let mut used = project.pose_lamps(pose);
     used.retain(|&other| teachers.iter().all(|&teacher| project.has_olat(teacher, other)));
     if teachers.is_empty() || used.is_empty() {
         let (pose, lamp) = (&shoot.poses[pose], shoot.lamp(lamp));

@@ -53,7 +53,7 @@ impl Movement {
     }
 
     fn step(&mut self, from: usize, to: usize) -> Result<Option<Flow>> {
-        if let Some((_, flow)) = self.flows.iter().find(|(of, _)| *of == [from, to]) {
+        if let Some((_, flow)) = self.flows.iter().find(|(pair, _)| *pair == [from, to]) {
             return Ok(flow.clone());
         }
         let (here, there) = (self.picture(from)?, self.picture(to)?);

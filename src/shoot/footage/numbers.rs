@@ -18,12 +18,12 @@ pub const FRAME_NUMBERS: RangeInclusive<i64> = -1_000_000_000..=1_000_000_000;
 pub fn first_number(project: &Project) -> Result<i64> {
     let found = match &project.settings.shoot.frames {
         Frames::Named(names) => common_number(names),
-        Frames::Clip(clip) => of_clip(clip, &project.shoot_path(&clip.movie))?,
+        Frames::Clip(clip) => clip_number(clip, &project.shoot_path(&clip.movie))?,
     };
     Ok(found.unwrap_or(0))
 }
 
-fn of_clip(clip: &Clip, path: &Path) -> Result<Option<i64>> {
+fn clip_number(clip: &Clip, path: &Path) -> Result<Option<i64>> {
     if path.is_dir() {
         let pictures = movies::pictures(path)?;
         let (first, count) = (clip.first as usize, clip.count as usize);

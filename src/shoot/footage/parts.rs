@@ -2,7 +2,9 @@
 
 use super::lamp_list;
 use super::map::{self, Map};
-use super::shoot::{Camera, Listing, Manifest, Probes, lamp_lists, movie_named, name_of, several};
+use super::shoot::{
+    Camera, Listing, Manifest, Probes, file_name, lamp_lists, movie_named, several,
+};
 use super::takes::Rounds;
 use base::error::{Error, Result};
 use base::has_extension;
@@ -35,19 +37,19 @@ impl Parts {
     /// When a part is missing or cannot be read, or a movie's number of lamps differs.
     pub fn find(shoot: &Path, layer: Option<&str>, progress: &Progress) -> Result<Self> {
         if has_extension(shoot, "toml") && shoot.is_file() {
-            return Self::of_map(shoot, layer, progress);
+            return Self::from_map(shoot, layer, progress);
         }
         let folder = if shoot.is_file() { shoot.parent() } else { Some(shoot) };
         picture::choose_layer(folder.unwrap_or(shoot), layer);
         if shoot.is_file() {
-            return Self::of_interview(shoot, progress);
+            return Self::from_interview(shoot, progress);
         }
         check_parts(shoot)?;
-        Self::of_folder(shoot, Manifest::read(shoot)?, Listing::read(shoot)?, progress)
+        Self::from_folder(shoot, Manifest::read(shoot)?, Listing::read(shoot)?, progress)
     }
 
     /// A movie is the interview of the shoot in its folder.
-    fn of_interview(movie: &Path, progress: &Progress) -> Result<Self> {
+    fn from_interview(movie: &Path, progress: &Progress) -> Result<Self> {
         let parent = movie.parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = parent.unwrap_or(Path::new("."));
         let beside = Listing::present(folder);
@@ -78,17 +80,17 @@ impl Parts {
             Manifest::default()
         };
         let listing = Listing::with_interview(folder, movie)?;
-        Self::of_folder(folder, manifest, listing, progress)
+        Self::from_folder(folder, manifest, listing, progress)
     }
 
-    fn of_folder(
+    fn from_folder(
         shoot: &Path,
         manifest: Manifest,
         mut listing: Listing,
         progress: &Progress,
     ) -> Result<Self> {
         let mut takes = std::mem::take(&mut listing.takes);
-        let list = lamp_list_of(shoot)?;
+        let list = read_lamp_list(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
         let mut expected = known.or(list.as_ref().map(Vec::len)).or(manifest.olat_conditions);
         let mut names: Vec<String> = list.iter().flatten().map(|(name, _)| name.clone()).collect();
@@ -157,7 +159,7 @@ impl Parts {
         })
     }
 
-    fn of_map(path: &Path, layer: Option<&str>, progress: &Progress) -> Result<Self> {
+    fn from_map(path: &Path, layer: Option<&str>, progress: &Progress) -> Result<Self> {
         let map = Map::read(path)?;
         let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
         let folder = parent.unwrap_or(Path::new("."));
@@ -166,7 +168,7 @@ impl Parts {
         let (mut lamps, directions) = map.lamps(&folder)?;
         let mut takes = Takes { interview_ball: map.interview_ball(&folder)?, ..Takes::default() };
         if let Some(balls) = map.balls() {
-            let balls = balls.of_series(&folder, progress)?;
+            let balls = balls.with_series(&folder, progress)?;
             let expected = (!lamps.is_empty()).then_some(lamps.len());
             let found = balls.find(&folder, expected, &lamps, progress)?;
             if lamps.is_empty() {
@@ -177,7 +179,7 @@ impl Parts {
         let without_balls = takes.balls.is_none();
         let mut poses = Vec::new();
         for (pose, rounds) in map.poses() {
-            let rounds = rounds.of_series(&folder, progress)?;
+            let rounds = rounds.with_series(&folder, progress)?;
             let found = rounds.find(&folder, Some(lamps.len()), &lamps, progress)?;
             takes.poses.insert(pose.clone(), rounds.take(found, &lamps));
             poses.push(pose.clone());
@@ -192,7 +194,7 @@ impl Parts {
         let camera =
             map.ball.camera_distance_m.map(|distance| Camera { position: [0.0, 0.0, distance] });
         let manifest = Manifest {
-            name: map.name.or_else(|| Some(name_of(&path.with_extension("")))),
+            name: map.name.or_else(|| Some(file_name(&path.with_extension("")))),
             frame_rate: map.frame_rate,
             damaged_frames: map.damaged_frames,
             camera,
@@ -246,7 +248,7 @@ fn check_parts(shoot: &Path) -> Result<()> {
     ))
 }
 
-fn lamp_list_of(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
+fn read_lamp_list(shoot: &Path) -> Result<Option<Vec<(String, Vec3)>>> {
     let lists = lamp_lists(shoot)?;
     match &lists[..] {
         [] => Ok(None),

@@ -1,7 +1,7 @@
 //! Scan of a shoot's folder before import: contents, missing parts and their effect.
 
 use super::lamps::lacks;
-use super::shoot::{Listing, MANIFEST, Manifest, Part, name_of, picture_names};
+use super::shoot::{Listing, MANIFEST, Manifest, Part, file_name, picture_names};
 use base::Result;
 use imaging::file::{dimensions, with_ending};
 use imaging::picture;
@@ -79,7 +79,7 @@ pub fn scan(folder: &Path, layer: Option<&str>) -> Scan {
     ];
     Scan {
         folder: folder.to_path_buf(),
-        name: (manifest.ok().and_then(|m| m.name)).unwrap_or_else(|| name_of(folder)),
+        name: (manifest.ok().and_then(|m| m.name)).unwrap_or_else(|| file_name(folder)),
         lines,
         frames: listing.frames.len(),
         poses: listing.poses.len(),
@@ -234,13 +234,13 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
         Frames::Clip(_) => &[],
     };
     let mut later = Vec::new();
-    for (inside, of, wanted) in
+    for (inside, what, wanted) in
         [("exemplar_masks", "poses", &poses[..]), ("interview_masks", "interview", frames)]
     {
         let there = pictures(folder, inside);
         // `afterlight matte` makes all of them, but does not fill gaps in a shoot's own mattes.
         if !folder.join(inside).exists() {
-            later.extend((!wanted.is_empty()).then_some(of));
+            later.extend((!wanted.is_empty()).then_some(what));
             continue;
         }
         found += wanted.iter().filter(|&name| there.contains(name)).count();
@@ -273,7 +273,7 @@ fn pictures(folder: &Path, inside: &str) -> HashSet<String> {
 
 /// Several candidates for a part.
 fn fault(listing: &Listing, part: Part) -> Option<String> {
-    let fault = listing.faults.iter().find(|(of, _)| *of == part);
+    let fault = listing.faults.iter().find(|(faulty, _)| *faulty == part);
     fault.map(|(_, error)| error.to_string())
 }
 

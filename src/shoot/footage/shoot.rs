@@ -244,7 +244,7 @@ impl Listing {
     /// # Errors
     /// As [`Self::read`].
     pub fn with_interview(shoot: &Path, interview: &Path) -> Result<Self> {
-        Self::list(shoot, Some(name_of(interview).into()), true)
+        Self::list(shoot, Some(file_name(interview).into()), true)
     }
 
     /// Lists a shoot that may lack folders.
@@ -299,18 +299,18 @@ impl Listing {
 
     fn find_poses(&mut self, shoot: &Path, folders: &mut Vec<LampFolder>) -> Result<()> {
         let exemplars = shoot.join("exemplars");
-        let folder = |path: &Path| path.is_dir().then(|| name_of(path));
+        let folder = |path: &Path| path.is_dir().then(|| file_name(path));
         self.poses = entries(&exemplars, folder)?;
         for pose in &self.poses {
             let inside = Path::new("exemplars").join(pose);
             let names = picture_names(&shoot.join(&inside))?;
             folders.push(LampFolder { pose: Some(pose.clone()), inside, names });
         }
-        let movie = |path: &Path| movies::is_movie(path).then(|| name_of(path));
+        let movie = |path: &Path| movies::is_movie(path).then(|| file_name(path));
         for movie in entries(&exemplars, movie)? {
-            let pose = name_of(&Path::new(&movie).with_extension(""));
+            let pose = file_name(&Path::new(&movie).with_extension(""));
             let other = match self.pose_movies.get(&pose) {
-                Some(other) => Some(name_of(other)),
+                Some(other) => Some(file_name(other)),
                 None => self.poses.contains(&pose).then(|| format!("{pose}/")),
             };
             if let Some(other) = other {
@@ -462,7 +462,7 @@ impl Listing {
 /// # Errors
 /// When the folder cannot be read.
 pub fn lamp_lists(shoot: &Path) -> Result<Vec<String>> {
-    entries(shoot, |path| has_extension(path, "lp").then(|| name_of(path)))
+    entries(shoot, |path| has_extension(path, "lp").then(|| file_name(path)))
 }
 
 /// True if a shoot's folder has a list of lamps and no folder of mirror balls.
@@ -499,7 +499,7 @@ fn in_order(shoot: &Path, inside: &Path, names: &[String], lamps: &[String]) -> 
 /// When there are several.
 pub fn movie_named(shoot: &Path, name: &str, remedy: &str) -> Result<Option<PathBuf>> {
     let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
-    let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
+    let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| file_name(path));
     let found = entries(shoot, movie).unwrap_or_default();
     match &found[..] {
         [] => Ok(None),
@@ -535,7 +535,7 @@ pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<
 pub fn picture_names(folder: &Path) -> Result<Vec<String>> {
     let files = entries(folder, |path| {
         let is_picture = FileFormat::from_path(path).is_some_and(FileFormat::is_picture);
-        is_picture.then(|| name_of(path))
+        is_picture.then(|| file_name(path))
     })?;
     if let Some(pair) = files.windows(2).find(|pair| stem(&pair[0]) == stem(&pair[1])) {
         let remedy = "Keep one of them in the folder";
@@ -569,6 +569,6 @@ pub fn stem(name: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
-pub fn name_of(path: &Path) -> String {
+pub fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
 }

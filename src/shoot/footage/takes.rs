@@ -37,11 +37,11 @@ impl Rounds {
     ///
     /// # Errors
     /// When the folder cannot be read or holds several series.
-    pub fn of_series(self, shoot: &Path, progress: &Progress) -> Result<Self> {
+    pub fn with_series(self, shoot: &Path, progress: &Progress) -> Result<Self> {
         if self.range.is_some() || !self.lamps.is_empty() || !self.tracking.is_empty() {
             return Ok(self);
         }
-        Ok(Self { movie: series_of(shoot, &self.movie, progress)?, ..self })
+        Ok(Self { movie: series_path(shoot, &self.movie, progress)?, ..self })
     }
 
     /// Finds the lamps' frames; reads all frames unless they are known. `expected` is the number of lamps, if
@@ -141,7 +141,7 @@ fn named_frames(
 ///
 /// # Errors
 /// When the folder cannot be read or holds several series.
-pub(super) fn series_of(shoot: &Path, movie: &Path, progress: &Progress) -> Result<PathBuf> {
+pub(super) fn series_path(shoot: &Path, movie: &Path, progress: &Progress) -> Result<PathBuf> {
     let folder = shoot.join(movie);
     if !folder.is_dir() {
         return Ok(movie.to_path_buf());
@@ -171,7 +171,7 @@ const SPOTS: usize = 128;
 /// The mean light of a frame, and its brightest spot.
 pub(super) fn frame_light(source: &Source, frame: u64) -> Result<FrameLight> {
     let picture = source.frame(frame)?.encoded().0;
-    let mean = mean_of(&picture);
+    let mean = mean_luminance(&picture);
     let (width, height) = picture.size();
     let longer = width.max(height);
     let side = |side: usize| (side * SPOTS.min(longer) / longer).max(1);
@@ -187,10 +187,10 @@ pub(super) fn frame_light(source: &Source, frame: u64) -> Result<FrameLight> {
 
 /// Mean linear light of a frame, assuming sRGB encoding.
 pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
-    Ok(mean_of(&source.frame(frame)?.encoded().0))
+    Ok(mean_luminance(&source.frame(frame)?.encoded().0))
 }
 
-fn mean_of(picture: &Raster<[f32; 3]>) -> f32 {
+fn mean_luminance(picture: &Raster<[f32; 3]>) -> f32 {
     // Every third pixel of every third row is enough.
     let (width, height) = picture.size();
     let rows = (0..height).step_by(3).flat_map(|y| (0..width).step_by(3).map(move |x| (x, y)));

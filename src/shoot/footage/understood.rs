@@ -57,19 +57,19 @@ pub fn understood(project: &Project) -> Vec<Understood> {
     let environments = &shoot.environments;
     let environment = |i: usize| Picture::File(project.shoot_path(&environments[i].file));
     let kinds = [
-        of_kind("Interview", frames, |i| Some(project.frame_picture(i))),
-        of_kind("OLATs", poses * lamps, |i| {
+        kind_summary("Interview", frames, |i| Some(project.frame_picture(i))),
+        kind_summary("OLATs", poses * lamps, |i| {
             let (pose, lamp) = (i / lamps, i % lamps);
             project.has_olat(pose, lamp).then(|| project.olat_picture(pose, lamp))
         }),
-        of_kind("Balls", balls.len(), |i| Some(balls[i].clone())),
-        of_kind("Mattes", frames + poses, matte),
-        of_kind("Environments", environments.len(), |i| Some(environment(i))),
+        kind_summary("Balls", balls.len(), |i| Some(balls[i].clone())),
+        kind_summary("Mattes", frames + poses, matte),
+        kind_summary("Environments", environments.len(), |i| Some(environment(i))),
     ];
     kinds.into_iter().flatten().collect()
 }
 
-fn of_kind(
+fn kind_summary(
     kind: &'static str,
     count: usize,
     picture: impl Fn(usize) -> Option<Picture> + Sync,

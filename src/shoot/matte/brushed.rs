@@ -213,13 +213,13 @@ fn supposed(picture: &Encoded, before: &[bool], told: &[f32]) -> Vec<bool> {
     }
     while let Some((place, origin)) = open.pop_front() {
         let (x, y) = (place % width, place / width);
-        let (of_x, of_y) = (origin % width, origin / width);
+        let (origin_x, origin_y) = (origin % width, origin / width);
         for (x, y) in [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)] {
             if x >= width || y >= height || seen[y * width + x] {
                 continue;
             }
             let next = y * width + x;
-            let away = (x.abs_diff(of_x) as f32).hypot(y.abs_diff(of_y) as f32);
+            let away = (x.abs_diff(origin_x) as f32).hypot(y.abs_diff(origin_y) as f32);
             let (a, b) = (color(next), color(origin));
             let apart: f32 = (0..3).map(|c| (a[c] - b[c]).powi(2)).sum();
             if away <= reach && apart <= ALIKE * ALIKE && before[next] != supposed[origin] {

@@ -59,10 +59,11 @@ fn a_stroke_removes_what_is_no_subject() {
 
 #[test]
 fn strokes_alone_cut_out_a_subject_before_any_background() {
-    for (screen, of) in [([0.3, 0.3, 0.3], [0.5, 0.35, 0.2]), ([0.25, 0.1, 0.1], [0.1, 0.15, 0.3])]
+    for (screen, subject) in
+        [([0.3, 0.3, 0.3], [0.5, 0.35, 0.2]), ([0.25, 0.1, 0.1], [0.1, 0.15, 0.3])]
     {
         for size in [(220, 160), (1000, 700)] {
-            let (picture, truth) = round(size, screen, of);
+            let (picture, truth) = round(size, screen, subject);
             let at = |x: f32, y: f32| [x * size.0 as f32, y * size.1 as f32];
             let mut seeds = Seeds::none(size);
             let only_one = |seeds: &Seeds| painted(&picture, seeds, None).unwrap_err().to_string();

@@ -107,9 +107,9 @@ impl Exposure {
         }
         for _ in 0..6 {
             let off = |[a, b]: [[f32; 3]; 2], c: usize| a[c] - lines[c][0] - lines[c][1] * b[c];
-            let of_border = |c: usize| border.iter().filter_map(|&i| pairs[i]).map(move |p| (p, c));
+            let on_border = |c: usize| border.iter().filter_map(|&i| pairs[i]).map(move |p| (p, c));
             let limits = [0, 1, 2].map(|c| {
-                let noise = spread(of_border(c).map(|(p, c)| off(p, c)), 0.0);
+                let noise = spread(on_border(c).map(|(p, c)| off(p, c)), 0.0);
                 3.0 * noise.clamp(0.02, 0.2)
             });
             let alike: Vec<_> = (pairs.iter().flatten())

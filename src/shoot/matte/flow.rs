@@ -90,19 +90,19 @@ impl Flow {
 
     /// The other frame's values warped to this frame: each pixel is read at its shifted place (bilinear; the border
     /// is repeated). The values may have any size.
-    pub fn warped<const N: usize>(&self, of_other: &Raster<[f32; N]>) -> Raster<[f32; N]> {
-        let (width, height) = of_other.size();
+    pub fn warped<const N: usize>(&self, other: &Raster<[f32; N]>) -> Raster<[f32; N]> {
+        let (width, height) = other.size();
         let shifts = scaled(&self.shifts, (width, height));
         let pixels = (0..width * height).into_par_iter().map(|i| {
             let [dx, dy] = shifts.pixels[i];
-            sample(of_other, (i % width) as f32 + dx, (i / width) as f32 + dy)
+            sample(other, (i % width) as f32 + dx, (i / width) as f32 + dy)
         });
         Raster { width, height, pixels: pixels.collect() }
     }
 
     /// [`warped`](Self::warped) of a matte.
-    pub fn warped_mask(&self, of_other: &Mask) -> Mask {
-        self.warped(&of_other.map(|v| [v])).map(|[v]| v)
+    pub fn warped_mask(&self, other: &Mask) -> Mask {
+        self.warped(&other.map(|v| [v])).map(|[v]| v)
     }
 
     /// The flow followed by `next`, which starts where this one ends.
@@ -140,14 +140,14 @@ fn scaled(shifts: &Raster<[f32; 2]>, (width, height): (usize, usize)) -> Raster<
 }
 
 /// A value between pixels; a NaN place reads the first pixel.
-fn sample<const N: usize>(of: &Raster<[f32; N]>, x: f32, y: f32) -> [f32; N] {
+fn sample<const N: usize>(grid: &Raster<[f32; N]>, x: f32, y: f32) -> [f32; N] {
     let inside = |at: f32, length: usize| at.clamp(0.0, (length - 1) as f32);
-    let (x, y) = (inside(x, of.width), inside(y, of.height));
+    let (x, y) = (inside(x, grid.width), inside(y, grid.height));
     let (left, top) = (x as usize, y as usize);
-    let (right, bottom) = ((left + 1).min(of.width - 1), (top + 1).min(of.height - 1));
+    let (right, bottom) = ((left + 1).min(grid.width - 1), (top + 1).min(grid.height - 1));
     let (fx, fy) = (x - left as f32, y - top as f32);
     let (a, b, c, d) =
-        (of.at(left, top), of.at(right, top), of.at(left, bottom), of.at(right, bottom));
+        (grid.at(left, top), grid.at(right, top), grid.at(left, bottom), grid.at(right, bottom));
     std::array::from_fn(|i| {
         (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
     })

@@ -161,9 +161,9 @@ impl Places {
     /// The subject's core is `reach` away from its edge and, for wider soft edges, no greener than the inside of
     /// the subject.
     fn new(share: &[f32], inside: &[bool], cut: &Cut, size: (usize, usize), reach: usize) -> Self {
-        let of_subject: Vec<[f32; 1]> = inside.iter().map(|&i| [f32::from(u8::from(i))]).collect();
-        let near = window::sums(&of_subject, size, reach);
-        let far = window::sums(&of_subject, size, 3 * reach);
+        let subject: Vec<[f32; 1]> = inside.iter().map(|&i| [f32::from(u8::from(i))]).collect();
+        let near = window::sums(&subject, size, reach);
+        let far = window::sums(&subject, size, 3 * reach);
         let (near_count, far_count) =
             (window::counts(size, reach), window::counts(size, 3 * reach));
         let full = |i: usize, sums: &[[f32; 1]], count: f32| sums[i][0] > count - 0.5;
@@ -220,8 +220,8 @@ impl Surface {
 
     fn at(&self, place: usize, size: (usize, usize)) -> [f32; 3] {
         let terms = Self::terms(place, size);
-        self.0.map(|of| {
-            let log: f64 = of.iter().zip(terms).map(|(a, b)| a * b).sum();
+        self.0.map(|polynomial| {
+            let log: f64 = polynomial.iter().zip(terms).map(|(a, b)| a * b).sum();
             log.exp().min(4.0) as f32
         })
     }

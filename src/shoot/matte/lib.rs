@@ -76,7 +76,7 @@ fn otsu(values: &[f32], (low, high): (f32, f32)) -> Option<(f32, f32)> {
     for v in values {
         counts[(((v - low) / width) as usize).min(BINS - 1)] += 1.0;
     }
-    let sum = |of: &dyn Fn(usize) -> f64| (0..BINS).map(|i| counts[i] * of(i)).sum::<f64>();
+    let sum = |value: &dyn Fn(usize) -> f64| (0..BINS).map(|i| counts[i] * value(i)).sum::<f64>();
     let (all, mean) = (sum(&|_| 1.0), sum(&|i| i as f64));
     let mean = mean / all;
     let variance = sum(&|i| (i as f64 - mean).powi(2));

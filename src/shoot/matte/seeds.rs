@@ -109,9 +109,9 @@ impl Seeds {
         if (w, h) == (width, height) {
             return self.clone();
         }
-        let range = |at: usize, of: usize, full: usize| {
-            let first = at * full / of.max(1);
-            first..((at + 1) * full).div_ceil(of.max(1)).max(first + 1).min(full)
+        let range = |at: usize, count: usize, full: usize| {
+            let first = at * full / count.max(1);
+            first..((at + 1) * full).div_ceil(count.max(1)).max(first + 1).min(full)
         };
         Self(Raster::from_fn(width, height, |x, y| {
             let (mut most, mut least) = (0.0_f32, 0.0_f32);

@@ -93,8 +93,8 @@ fn mattes_of_virtual_stages_are_those_of_their_truth() {
     }
 }
 
-/// A round subject of colour `of` with soft edges, before a screen whose light falls off by half to the right.
-pub fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, Mask) {
+/// A round subject of colour `subject` with soft edges, before a screen whose light falls off by half to the right.
+pub fn round(size: (usize, usize), screen: [f32; 3], subject: [f32; 3]) -> (Encoded, Mask) {
     let (w, h) = (size.0 as f32, size.1 as f32);
     let truth = Raster::from_fn(size.0, size.1, |x, y| {
         let (dx, dy) = (x as f32 + 0.5 - 0.5 * w, y as f32 + 0.5 - 0.6 * h);
@@ -103,7 +103,7 @@ pub fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, 
     let picture = Raster::from_fn(size.0, size.1, |x, y| {
         let (a, light) = (truth.at(x, y), 1.0 - 0.5 * x as f32 / w);
         std::array::from_fn(|c| {
-            imaging::color::srgb_from_linear(a * of[c] + (1.0 - a) * light * screen[c])
+            imaging::color::srgb_from_linear(a * subject[c] + (1.0 - a) * light * screen[c])
         })
     });
     (Encoded(picture), truth)
@@ -113,12 +113,12 @@ pub fn round(size: (usize, usize), screen: [f32; 3], of: [f32; 3]) -> (Encoded, 
 fn uneven_green_and_blue_screens_are_keyed() {
     let mut worst = (1.0_f32, 0.0_f32);
     for (screen, hue) in [([0.05, 0.4, 0.1], Hue::Green), ([0.05, 0.12, 0.5], Hue::Blue)] {
-        for of in [[0.4, 0.25, 0.2], [0.02, 0.02, 0.02], [0.8, 0.8, 0.75], [0.2, 0.2, 0.05]] {
-            let (picture, truth) = round((150, 110), screen, of);
+        for subject in [[0.4, 0.25, 0.2], [0.02, 0.02, 0.02], [0.8, 0.8, 0.75], [0.2, 0.2, 0.05]] {
+            let (picture, truth) = round((150, 110), screen, subject);
             let key = key(&picture).unwrap();
             assert_eq!(key.hue, hue);
             let (iou, off) = scores(&key.matte(&picture).unwrap().mask, &truth);
-            assert!(iou >= 0.985 && off <= 0.01, "{hue:?}, {of:?}: {iou}, {off}");
+            assert!(iou >= 0.985 && off <= 0.01, "{hue:?}, {subject:?}: {iou}, {off}");
             worst = (worst.0.min(iou), worst.1.max(off));
         }
     }
@@ -228,8 +228,8 @@ fn a_box_is_enough_before_any_background() {
 #[test]
 fn a_box_that_says_nothing_ends_in_a_sentence() {
     let (picture, _) = round((60, 40), [0.3; 3], [0.5, 0.35, 0.2]);
-    for of in [[0, 0, 60, 40], [0, 0, usize::MAX, usize::MAX], [5, 5, 0, 0], [100, 100, 5, 5]] {
-        let said = boxed(&picture, of).unwrap_err().to_string();
+    for frame in [[0, 0, 60, 40], [0, 0, usize::MAX, usize::MAX], [5, 5, 0, 0], [100, 100, 5, 5]] {
+        let said = boxed(&picture, frame).unwrap_err().to_string();
         assert!(said.contains("60 × 40") && said.contains("Draw the box"), "{said}");
     }
     for (width, height) in [(1, 1), (2, 1), (9, 7)] {

@@ -24,7 +24,7 @@ impl Project {
         let pose = &shoot.poses[pose];
         let lamp = shoot.corrections.file(pose, shoot.lamp(lamp));
         match shoot.takes.poses.get(pose) {
-            Some(take) => self.of_movie(&take.movie, take.lamps.get(lamp).copied().unwrap_or(0)),
+            Some(take) => self.movie_frame(&take.movie, take.lamps.get(lamp).copied().unwrap_or(0)),
             None => self.file(format!("exemplars/{pose}/{lamp}")),
         }
     }
@@ -36,14 +36,14 @@ impl Project {
     }
 
     /// The lamps whose OLATs pose `pose` has, counted over all lamps.
-    pub fn lamps_of(&self, pose: usize) -> Vec<usize> {
+    pub fn pose_lamps(&self, pose: usize) -> Vec<usize> {
         let lamps = 0..self.settings.shoot.all_lamps().len();
         lamps.filter(|&lamp| self.has_olat(pose, lamp)).collect()
     }
 
     /// The first OLAT that pose `pose` has.
     pub fn first_olat(&self, pose: usize) -> Picture {
-        self.olat_picture(pose, self.lamps_of(pose).first().copied().unwrap_or(0))
+        self.olat_picture(pose, self.pose_lamps(pose).first().copied().unwrap_or(0))
     }
 
     /// The matte of pose `pose`: its movie's alpha, the shoot's file, or the project's.
@@ -53,7 +53,7 @@ impl Project {
         if let Some(take) = shoot.takes.poses.get(name).filter(|take| take.alpha) {
             // A lamp may leave the subject dark, but not transparent; all lamps together show it best.
             let lit = take.tracking.first().or(take.lamps.values().next());
-            return Matte::Alpha(self.of_movie(&take.movie, lit.copied().unwrap_or(0)));
+            return Matte::Alpha(self.movie_frame(&take.movie, lit.copied().unwrap_or(0)));
         }
         let shoots = self.found(format!("exemplar_masks/{name}"));
         self.grey(shoots, self.exemplar_matte_path(pose), shoot.takes.poses.contains_key(name))
@@ -62,7 +62,7 @@ impl Project {
     /// Interview frame number `frame`.
     pub fn frame_picture(&self, frame: usize) -> Picture {
         match &self.settings.shoot.frames {
-            Frames::Clip(clip) => self.of_movie(&clip.movie, clip.first + frame as u64),
+            Frames::Clip(clip) => self.movie_frame(&clip.movie, clip.first + frame as u64),
             frames => self.file(format!("interview/{}", frames.name(frame))),
         }
     }
@@ -81,7 +81,7 @@ impl Project {
             return Matte::Grey(if own.is_file() {
                 Picture::File(own)
             } else {
-                self.of_movie(movie, frame as u64)
+                self.movie_frame(movie, frame as u64)
             });
         }
         let shoots = self.found(format!("{INTERVIEW_MATTES}/{}", frames.name(frame)));
@@ -89,7 +89,7 @@ impl Project {
             let folder = self.shoot_path(INTERVIEW_MATTES);
             let first = || self.found(format!("{INTERVIEW_MATTES}/{}", frames.name(0)));
             if folder.is_dir() && !first().is_file() {
-                return Matte::Grey(self.of_movie(Path::new(INTERVIEW_MATTES), frame as u64));
+                return Matte::Grey(self.movie_frame(Path::new(INTERVIEW_MATTES), frame as u64));
             }
         }
         self.grey(shoots, own, is_clip)
@@ -109,8 +109,8 @@ impl Project {
 
     /// The mirror ball under the interview's light.
     pub fn interview_probe_picture(&self) -> Picture {
-        self.of_ball(match &self.settings.shoot.takes.interview_ball {
-            Some(still) => self.of_movie(&still.movie, still.frame),
+        self.ball_picture(match &self.settings.shoot.takes.interview_ball {
+            Some(still) => self.movie_frame(&still.movie, still.frame),
             None => self.file("probes/interview"),
         })
     }
@@ -119,8 +119,8 @@ impl Project {
     pub fn lamp_probe_picture(&self, lamp: usize) -> Picture {
         let shoot = &self.settings.shoot;
         let name = shoot.lamp(lamp);
-        self.of_ball(match &shoot.takes.balls {
-            Some(take) => self.of_movie(&take.movie, take.lamps.get(name).copied().unwrap_or(0)),
+        self.ball_picture(match &shoot.takes.balls {
+            Some(take) => self.movie_frame(&take.movie, take.lamps.get(name).copied().unwrap_or(0)),
             None => self.file(format!("probes/{name}")),
         })
     }
@@ -131,7 +131,7 @@ impl Project {
             return self.lamp_probe_picture(lamp);
         }
         let name = self.settings.shoot.lamp(lamp);
-        self.of_ball(self.file(second.folder.join(name)))
+        self.ball_picture(self.file(second.folder.join(name)))
     }
 
     /// All mirror balls: the interview's, then the lamps'; none if the shoot has none.
@@ -155,18 +155,18 @@ impl Project {
             let lit_before = |frame| take.lamps.values().filter(|&&lit| lit < frame).count();
             take.tracking
                 .iter()
-                .map(move |&frame| (self.of_movie(&take.movie, frame), lit_before(frame)))
+                .map(move |&frame| (self.movie_frame(&take.movie, frame), lit_before(frame)))
         });
         tracking.collect()
     }
 
-    fn of_movie(&self, movie: &Path, frame: u64) -> Picture {
+    fn movie_frame(&self, movie: &Path, frame: u64) -> Picture {
         let file = self.shoot_path(movie);
         Picture::Movie { file, frame }
     }
 
     /// A photograph of a ball, mirrored back if the project says so.
-    fn of_ball(&self, picture: Picture) -> Picture {
+    fn ball_picture(&self, picture: Picture) -> Picture {
         let axes = &self.settings.shoot.corrections.balls;
         axes.iter().fold(picture, |picture, &axis| Picture::Mirrored(picture.into(), axis))
     }
@@ -181,8 +181,8 @@ impl Project {
     }
 
     /// The shoot's matte, unless only the project has one. For a movie, the project's is the default.
-    fn grey(&self, shoots: PathBuf, own: PathBuf, of_movie: bool) -> Matte {
-        let is_own = if of_movie { !shoots.is_file() } else { !shoots.is_file() && own.is_file() };
+    fn grey(&self, shoots: PathBuf, own: PathBuf, is_movie: bool) -> Matte {
+        let is_own = if is_movie { !shoots.is_file() } else { !shoots.is_file() && own.is_file() };
         Matte::Grey(Picture::File(if is_own { own } else { shoots }))
     }
 }

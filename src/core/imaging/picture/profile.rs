@@ -174,7 +174,7 @@ fn described(profile: &ColorProfile) -> String {
 /// Colour of PNG's cICP chunk, by the numbers of ITU-T H.273. None if it leaves curve or primaries open.
 pub(super) fn cicp(primaries: u8, transfer: u8) -> Option<Named> {
     let p3 = ColorSpace::P3D65.primaries();
-    let (primaries, of) = match primaries {
+    let (primaries, gamut) = match primaries {
         1 => (None, "Rec. 709"),
         9 => (Some(ColorSpace::Rec2020.primaries()), "Rec. 2020"),
         11 => (Some(Primaries { white: [0.314, 0.351], ..p3 }), "DCI-P3"),
@@ -190,7 +190,7 @@ pub(super) fn cicp(primaries: u8, transfer: u8) -> Option<Named> {
         18 => ("HLG", hlg),
         _ => return None,
     };
-    Some(Named::new(format!("{of}, {curve}"), "cICP", Profile::curve(light, primaries)))
+    Some(Named::new(format!("{gamut}, {curve}"), "cICP", Profile::curve(light, primaries)))
 }
 
 /// Adobe RGB (1998), 4.3: the primaries, D65 and the exponent 2 + 51/256.

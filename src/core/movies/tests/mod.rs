@@ -290,7 +290,7 @@ fn sequences_are_patterns_folders_or_first_files() {
         );
         let tools = tools(folder.path());
         let first = shots.join(format!("shot.0098.{ending}"));
-        let (pattern, start) = Sequence::of_first(&first).unwrap();
+        let (pattern, start) = Sequence::pattern_from_first(&first).unwrap();
         assert_eq!(
             (pattern.file_name().unwrap().to_str().unwrap(), start),
             (&*format!("shot.%04d.{ending}"), 98)

@@ -51,7 +51,7 @@ impl Shading {
     }
 
     /// The shading under some lamps, divided by their energies.
-    pub fn of_lamps(&self, lamps: &[usize], energies: &[f64]) -> Self {
+    pub fn lit_by(&self, lamps: &[usize], energies: &[f64]) -> Self {
         let all = self.light.len();
         let some = || lamps.iter().zip(energies);
         let products = some()

@@ -204,7 +204,7 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
         order.iter().map(|&lamp| lamps[lamp].direction.as_dvec3()).collect();
     let energies: Vec<f64> =
         order.iter().map(|&lamp| f64::from(luminance(lamps[lamp].energy))).collect();
-    let given: Vec<Shading> = poses.iter().map(|pose| pose.of_lamps(&order, &energies)).collect();
+    let given: Vec<Shading> = poses.iter().map(|pose| pose.lit_by(&order, &energies)).collect();
     let is_lit = |pose: &Shading| pose.light.iter().sum::<f64>() > 0.0;
     if !given.iter().all(is_lit) {
         return None;
@@ -215,7 +215,7 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
         let (faults, places) = kernel.faults(&order, &given, black);
         let pose = |(pose, places): (&&Shading, &Vec<usize>)| {
             let lamps: Vec<usize> = places.iter().map(|&place| order[place]).collect();
-            pose.of_lamps(&lamps, &energies)
+            pose.lit_by(&lamps, &energies)
         };
         (faults, poses.iter().zip(&places).map(pose).collect::<Vec<Shading>>())
     };

@@ -37,7 +37,7 @@ impl Measured {
     fn changed(&self, poses: &[usize], source: &[usize], factors: &[f64]) -> Self {
         let mut changed = self.clone();
         for &pose in poses {
-            changed.poses[pose] = self.poses[pose].of_lamps(source, factors);
+            changed.poses[pose] = self.poses[pose].lit_by(source, factors);
         }
         changed
     }

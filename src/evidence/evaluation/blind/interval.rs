@@ -3,23 +3,23 @@
 /// Probability outside the interval, on both sides together.
 const OUTSIDE: f64 = 0.05;
 
-/// Interval that holds the true share in at least 95 of 100 such studies, where `chosen` out of `of` independent
-/// answers chose: all shares under which neither so many nor so few would be rarer than 2.5 %. `[0, 1]` without
-/// answers.
-pub fn exact_interval(chosen: u64, of: u64) -> [f64; 2] {
-    let chosen = chosen.min(of);
-    if of == 0 {
+/// Interval that holds the true share in at least 95 of 100 such studies, where `chosen` out of `answers`
+/// independent answers chose: all shares under which neither so many nor so few would be rarer than 2.5 %.
+/// `[0, 1]` without answers.
+pub fn exact_interval(chosen: u64, answers: u64) -> [f64; 2] {
+    let chosen = chosen.min(answers);
+    if answers == 0 {
         return [0.0, 1.0];
     }
     let low = match chosen {
         0 => 0.0,
         // P(X ≥ chosen) grows with the share.
-        _ => bisected(|share| at_most(of - chosen, of, 1.0 - share) < OUTSIDE / 2.0),
+        _ => bisected(|share| at_most(answers - chosen, answers, 1.0 - share) < OUTSIDE / 2.0),
     };
     let high = match chosen {
-        _ if chosen == of => 1.0,
+        _ if chosen == answers => 1.0,
         // P(X ≤ chosen) falls.
-        _ => bisected(|share| at_most(chosen, of, share) >= OUTSIDE / 2.0),
+        _ => bisected(|share| at_most(chosen, answers, share) >= OUTSIDE / 2.0),
     };
     [low, high]
 }
@@ -38,9 +38,9 @@ fn bisected(holds: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// Probability of at most `most` successes out of `of`, each with probability `share`.
-fn at_most(most: u64, of: u64, share: f64) -> f64 {
-    if share <= 0.0 || most >= of {
+/// Probability of at most `most` successes out of `answers`, each with probability `share`.
+fn at_most(most: u64, answers: u64, share: f64) -> f64 {
+    if share <= 0.0 || most >= answers {
         return 1.0;
     }
     if share >= 1.0 {
@@ -48,10 +48,10 @@ fn at_most(most: u64, of: u64, share: f64) -> f64 {
     }
     let (yes, no) = (share.ln(), (-share).ln_1p());
     // In logarithms, since C(n, k) overflows a float.
-    let mut term = of as f64 * no;
+    let mut term = answers as f64 * no;
     let mut sum = term.exp();
     for i in 1..=most {
-        term += ((of - i + 1) as f64 / i as f64).ln() + yes - no;
+        term += ((answers - i + 1) as f64 / i as f64).ln() + yes - no;
         sum += term.exp();
     }
     sum.min(1.0)
@@ -74,23 +74,23 @@ mod tests {
             (0, 61, 0.0000000000, 0.0586812239),
             (3, 200, 0.0031041076, 0.0432082819),
         ];
-        for (chosen, of, low, high) in known {
-            let [a, b] = exact_interval(chosen, of);
+        for (chosen, answers, low, high) in known {
+            let [a, b] = exact_interval(chosen, answers);
             assert!(
                 (a - low).abs() < 1e-9 && (b - high).abs() < 1e-9,
-                "{chosen} of {of}: {a} to {b}, not {low} to {high}"
+                "{chosen} of {answers}: {a} to {b}, not {low} to {high}"
             );
         }
     }
 
     #[test]
     fn it_is_symmetric_and_holds_the_share_and_no_answers_say_nothing() {
-        for of in [1, 7, 30, 411] {
-            for chosen in 0..=of {
+        for answers in [1, 7, 30, 411] {
+            for chosen in 0..=answers {
                 let ([a, b], [c, d]) =
-                    (exact_interval(chosen, of), exact_interval(of - chosen, of));
+                    (exact_interval(chosen, answers), exact_interval(answers - chosen, answers));
                 assert!((a + d - 1.0).abs() < 1e-12 && (b + c - 1.0).abs() < 1e-12);
-                let share = chosen as f64 / of as f64;
+                let share = chosen as f64 / answers as f64;
                 assert!(a <= share && share <= b && (a < b));
             }
         }
@@ -102,16 +102,16 @@ mod tests {
     /// At a true share, fraction of many studies whose interval contains it.
     #[test]
     fn at_least_95_of_100_studies_hold_the_truth() {
-        for (of, truth) in [(12u64, 0.5), (40, 0.85), (61, 0.02)] {
+        for (answers, truth) in [(12u64, 0.5), (40, 0.85), (61, 0.02)] {
             let mut held = 0.0;
-            for chosen in 0..=of {
-                let [low, high] = exact_interval(chosen, of);
+            for chosen in 0..=answers {
+                let [low, high] = exact_interval(chosen, answers);
                 if (low..=high).contains(&truth) {
-                    let below = chosen.checked_sub(1).map_or(0.0, |k| at_most(k, of, truth));
-                    held += at_most(chosen, of, truth) - below;
+                    let below = chosen.checked_sub(1).map_or(0.0, |k| at_most(k, answers, truth));
+                    held += at_most(chosen, answers, truth) - below;
                 }
             }
-            println!("{of} answers, truth {truth}: held by {held:.4}");
+            println!("{answers} answers, truth {truth}: held by {held:.4}");
             assert!((0.95..=1.0).contains(&held), "{held}");
         }
     }

@@ -123,7 +123,7 @@ impl<'a> Reviewer<'a> {
                 None => return Ok(None),
             },
         };
-        flicker::of_clip(
+        flicker::clip_flicker(
             self.project,
             &self.calibration,
             (&environment, yaw_deg),

@@ -35,11 +35,11 @@ fn linear(folder: &tempfile::TempDir, name: &str) -> Image {
 }
 
 /// Mean level over pixels.
-fn mean(image: &Image, of: impl Fn(usize, usize) -> bool) -> f32 {
+fn mean(image: &Image, is_counted: impl Fn(usize, usize) -> bool) -> f32 {
     let (mut sum, mut count) = (0.0, 0);
     for y in 0..image.height {
         for x in 0..image.width {
-            if of(x, y) {
+            if is_counted(x, y) {
                 sum += luminance(image.at(x, y));
                 count += 1;
             }

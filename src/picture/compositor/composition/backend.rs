@@ -99,7 +99,7 @@ pub(crate) trait Backend {
     fn brightest(&mut self, picture: &Self::Light) -> Result<f32>;
 
     /// The picture's own grain.
-    fn grain_of(&mut self, codes: &Self::Codes) -> Result<Grain>;
+    fn measure_grain(&mut self, codes: &Self::Codes) -> Result<Grain>;
 
     /// Ends the picture: its codes if there are any, and its light if needed. A picture on a GPU stays there if
     /// it `may_stay` and a window can show it.

@@ -5,7 +5,7 @@ use crate::background::{Backdrop, draw_background};
 use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
 use crate::despill::{self, despill};
 use crate::edges::extend_edges;
-use crate::facts::{Grain, Inputs, Screen, Spill};
+use crate::facts::{Grain, Screen, Spill};
 use crate::glare::brightest;
 use crate::light_wrap::{self, light_wrap};
 use crate::picture::Ingredients;
@@ -20,7 +20,7 @@ use std::time::Instant;
 
 /// The CPU backend.
 pub(crate) struct InMemory<'a> {
-    of: &'a Ingredients<'a>,
+    ingredients: &'a Ingredients<'a>,
     /// Key of the frame.
     frame: u64,
     rim: Rim,
@@ -31,8 +31,8 @@ pub(crate) struct InMemory<'a> {
 }
 
 impl<'a> InMemory<'a> {
-    pub fn new(of: &'a Ingredients<'a>, inputs: Inputs, rim: Rim) -> Self {
-        Self { of, frame: inputs.frame, rim, mended: 0, ms: [0.0; Pass::ALL.len()], running: None }
+    pub fn new(ingredients: &'a Ingredients<'a>, frame: u64, rim: Rim) -> Self {
+        Self { ingredients, frame, rim, mended: 0, ms: [0.0; Pass::ALL.len()], running: None }
     }
 
     fn stop(&mut self) {
@@ -42,8 +42,8 @@ impl<'a> InMemory<'a> {
     }
 
     fn draw(&self, picture: &mut Image, mask: &Mask, backdrop: &Backdrop) {
-        let panorama = &self.of.environment.radiance;
-        draw_background(picture, mask, panorama, backdrop, self.of.view);
+        let panorama = &self.ingredients.environment.radiance;
+        draw_background(picture, mask, panorama, backdrop, self.ingredients.view);
     }
 }
 
@@ -62,7 +62,7 @@ impl Backend for InMemory<'_> {
     }
 
     fn black(&self) -> Arc<Image> {
-        let (width, height) = self.of.mask.size();
+        let (width, height) = self.ingredients.mask.size();
         Arc::new(Image::filled(width, height, [0.0; 3]))
     }
 
@@ -96,15 +96,15 @@ impl Backend for InMemory<'_> {
     }
 
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
-        let (field, mask) = (self.of.field, self.of.mask);
+        let (field, mask) = (self.ingredients.field, self.ingredients.mask);
         let even = field.relight(&even_light(field.lamps()))?;
         let step = smoothing::step(even.pixels.len());
         Ok(smoothing::samples(even.pixels.into_iter().step_by(step), mask))
     }
 
     fn relight(&mut self, weights: &[[f32; 3]]) -> Result<Arc<Image>> {
-        let mask = self.of.mask;
-        let mut subject = self.of.field.relight(weights)?;
+        let mask = self.ingredients.mask;
+        let mut subject = self.ingredients.field.relight(weights)?;
         self.mended = extend_edges(&mut subject, mask);
         for (pixel, &alpha) in subject.pixels.iter_mut().zip(&mask.pixels) {
             *pixel = pixel.map(|v| v * alpha);
@@ -113,17 +113,17 @@ impl Backend for InMemory<'_> {
     }
 
     fn plate(&mut self, subject: &mut Arc<Image>, weights: &[[f32; 3]]) -> Result<()> {
-        if let Some(plate) = self.of.plate() {
-            *subject = Arc::new(match self.of.finely_lit() {
-                Some(plate) => plate.relit_by(subject, self.of.mask, weights),
-                None => plate.relit(subject, self.of.mask),
+        if let Some(plate) = self.ingredients.plate() {
+            *subject = Arc::new(match self.ingredients.finely_lit() {
+                Some(plate) => plate.relit_by(subject, self.ingredients.mask, weights),
+                None => plate.relit(subject, self.ingredients.mask),
             });
         }
         Ok(())
     }
 
     fn guide(&mut self, subject: &Arc<Image>) -> Result<(Arc<Image>, Spill)> {
-        let mask = self.of.matte();
+        let mask = self.ingredients.matte();
         let rim = self.rim.get(self.frame);
         let rim = rim.unwrap_or_else(|| Arc::new(despill::rim(mask)));
         self.rim.put(self.frame, rim.clone());
@@ -148,14 +148,14 @@ impl Backend for InMemory<'_> {
     }
 
     fn behind(&mut self, backdrop: &Backdrop) -> Result<Arc<Image>> {
-        let (width, height) = self.of.matte().size();
+        let (width, height) = self.ingredients.matte().size();
         let mut behind = Image::filled(width, height, [0.0; 3]);
         self.draw(&mut behind, &Mask::filled(width, height, 0.0), backdrop);
         Ok(Arc::new(behind))
     }
 
     fn surround(&mut self, subject: &mut Arc<Image>, backdrop: &Backdrop) -> Result<()> {
-        self.draw(Arc::make_mut(subject), self.of.matte(), backdrop);
+        self.draw(Arc::make_mut(subject), self.ingredients.matte(), backdrop);
         Ok(())
     }
 
@@ -165,7 +165,7 @@ impl Backend for InMemory<'_> {
             return Ok(0.0);
         }
         let small = |image: &Image| resize_area(image, width, height);
-        let mask = resize_area(self.of.matte(), width, height);
+        let mask = resize_area(self.ingredients.matte(), width, height);
         Ok(light_wrap::need(&small(subject), &mask, &small(behind)))
     }
 
@@ -175,13 +175,13 @@ impl Backend for InMemory<'_> {
         behind: &Arc<Image>,
         amount: f32,
     ) -> Result<()> {
-        light_wrap(Arc::make_mut(subject), self.of.matte(), behind, amount);
+        light_wrap(Arc::make_mut(subject), self.ingredients.matte(), behind, amount);
         Ok(())
     }
 
     fn over(&mut self, subject: &mut Arc<Image>, behind: &Arc<Image>) -> Result<()> {
         let pixels = Arc::make_mut(subject).pixels.par_iter_mut();
-        let pixels = pixels.zip(&behind.pixels).zip(&self.of.matte().pixels);
+        let pixels = pixels.zip(&behind.pixels).zip(&self.ingredients.matte().pixels);
         pixels.with_min_len(4096).for_each(|((pixel, light), alpha)| {
             (0..3).for_each(|c| pixel[c] += (1.0 - alpha) * light[c]);
         });
@@ -192,8 +192,8 @@ impl Backend for InMemory<'_> {
         Ok(brightest(picture))
     }
 
-    fn grain_of(&mut self, codes: &Encoded) -> Result<Grain> {
-        Ok(Grain::new(codes, self.of.matte()))
+    fn measure_grain(&mut self, codes: &Encoded) -> Result<Grain> {
+        Ok(Grain::new(codes, self.ingredients.matte()))
     }
 
     fn finish(

@@ -15,12 +15,12 @@ impl<B: Backend> Composition<'_, B> {
         let [earlier @ .., this] = planned else {
             return Ok(false);
         };
-        let (of, effects) = (self.of, self.effects);
+        let (ingredients, effects) = (self.ingredients, self.effects);
         let asked = effects.asks(this.pass);
         let upstream = key(earlier.iter().map(|p| p.key).collect::<Vec<_>>());
         match this.pass {
             Pass::Smoothing if asked => {
-                let (frame, before) = (self.scene.frame, of.extra.before);
+                let (frame, before) = (self.scene.frame, ingredients.extra.before);
                 let even = || self.backend.even_samples();
                 let steady = Steady::after(before, frame, effects.smoothing, even)?;
                 self.facts.steady_gain = Some(steady.gain);
@@ -45,11 +45,11 @@ impl<B: Backend> Composition<'_, B> {
                     self.cached(|cache| &mut cache.brightest, upstream, brightest)?;
             }
             Pass::Grain if asked => {
-                let (Some(plate), Some(_)) = (of.extra.grain, &self.display) else {
+                let (Some(plate), Some(_)) = (ingredients.extra.grain, &self.display) else {
                     return Ok(false);
                 };
                 let own = |this: &mut Self| match &this.display {
-                    Some(codes) => this.backend.grain_of(codes),
+                    Some(codes) => this.backend.measure_grain(codes),
                     None => Ok(Grain::default()),
                 };
                 let own = self.cached(|cache| &mut cache.grain, upstream, own)?;
@@ -68,21 +68,21 @@ impl<B: Backend> Composition<'_, B> {
 
 /// Hashes of a picture's ingredients. Lamps and levels are few and are hashed here;
 /// the caller provides the keys of large data.
-pub fn inputs(of: &Ingredients) -> Inputs {
+pub fn inputs(ingredients: &Ingredients) -> Inputs {
     let bits = f32::to_bits;
-    let identity = of.extra.identity;
-    let weights: Vec<[u32; 3]> = of.weights.per_lamp.iter().map(|w| w.map(bits)).collect();
-    let grain = of.extra.grain.map(|grain| grain.deviation.map(|bin| bin.map(bits)));
+    let identity = ingredients.extra.identity;
+    let weights: Vec<[u32; 3]> = ingredients.weights.per_lamp.iter().map(|w| w.map(bits)).collect();
+    let grain = ingredients.extra.grain.map(|grain| grain.deviation.map(|bin| bin.map(bits)));
     Inputs {
-        frame: key((identity.frame, of.mask.size(), of.matte().size())),
-        light: key((weights, bits(of.levels.subject))),
+        frame: key((identity.frame, ingredients.mask.size(), ingredients.matte().size())),
+        light: key((weights, bits(ingredients.levels.subject))),
         backdrop: key((
             identity.environment,
-            bits(of.levels.background),
-            bits(of.view.vertical_fov_deg),
-            of.matte().size(),
+            bits(ingredients.levels.background),
+            bits(ingredients.view.vertical_fov_deg),
+            ingredients.matte().size(),
         )),
-        behind: key((identity.behind, of.matte().size())),
+        behind: key((identity.behind, ingredients.matte().size())),
         grain: key(grain),
         second: identity.second,
     }

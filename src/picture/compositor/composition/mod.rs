@@ -3,7 +3,7 @@
 
 use super::background::{Backdrop, backing, draws_whole};
 use super::background_blur;
-use super::descriptor::{CodesInput, LightStep, PassContext, PlannedPass, Run, is_cut_out, key_of};
+use super::descriptor::{CodesInput, LightStep, PassContext, PlannedPass, Run, is_cut_out, key_in};
 use super::facts::{Facts, Inputs};
 use super::picture::{Ingredients, PassReport, Picture};
 use super::plate::Plate;
@@ -29,7 +29,7 @@ pub(super) use on_gpu::OnGpu;
 pub(super) struct Composition<'a, B: Backend> {
     pub scene: &'a Scene,
     effects: Effects,
-    of: &'a Ingredients<'a>,
+    ingredients: &'a Ingredients<'a>,
     backend: B,
     reuse: Option<&'a mut Reuse>,
     facts: Facts,
@@ -63,31 +63,31 @@ pub(super) struct Done {
 impl<'a, B: Backend> Composition<'a, B> {
     pub fn new(
         scene: &'a Scene,
-        of: &'a Ingredients<'a>,
+        ingredients: &'a Ingredients<'a>,
         inputs: Inputs,
         backend: B,
         reuse: Option<&'a mut Reuse>,
     ) -> Self {
-        let matte = of.matte();
+        let matte = ingredients.matte();
         let (width, height) = matte.size();
         let open = matte.pixels.iter().filter(|&&alpha| alpha < 1.0).count();
         Self {
             scene,
             effects: scene.effects.bounded(),
-            of,
+            ingredients,
             linear: backend.black(),
             backend,
             reuse,
             facts: Facts {
-                field_cached: of.upstream.predict_ms.is_none(),
-                weights_cached: of.upstream.weights_ms.is_none(),
-                lamps: of.weights.per_lamp.len(),
-                lit_lamps: lit_lamps(&of.weights.per_lamp).len(),
-                plate: of.plate().map(Plate::size),
-                fine_light: of.finely_lit().is_some(),
+                field_cached: ingredients.upstream.predict_ms.is_none(),
+                weights_cached: ingredients.upstream.weights_ms.is_none(),
+                lamps: ingredients.weights.per_lamp.len(),
+                lit_lamps: lit_lamps(&ingredients.weights.per_lamp).len(),
+                plate: ingredients.plate().map(Plate::size),
+                fine_light: ingredients.finely_lit().is_some(),
                 open_share: open as f32 / matte.pixels.len().max(1) as f32,
                 inputs,
-                second_picture: of.extra.second.is_some(),
+                second_picture: ingredients.extra.second.is_some(),
                 ..Facts::default()
             },
             behind: None,
@@ -155,10 +155,10 @@ impl<'a, B: Backend> Composition<'a, B> {
         let mut reused = false;
         match this.pass {
             // The subject is laid over its background here, with or without light wrap.
-            Pass::LightWrap => reused = self.lay(this, key_of(planned, Pass::BackgroundBlur))?,
+            Pass::LightWrap => reused = self.lay(this, key_in(planned, Pass::BackgroundBlur))?,
             _ if !this.run => (),
-            Pass::Predict => done.before = self.of.upstream.predict_ms,
-            Pass::Weights => done.before = self.of.upstream.weights_ms,
+            Pass::Predict => done.before = self.ingredients.upstream.predict_ms,
+            Pass::Weights => done.before = self.ingredients.upstream.weights_ms,
             // The gain multiplies the weights.
             Pass::Smoothing => self.gain = self.facts.steady_gain.unwrap_or([1.0; 3]),
             Pass::Relight => reused = self.relight(this.key)?,
@@ -171,7 +171,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             }
             Pass::Background => {
                 let after = [Pass::BackgroundBlur, Pass::LightWrap];
-                reused = self.background(after.map(|pass| key_of(planned, pass)))?;
+                reused = self.background(after.map(|pass| key_in(planned, pass)))?;
             }
             Pass::BackgroundBlur => reused = self.blur(this.key)?,
             _ => reused = self.step(this)?,
@@ -197,10 +197,11 @@ impl<'a, B: Backend> Composition<'a, B> {
 
     /// Weights of the lamps at the picture's level.
     fn weights(&self) -> Vec<[f32; 3]> {
-        let (of, gain) = (self.of, self.gain);
-        let level =
-            |share: &[f32; 3]| std::array::from_fn(|c| share[c] * of.levels.subject * gain[c]);
-        of.weights.per_lamp.iter().map(level).collect()
+        let (ingredients, gain) = (self.ingredients, self.gain);
+        let level = |share: &[f32; 3]| {
+            std::array::from_fn(|c| share[c] * ingredients.levels.subject * gain[c])
+        };
+        ingredients.weights.per_lamp.iter().map(level).collect()
     }
 
     /// Brings the subject to the plate's size; returns true if the result was cached.
@@ -221,13 +222,13 @@ impl<'a, B: Backend> Composition<'a, B> {
         if is_cut_out(self.scene) {
             return Ok(false);
         }
-        let backdrop = Backdrop::new(self.scene, self.of.levels.background);
+        let backdrop = Backdrop::new(self.scene, self.ingredients.levels.background);
         if draws_whole(&self.effects) || self.scene.background != Background::Environment {
             let found = self.found(Pass::BackgroundBlur, keys[0]);
             let reused = found.is_some();
             self.behind = Some(match found {
                 Some(found) => found,
-                None => match backing(self.scene, self.of) {
+                None => match backing(self.scene, self.ingredients) {
                     Some(picture) => self.backend.placed(picture)?,
                     None => self.backend.behind(&backdrop)?,
                 },
@@ -297,10 +298,10 @@ impl<'a, B: Backend> Composition<'a, B> {
             }
             (Run::Codes(step), Some(codes)) => {
                 let input = CodesInput {
-                    mask: self.of.matte(),
+                    mask: self.ingredients.matte(),
                     alpha: &self.alpha,
-                    plate: self.of.extra.grain,
-                    second: self.of.extra.second,
+                    plate: self.ingredients.extra.grain,
+                    second: self.ingredients.extra.second,
                 };
                 self.backend.codes(&step, &context, &input, codes)?;
             }

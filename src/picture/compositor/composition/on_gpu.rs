@@ -16,7 +16,7 @@ use scene::Pass;
 
 /// GPU of the field.
 pub(crate) struct OnGpu<'a> {
-    of: &'a Ingredients<'a>,
+    ingredients: &'a Ingredients<'a>,
     field: &'a FieldBuffer,
     passes: &'a PicturePasses,
     recording: Recording<'a>,
@@ -31,17 +31,17 @@ pub(crate) struct OnGpu<'a> {
 
 impl<'a> OnGpu<'a> {
     pub fn new(
-        of: &'a Ingredients<'a>,
+        ingredients: &'a Ingredients<'a>,
         inputs: Inputs,
         (field, passes): (&'a FieldBuffer, &'a PicturePasses),
         mut uploads: Uploads,
     ) -> Result<Self> {
         let matte = match uploads.matte.get(inputs.frame) {
             Some(matte) => matte,
-            None => passes.upload_matte(of.mask)?,
+            None => passes.upload_matte(ingredients.mask)?,
         };
         uploads.matte.put(inputs.frame, matte.clone());
-        let plate = match (of.plate(), uploads.plate.get(inputs.frame)) {
+        let plate = match (ingredients.plate(), uploads.plate.get(inputs.frame)) {
             (None, _) => None,
             (_, Some(plate)) => Some(plate),
             (Some(plate), None) => Some(passes.upload_plate(plate)?),
@@ -50,7 +50,7 @@ impl<'a> OnGpu<'a> {
             uploads.plate.put(inputs.frame, plate.clone());
         }
         Ok(Self {
-            of,
+            ingredients,
             field,
             passes,
             recording: passes.begin(),
@@ -63,11 +63,11 @@ impl<'a> OnGpu<'a> {
 
     /// The panorama on the GPU; None if it exceeds the GPU's binding size.
     fn panorama(&mut self) -> Result<Option<GpuPicture>> {
-        let radiance = &self.of.environment.radiance;
+        let radiance = &self.ingredients.environment.radiance;
         if self.passes.fits(radiance.width, radiance.height).is_err() {
             return Ok(None);
         }
-        let key = key((self.of.extra.identity.environment, radiance.size()));
+        let key = key((self.ingredients.extra.identity.environment, radiance.size()));
         let panorama = match self.uploads.panorama.get(key) {
             Some(panorama) => panorama,
             None => self.passes.upload_opaque(radiance)?,
@@ -130,7 +130,7 @@ impl Backend for OnGpu<'_> {
         let step = smoothing::step(even.width * even.height);
         let even = self.recording.every(&even, step)?;
         let light = even.into_iter().map(|[r, g, b, _]| [r, g, b]);
-        Ok(smoothing::samples(light, self.of.mask))
+        Ok(smoothing::samples(light, self.ingredients.mask))
     }
 
     fn relight(&mut self, weights: &[[f32; 3]]) -> Result<GpuPicture> {
@@ -141,7 +141,7 @@ impl Backend for OnGpu<'_> {
         if let Some(plate) = &self.plate {
             *subject = self.recording.plate(subject, plate)?;
         }
-        let plate = self.of.finely_lit();
+        let plate = self.ingredients.finely_lit();
         if let Some(light) = plate.and_then(|plate| plate.fine_light(weights)) {
             let light = self.passes.upload_opaque(&light)?;
             *subject = self.recording.add_light(subject, &light)?;
@@ -177,22 +177,24 @@ impl Backend for OnGpu<'_> {
     }
 
     fn behind(&mut self, backdrop: &Backdrop) -> Result<GpuPicture> {
-        let (width, height) = self.of.matte().size();
+        let (width, height) = self.ingredients.matte().size();
         if let Some(panorama) = self.panorama()? {
             let open = self.recording.blank((width, height))?;
-            return self.recording.background(&open, &panorama, backdrop, self.of.view, false);
+            let view = self.ingredients.view;
+            return self.recording.background(&open, &panorama, backdrop, view, false);
         }
         let mut behind = Image::filled(width, height, [0.0; 3]);
         let open = Mask::filled(width, height, 0.0);
-        let panorama = &self.of.environment.radiance;
-        draw_background(&mut behind, &open, panorama, backdrop, self.of.view);
+        let panorama = &self.ingredients.environment.radiance;
+        draw_background(&mut behind, &open, panorama, backdrop, self.ingredients.view);
         self.passes.upload_opaque(&behind)
     }
 
     fn surround(&mut self, subject: &mut GpuPicture, backdrop: &Backdrop) -> Result<()> {
         *subject = match self.panorama()? {
             Some(panorama) => {
-                self.recording.background(subject, &panorama, backdrop, self.of.view, true)?
+                let view = self.ingredients.view;
+                self.recording.background(subject, &panorama, backdrop, view, true)?
             }
             None => {
                 let behind = self.behind(backdrop)?;
@@ -225,8 +227,8 @@ impl Backend for OnGpu<'_> {
         self.recording.brightest(picture)
     }
 
-    fn grain_of(&mut self, codes: &GpuPicture) -> Result<Grain> {
-        self.recording.grain_of(codes, self.of.matte())
+    fn measure_grain(&mut self, codes: &GpuPicture) -> Result<Grain> {
+        self.recording.measure_grain(codes, self.ingredients.matte())
     }
 
     fn finish(

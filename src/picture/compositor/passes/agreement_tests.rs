@@ -145,7 +145,7 @@ fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
         assert_eq!(picked.iter().map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>(), every);
 
         let codes = cpu::view(&set.image, ViewTransform::Srgb);
-        let grain = recording.grain_of(&set.upload(&codes.0), &set.mask).unwrap();
+        let grain = recording.measure_grain(&set.upload(&codes.0), &set.mask).unwrap();
         let deviations = grain.deviation.iter().flatten();
         let own = Grain::new(&codes, &set.mask);
         for (there, here) in deviations.zip(own.deviation.iter().flatten()) {

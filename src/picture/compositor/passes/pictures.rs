@@ -135,7 +135,7 @@ impl PicturePasses {
     /// When the GPU cannot hold it.
     pub(crate) fn display_table(&self, table: &DisplayTable) -> Result<GpuPicture> {
         let mut last = self.table.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, there)) = last.as_ref().filter(|(of, _)| *of == table.identity()) {
+        if let Some((_, there)) = last.as_ref().filter(|(id, _)| *id == table.identity()) {
             return Ok(there.clone());
         }
         let there = self.upload_opaque(&table.entries())?;

@@ -183,14 +183,14 @@ impl ChosenResponse {
         response: Response,
         exposure: Option<f32>,
     ) -> Self {
-        let (weights, [residual, ball_residual], exposure) =
-            Objective::light_of(subject, probes, &response, exposure);
+        let known = Objective::known_light(subject, probes, &response, exposure);
+        let [residual, ball_residual] = known.distances;
         let [darkest, brightest] = Objective::new(subject, probes, vec![]).extent();
         Self {
             response,
             deviation: [0.0; 2],
-            exposure,
-            weights,
+            exposure: known.exposure,
+            weights: known.weights,
             residual,
             evidence: Evidence { darkest, brightest, ball_residual, ..Evidence::default() },
         }
@@ -318,7 +318,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     let [(prior, found), (other_prior, other)] = [cases[0], cases[1]];
     let doubt = changed_exposure.min(1.0 - changed_exposure);
     objective.exposure = prior;
-    let response = curve_of(&found)?;
+    let response = probable_curve(&found)?;
     let linear = objective.linearize_by(&response.into());
     let score = objective.score(&linear);
     let fit = GammaFit {
@@ -333,7 +333,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         residual: score.subject as f32,
         ball_residual: score.ball as f32,
         deviation: [0.0; 3],
-        cases: [case_of(&found, prior, 1.0 - doubt)?, case_of(&other, other_prior, doubt)?],
+        cases: [dual_case(&found, prior, 1.0 - doubt)?, dual_case(&other, other_prior, doubt)?],
         others: vec![],
         extent: objective.extent(),
         same_poses: vec![],
@@ -351,12 +351,12 @@ fn doubted(probability: f64) -> f64 {
 }
 
 /// Most probable curve.
-fn curve_of(posterior: &Posterior) -> Result<DualGamma> {
+fn probable_curve(posterior: &Posterior) -> Result<DualGamma> {
     DualGamma::new(posterior.gammas[0] as f32, posterior.gammas[1] as f32)
 }
 
-fn case_of(posterior: &Posterior, prior: ExposurePrior, probability: f64) -> Result<Case> {
-    let curve = curve_of(posterior)?;
+fn dual_case(posterior: &Posterior, prior: ExposurePrior, probability: f64) -> Result<Case> {
+    let curve = probable_curve(posterior)?;
     Ok(Case {
         changed: prior == ExposurePrior::Changed,
         probability: probability as f32,
@@ -384,8 +384,9 @@ impl InspectableFit<'_> {
         let curves = rivals.iter().zip(&probabilities);
         let best = curves.max_by(|a, b| both(a.1).total_cmp(&both(b.1)));
         let best = best.filter(|(_, probability)| both(probability) > dual);
-        let chosen = best.map(|([alone, changed], [of_alone, of_changed])| {
-            if of_changed > of_alone { (changed, *of_changed) } else { (alone, *of_alone) }
+        let chosen = best.map(|(rivals, probabilities)| {
+            let better = usize::from(probabilities[1] > probabilities[0]);
+            (&rivals[better], probabilities[better])
         });
         if let Some((rival, _)) = chosen {
             let linear = self.objective.linearize_by(&rival.fit.response);

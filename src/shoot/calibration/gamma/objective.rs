@@ -16,13 +16,13 @@ use imaging::{DualGamma, Response};
 /// pixels.
 pub(super) struct Pairs {
     values: Vec<(f32, f32)>,
-    of_pixels: bool,
+    are_pixels: bool,
 }
 
 impl Pairs {
     /// The channel of a pair.
     fn channel(&self, i: usize) -> usize {
-        if self.of_pixels { i % 3 } else { i / QUANTILES }
+        if self.are_pixels { i % 3 } else { i / QUANTILES }
     }
 
     /// Encoded values of the light times factors, given by their logarithms.
@@ -110,6 +110,15 @@ pub(super) struct Objective<'a> {
     pub exposure: ExposurePrior,
     /// Mean square of the rounding errors of the interview's codes.
     rounding: f64,
+}
+
+/// The interview's light under a response that is not fitted.
+pub(super) struct KnownLight {
+    /// Weights of the lamps.
+    pub weights: Vec<[f32; 3]>,
+    /// Root-mean-square encoded distances of the subject and on the balls.
+    pub distances: [f32; 2],
+    pub exposure: f32,
 }
 
 impl<'a> Objective<'a> {
@@ -216,14 +225,13 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
-    /// The interview's light under a response that is not fitted: the lamps' weights, and the root-mean-square
-    /// encoded distances of the subject and on the balls at an exposure.
-    pub fn light_of(
+    /// The interview's light under a response that is not fitted, at an exposure or the best one.
+    pub fn known_light(
         subject: &'a Subject,
         probes: &'a Probes,
         response: &Response,
         exposure: Option<f32>,
-    ) -> (Vec<[f32; 3]>, [f32; 2], f32) {
+    ) -> KnownLight {
         let mut objective = Self::new(subject, probes, vec![]);
         let linear = objective.linearize_by(response);
         objective.weigh(&linear);
@@ -234,7 +242,8 @@ impl<'a> Objective<'a> {
         let gains = score.gains().map(|gain| f64::from(gain * exposure).ln());
         let distances =
             [linear.subject_square(DVec3::from_array(gains)), objective.ball_square(&linear.ball)];
-        (score.weights(&linear), distances.map(|square| square.sqrt() as f32), exposure)
+        let distances = distances.map(|square| square.sqrt() as f32);
+        KnownLight { weights: score.weights(&linear), distances, exposure }
     }
 
     /// Pictures under two exponents; `None` if their curve is invalid.
@@ -266,15 +275,15 @@ impl<'a> Objective<'a> {
             let pairs = |pose: &&'a Pose| self.matched_pairs(pose, table, weights);
             return Pairs {
                 values: self.matched.iter().flat_map(pairs).collect(),
-                of_pixels: true,
+                are_pixels: true,
             };
         }
         let relit = self.subject.all_relit(table, weights);
-        let of_channel = |c: usize| {
+        let channel_pairs = |c: usize| {
             let light = quantiles(relit.iter().map(|p| p[c]).collect());
             light.into_iter().zip(self.subject.interview[c])
         };
-        Pairs { values: (0..3).flat_map(of_channel).collect(), of_pixels: false }
+        Pairs { values: (0..3).flat_map(channel_pairs).collect(), are_pixels: false }
     }
 
     /// The 1 % and the 99 % quantile of the compared values: OLATs, frames and balls, encoded in `[0, 1]`.

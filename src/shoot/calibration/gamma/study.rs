@@ -96,13 +96,13 @@ impl GammaStudy {
     /// Interview weights under a response: the share of each lamp per channel, including the light seen on the
     /// subject.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
-        Objective::light_of(&self.subject, &self.probes, response, Some(1.0)).0
+        Objective::known_light(&self.subject, &self.probes, response, Some(1.0)).weights
     }
 
     /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles and on the mirror balls, under a
     /// response and an exposure.
     pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
-        Objective::light_of(&self.subject, &self.probes, response, Some(exposure)).1
+        Objective::known_light(&self.subject, &self.probes, response, Some(exposure)).distances
     }
 
     /// Levels of the interview's frames inside the subject.

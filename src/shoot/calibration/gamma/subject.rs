@@ -165,7 +165,7 @@ fn load_poses(
     let lamps = shoot.all_lamps().len();
     let (mut poses, mut samples) = (Vec::new(), Vec::new());
     // A pose that lacks an OLAT is no sum of all lamps.
-    let whole = |pose: &usize| project.lamps_of(*pose).len() == lamps;
+    let whole = |pose: &usize| project.pose_lamps(*pose).len() == lamps;
     let all = 0..shoot.poses.len();
     let is_any_whole = all.clone().any(|pose| whole(&pose));
     for pose in all.filter(|pose| !is_any_whole || whole(pose)) {
@@ -345,7 +345,7 @@ pub(crate) fn sample_olat(
 /// When a picture cannot be read.
 pub(super) fn scale(project: &Project) -> Result<f32> {
     let framing = &project.settings.framing;
-    let lamps = project.lamps_of(0).into_iter();
+    let lamps = project.pose_lamps(0).into_iter();
     let olats = lamps.map(|lamp| project.olat_picture(0, lamp));
     let pictures: Vec<Picture> = [project.frame_picture(0)].into_iter().chain(olats).collect();
     code_values::scale(&pictures, |picture| {

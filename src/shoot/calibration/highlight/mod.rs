@@ -148,6 +148,14 @@ struct Part {
     core_radius_deg: f32,
 }
 
+/// Light of a set of cells on the sphere.
+struct Moments {
+    energy: f32,
+    direction: Vec3,
+    /// Root-mean-square angle from the direction in degrees.
+    spread_deg: f32,
+}
+
 impl<'a> Photograph<'a> {
     /// `None` if nothing rises above the noise.
     fn new(grid: &'a Grid, levels: &'a Levels, room: &'a [f32]) -> Option<Self> {
@@ -187,16 +195,15 @@ impl<'a> Photograph<'a> {
         let least = 0.02 * parts.first().map_or(0.0, |(energy, _)| *energy);
         parts.retain(|(energy, _)| *energy >= least);
         let part = |(_, cells): (f32, Vec<u32>)| {
-            let (energy, direction, spread_deg) = self.moments(&cells);
-            let opened = opened(&cells, self.grid, STREAK);
-            let (_, core, core_deg) = self.moments(&opened);
+            let Moments { energy, direction, spread_deg } = self.moments(&cells);
+            let core = self.moments(&opened(&cells, self.grid, STREAK));
             Part {
                 energy,
                 direction,
                 radius_deg: std::f32::consts::SQRT_2 * spread_deg,
                 inner_radius: inner_radius(&cells, self.grid),
-                core,
-                core_radius_deg: std::f32::consts::SQRT_2 * core_deg,
+                core: core.direction,
+                core_radius_deg: std::f32::consts::SQRT_2 * core.spread_deg,
                 cells,
             }
         };
@@ -220,8 +227,7 @@ impl<'a> Photograph<'a> {
         self.more[cell as usize] * self.grid.solid_angle[cell as usize]
     }
 
-    /// Energy, direction, and root-mean-square angle in degrees of a set of cells.
-    fn moments(&self, cells: &[u32]) -> (f32, Vec3, f32) {
+    fn moments(&self, cells: &[u32]) -> Moments {
         let (mut energy, mut moment) = (0.0f64, glam::DVec3::ZERO);
         let part = |&cell: &u32| {
             let direction = self.grid.direction[cell as usize].as_dvec3();
@@ -236,7 +242,7 @@ impl<'a> Photograph<'a> {
             .map(|(light, direction)| light * direction.angle_between(middle).powi(2))
             .sum();
         let spread = (square / energy.max(f64::MIN_POSITIVE)).sqrt().to_degrees();
-        (energy as f32, middle.as_vec3(), spread as f32)
+        Moments { energy: energy as f32, direction: middle.as_vec3(), spread_deg: spread as f32 }
     }
 
     /// Connected parts above a share of the peak.
@@ -258,13 +264,13 @@ impl<'a> Photograph<'a> {
         let energy: f32 = bank.iter().map(|part| part.energy).sum();
         let rival = others.iter().map(|part| part.energy / energy).fold(0.0, f32::max);
         let rival = if only_shared { rival.max(1.0) } else { rival };
-        Some(self.of_bank(&bank, rival))
+        Some(self.bank_highlight(&bank, rival))
     }
 
     /// A bank with lamps far apart, from its lamps. Most photographs of the series show `usual` lamps.
     fn bank_apart(&self, glints: &[Part], usual: f32) -> Highlight {
         let bank: Vec<&Part> = glints.iter().collect();
-        let found = self.of_bank(&bank, 0.0);
+        let found = self.bank_highlight(&bank, 0.0);
         // Lamps of a bank are equally bright. Unequal or missing lamps may shift the middle.
         let count = (bank.len() as f32).max(usual);
         let all: f32 = bank.iter().map(|part| part.energy).sum();
@@ -276,7 +282,7 @@ impl<'a> Photograph<'a> {
     }
 
     /// The lamp made of these parts, beside a rival with this share of its light.
-    fn of_bank(&self, bank: &[&Part], rival: f32) -> Highlight {
+    fn bank_highlight(&self, bank: &[&Part], rival: f32) -> Highlight {
         let is_bank = bank.len() >= BANK;
         let faint = if is_bank { FAINT_IN_BANK } else { FAINT };
         let levels = self.without_streaks(bank, [faint, BRIGHT, 0.7, 0.9]);
@@ -286,7 +292,7 @@ impl<'a> Photograph<'a> {
         let body = widened(&levels[..2].concat(), self.grid, reach);
         let clipped = |cell: &&u32| self.levels.is_clipped(**cell as usize);
         let clipped: f32 = body.iter().filter(clipped).map(|&c| self.light(c)).sum();
-        let (energy, middle, spread_deg) = self.moments(&body);
+        let Moments { energy, direction: middle, spread_deg } = self.moments(&body);
         let clipped = clipped_weight(clipped / energy.max(f32::MIN_POSITIVE));
         let all: f32 = (0..self.more.len() as u32)
             .filter(|&c| self.more[c as usize] > self.noise)
@@ -343,7 +349,7 @@ impl<'a> Photograph<'a> {
         let belongs = |cells: &[u32]| {
             cells.iter().any(|&cell| is_bank[cell as usize])
                 || bank.len() >= BANK && {
-                    let (_, direction, spread_deg) = self.moments(cells);
+                    let Moments { direction, spread_deg, .. } = self.moments(cells);
                     let radius_deg = std::f32::consts::SQRT_2 * spread_deg;
                     bank.iter().any(|part| part.is_near(direction, radius_deg))
                 }
@@ -373,7 +379,7 @@ impl<'a> Photograph<'a> {
 
     /// Middle of the bank's outline, as the mean over several levels, and their spread in degrees.
     fn outline(&self, levels: &[Vec<u32>]) -> (Vec3, f32) {
-        let middles: Vec<Vec3> = levels.iter().map(|cells| self.moments(cells).1).collect();
+        let middles: Vec<Vec3> = levels.iter().map(|cells| self.moments(cells).direction).collect();
         let middle = middles.iter().sum::<Vec3>().normalize_or(Vec3::Z);
         let square: f32 =
             (middles.iter()).map(|one| one.angle_between(middle).to_degrees().powi(2)).sum();

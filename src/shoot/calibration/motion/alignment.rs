@@ -151,11 +151,12 @@ impl Pictures {
                 .collect();
             let at = |x: usize, y: usize| light[y.min(side - 1) * side + x.min(side - 1)];
             // Scharr derivatives, and the light with the same blur across.
-            let blur = |of: &dyn Fn(usize) -> f32, i: usize| {
-                (3.0 * of(i.saturating_sub(1)) + 10.0 * of(i) + 3.0 * of(i + 1)) / 16.0
+            let blur = |value: &dyn Fn(usize) -> f32, i: usize| {
+                (3.0 * value(i.saturating_sub(1)) + 10.0 * value(i) + 3.0 * value(i + 1)) / 16.0
             };
-            let half =
-                |of: &dyn Fn(usize) -> f32, i: usize| 0.5 * (of(i + 1) - of(i.saturating_sub(1)));
+            let half = |value: &dyn Fn(usize) -> f32, i: usize| {
+                0.5 * (value(i + 1) - value(i.saturating_sub(1)))
+            };
             let pick = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
                 self.shown.iter().map(|&i| f(i % side, i / side)).collect()
             };

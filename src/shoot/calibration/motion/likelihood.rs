@@ -71,7 +71,7 @@ impl Problem {
             (0..poses).map(|part| (0..length).map(|i| sum(part, i)).collect()).collect();
         let mut noise = vec![0.0; length * length];
         for one in series {
-            for (sum, v) in noise.iter_mut().zip(noise_of(one)) {
+            for (sum, v) in noise.iter_mut().zip(noise_covariance(one)) {
                 *sum += v / poses as f64;
             }
         }
@@ -104,11 +104,11 @@ impl Problem {
             (0..n * n).map(|i| kernel(self.times[i / n], self.times[i % n], sizes)).collect();
         let smooth = contrasted(&smooth, n);
         let (m, length) = (n - 1, SHIFTS * (n - 1));
-        let factor = |of_own: f64| {
+        let factor = |own_share: f64| {
             let mut matrix: Vec<f64> = self.noise.iter().map(|v| sizes.noise * v).collect();
             for component in 0..SHIFTS {
                 let [own, pose] = [sizes.own, sizes.pose].map(|size| size[component / 2]);
-                let pretended = of_own * own.powi(2) + pose.powi(2);
+                let pretended = own_share * own.powi(2) + pose.powi(2);
                 for (i, smooth) in smooth.iter().enumerate() {
                     let (a, b) = (i / m, i % m);
                     let alone = (1.0 - sizes.near) * f64::from(a == b);
@@ -208,7 +208,7 @@ fn components(series: &Series) -> Vec<f64> {
 }
 
 /// Noise covariance of the contrasts.
-fn noise_of(series: &Series) -> Vec<f64> {
+fn noise_covariance(series: &Series) -> Vec<f64> {
     let n = series.shifts.len();
     let (m, length) = (n - 1, SHIFTS * (n - 1));
     let mut all = vec![0.0; length * length];

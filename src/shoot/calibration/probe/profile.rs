@@ -55,15 +55,15 @@ impl CellSums {
 
     /// Change of the lamps' light and uniform light that explain the residual, and their penalty.
     fn remainder(&self, power: f64) -> ([f64; 2], f64) {
-        let [of_a, of_h] = self.penalties(power);
-        let (a, h) = (self.aa + of_a, self.hh + of_h);
+        let [penalty_a, penalty_h] = self.penalties(power);
+        let (a, h) = (self.aa + penalty_a, self.hh + penalty_h);
         let determinant = a * h - self.ah * self.ah;
         if power <= 0.0 || determinant.is_nan() || determinant <= 1e-12 * a * h {
             return ([0.0; 2], 0.0);
         }
         let change = (h * self.ar - self.ah * self.hr) / determinant;
         let even = (a * self.hr - self.ah * self.ar) / determinant;
-        ([change, even], of_a * change * change + of_h * even * even)
+        ([change, even], penalty_a * change * change + penalty_h * even * even)
     }
 
     /// Remaining squared distance with its penalty, and ln of the remainder's volume.

@@ -143,32 +143,32 @@ pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
         Error::io("read", path, e, "Check that the shoot is complete")
     };
     // Few files have the same length, so few are read.
-    let mut of_length = BTreeMap::<u64, Vec<usize>>::new();
-    let mut of_frame = BTreeMap::<&Picture, Vec<usize>>::new();
+    let mut by_length = BTreeMap::<u64, Vec<usize>>::new();
+    let mut by_frame = BTreeMap::<&Picture, Vec<usize>>::new();
     for (i, mut picture) in pictures.iter().enumerate() {
         // Mirror images of one picture are alike.
-        while let Picture::Mirrored(of, _) = picture {
-            picture = of;
+        while let Picture::Mirrored(original, _) = picture {
+            picture = original;
         }
         match picture {
             Picture::File(path) => {
                 let length = std::fs::metadata(path).map_err(|e| refuse(path, e))?.len();
-                of_length.entry(length).or_default().push(i);
+                by_length.entry(length).or_default().push(i);
             }
-            _ => of_frame.entry(picture).or_default().push(i),
+            _ => by_frame.entry(picture).or_default().push(i),
         }
     }
-    let mut groups: Vec<Vec<usize>> = of_frame.into_values().collect();
-    for candidates in of_length.into_values().filter(|c| c.len() > 1) {
-        let mut of_content = BTreeMap::<Vec<u8>, Vec<usize>>::new();
+    let mut groups: Vec<Vec<usize>> = by_frame.into_values().collect();
+    for candidates in by_length.into_values().filter(|c| c.len() > 1) {
+        let mut by_content = BTreeMap::<Vec<u8>, Vec<usize>>::new();
         for i in candidates {
             let (path, mut bytes) = (pictures[i].file(), Vec::new());
             files::open(path)
                 .and_then(|mut file| file.read_to_end(&mut bytes))
                 .map_err(|e| refuse(path, e))?;
-            of_content.entry(bytes).or_default().push(i);
+            by_content.entry(bytes).or_default().push(i);
         }
-        groups.extend(of_content.into_values());
+        groups.extend(by_content.into_values());
     }
     groups.retain(|same| same.len() > 1);
     groups.sort();

@@ -89,8 +89,16 @@ fn lamps(
     Ok(rig.lamps)
 }
 
-/// Measures the lamps from all of a project's balls under a response. Also returns the share of their energy hidden
-/// by the first ball and filled in, and the agreement of two balls; `None` with one ball.
+/// Lamps measured from all of a project's balls.
+pub(super) struct MeasuredRig {
+    pub rig: Rig,
+    /// Share of the lamps' energy hidden by the first ball and filled in.
+    pub filled_energy: f32,
+    /// Agreement of two balls; `None` with one ball.
+    pub two_balls: Option<TwoBalls>,
+}
+
+/// Measures the lamps from all of a project's balls under a response.
 ///
 /// # Errors
 /// As [`super::probe::Probes::load`], for the second ball.
@@ -99,16 +107,16 @@ pub(super) fn rig(
     probes: &Probes,
     table: &ResponseTable,
     progress: &Progress,
-) -> Result<(Rig, f32, Option<TwoBalls>)> {
+) -> Result<MeasuredRig> {
     let shoot = &project.settings.shoot;
     let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), table);
     let Some(second) = &shoot.second_ball else {
-        return Ok((rig, filled_energy, None));
+        return Ok(MeasuredRig { rig, filled_energy, two_balls: None });
     };
     let lamps = lamps(project, second, table, progress)?;
     let distance = shoot.ball.camera_distance_m;
     let two = join(&mut rig, &lamps, shoot.ball_positions_m(), distance);
-    Ok((rig, filled_energy, Some(two)))
+    Ok(MeasuredRig { rig, filled_energy, two_balls: Some(two) })
 }
 
 /// Photographs of the second ball.

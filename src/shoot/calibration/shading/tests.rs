@@ -93,8 +93,8 @@ fn far_ball(photographs: &Path, what: &str) -> Ball {
     let mask = file::read_encoded(&mask).unwrap();
     let (width, _) = mask.0.size();
     let on: Vec<usize> = (0..mask.0.pixels.len()).filter(|&i| mask.0.pixels[i][0] > 0.5).collect();
-    let mean = |of: &dyn Fn(usize) -> usize| {
-        on.iter().map(|&i| of(i) as f32 + 0.5).sum::<f32>() / on.len() as f32
+    let mean = |coordinate: &dyn Fn(usize) -> usize| {
+        on.iter().map(|&i| coordinate(i) as f32 + 0.5).sum::<f32>() / on.len() as f32
     };
     Ball {
         center_px: [mean(&|i| i % width), mean(&|i| i / width)],

@@ -92,6 +92,6 @@ fn a_direction_on_a_small_ball_that_is_wrong_is_never_trusted() {
 
 #[test]
 fn banks_of_lamps_far_apart_are_seen_whole_or_not_trusted() {
-    let Tally { right, wrong, .. } = Tally::new(Scene::of_wide_banks, (40.0, 160.0));
+    let Tally { right, wrong, .. } = Tally::new(Scene::with_wide_banks, (40.0, 160.0));
     assert!(right.len() > wrong.len() && share(&right) > 0.1);
 }

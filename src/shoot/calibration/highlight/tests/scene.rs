@@ -102,7 +102,7 @@ impl Scene {
     }
 
     /// A random scene whose lamps are banks of four lamps far apart.
-    pub fn of_wide_banks(seed: u64, radius: (f64, f64)) -> Self {
+    pub fn with_wide_banks(seed: u64, radius: (f64, f64)) -> Self {
         Self::with(seed, radius, true)
     }
 
@@ -189,11 +189,11 @@ impl Scene {
                 .collect();
             // A lamp behind the ball also lights the room, and all of it a little.
             let stray = 0.02 * power * flux / std::f64::consts::PI;
-            let place_of = |d: DVec3| {
+            let ball_place = |d: DVec3| {
                 let half = (d + DVec3::Z).normalize_or(DVec3::X);
                 DVec2::new(centre[0] + radius * half.x, centre[1] - radius * half.y)
             };
-            let glow = place_of(*at);
+            let glow = ball_place(*at);
             let radiance = |x: f64, y: f64| -> f64 {
                 let (dx, dy) = ((x - centre[0]) / radius, (centre[1] - y) / radius);
                 let flat = dx * dx + dy * dy;

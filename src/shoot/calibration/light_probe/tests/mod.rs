@@ -41,12 +41,12 @@ fn truth(size: (usize, usize), sky: impl Fn(DVec3) -> [f32; 3]) -> Image {
 }
 
 /// Peak signal-to-noise ratio in dB, weighted by solid angle, over the selected directions.
-fn psnr(a: &Image, b: &Image, of_interest: impl Fn(DVec3) -> bool) -> f64 {
+fn psnr(a: &Image, b: &Image, is_compared: impl Fn(DVec3) -> bool) -> f64 {
     let (width, height) = a.size();
     let (mut error, mut sphere, mut peak) = (0.0f64, 0.0f64, 0.0f64);
     for (i, (a, b)) in a.pixels.iter().zip(&b.pixels).enumerate() {
         let d = latlong::texel_direction(i % width, i / width, width, height).as_dvec3();
-        if !of_interest(d) {
+        if !is_compared(d) {
             continue;
         }
         let angle = latlong::texel_solid_angle(i / width, width, height);
