@@ -16,6 +16,7 @@ from pathlib import Path
 import torch
 from safetensors.torch import load_file, save_file
 from torch import nn
+from torch._inductor import config as inductor
 from torch.nn import functional
 
 LEAK = 0.2
@@ -167,6 +168,8 @@ class Peer:
         self.f16 = options.f16
         self.run, self.losses = self.network, training_losses
         if options.compile:
+            # Channels last, a layout that Inductor chooses, breaks the gradient of replicated borders in PyTorch 2.15.
+            inductor.layout_optimization = False
             self.run, self.losses = torch.compile(self.network), torch.compile(training_losses)
         self.optimizer = torch.optim.Adam(
             self.network.parameters(),
