@@ -38,8 +38,8 @@ impl Default for Criterion {
 }
 
 impl Criterion {
-    /// True if [`Self::losses`] takes the network's output before the sigmoid too (`logits` of the settings): the
-    /// gradient then takes its place, in half the memory.
+    /// True if [`Self::losses`] also takes the network's output before its sigmoid (`logits` of the settings), on a
+    /// CPU: the gradient then takes its place, in half the memory.
     pub fn takes_logits(&self) -> bool {
         self.features.is_none() && self.pixel <= 0.0
     }

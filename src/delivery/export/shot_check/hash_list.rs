@@ -21,6 +21,7 @@ const FOLDER: &str = "ascmhl";
 const CHAIN: &str = "ascmhl_chain.xml";
 /// Files that are in no list.
 const IGNORED: [&str; 3] = [".DS_Store", "ascmhl", "ascmhl/"];
+const REMEDY: &str = "Restore the file, or remove the folder ascmhl and begin again";
 /// Longest list that is read, in bytes: a million frames, each with some files beside it.
 const MOST_BYTES: u64 = 1 << 30;
 /// Files read at the same time; only a small piece of each is in memory.
@@ -190,7 +191,8 @@ impl History {
                 history.edited.push(format!("{} is in the chain, but missing", link.path));
                 continue;
             }
-            let (_, found) = c4_of_file(&path, MOST_BYTES).map_err(|e| unreadable(&path, e))?;
+            let (_, found) =
+                c4_of_file(&path, MOST_BYTES).map_err(|e| Error::io("read", &path, e, REMEDY))?;
             if found != link.c4 {
                 let sentence = format!("{}: hash mismatch: damaged or edited", link.path);
                 history.edited.push(sentence);
@@ -211,7 +213,8 @@ impl History {
                 }
                 let known = history.files.entry(entry.path.path).or_default();
                 known.bytes = known.bytes.or(entry.path.size);
-                known.c4 = known.c4.take().or(entry.c4.map(|hash| hash.c4));
+                let c4 = entry.c4.map(|hash| hash.c4).filter(|c4| !c4.is_empty());
+                known.c4 = known.c4.take().or(c4);
                 known.pixels = known.pixels.take().or(entry.metadata.and_then(|m| m.pixels));
             }
         }
@@ -223,9 +226,9 @@ impl History {
         self.files.contains_key(path)
     }
 
-    /// Most bytes of a listed file that its hash can cover. None for a file in no list.
-    pub fn length(&self, path: &str) -> Option<u64> {
-        self.files.get(path).map(|known| known.bytes.unwrap_or(u64::MAX))
+    /// Most bytes of a file that its first hash can cover.
+    pub fn length(&self, path: &str) -> u64 {
+        self.files.get(path).and_then(|known| known.bytes).unwrap_or(u64::MAX)
     }
 
     /// Number of files in all lists.
@@ -383,25 +386,22 @@ pub(super) fn files(root: &Path) -> Result<Vec<String>> {
     Ok(files)
 }
 
-/// Adds files below a folder to those that were `read`: those with a `length`. A longer file has the hash "".
+/// Hashes files of a folder, each up to its `length` in bytes: the hash of a longer one is "".
 ///
 /// # Errors
-/// When a folder cannot be read, or the user stops.
+/// When the user stops.
 pub(super) fn hash_files(
     root: &Path,
-    mut read: BTreeMap<String, Found>,
-    length: impl Fn(&str) -> Option<u64> + Sync,
+    paths: Vec<String>,
+    length: impl Fn(&str) -> u64 + Sync,
     progress: &Progress,
 ) -> Result<BTreeMap<String, Found>> {
-    let mut left = files(root)?;
-    left.retain(|path| length(path).is_some() && !read.contains_key(path));
-    let found = each(&left, AT_ONCE, progress, "hashing files", |path| {
-        let hash = c4_of_file(&root.join(path), length(path).unwrap_or_default());
+    let found = each(&paths, AT_ONCE, progress, "hashing files", |path| {
+        let hash = c4_of_file(&root.join(path), length(path));
         let (bytes, c4) = hash.map_or_else(|e| (0, Err(e.to_string())), |(n, c4)| (n, Ok(c4)));
         Found { bytes, c4, pixels: None }
     })?;
-    read.extend(left.into_iter().zip(found));
-    Ok(read)
+    Ok(paths.into_iter().zip(found).collect())
 }
 
 /// Kind of change and its message: a changed picture, or the same picture in changed bytes.
@@ -421,14 +421,9 @@ fn changed(path: &Path, known: &Known) -> (&'static str, String) {
     }
 }
 
-fn unreadable(path: &Path, cause: std::io::Error) -> Error {
-    Error::io("read", path, cause, "Restore the file, or remove the folder ascmhl and begin again")
-}
-
 fn parse<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let text = read_text(path, MOST_BYTES).map_err(|e| unreadable(path, e))?;
-    let remedy = "Restore the file, or remove the folder ascmhl and begin again";
-    quick_xml::de::from_str(&text).map_err(|e| Error::codec("read", path, e, remedy))
+    let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, REMEDY))?;
+    quick_xml::de::from_str(&text).map_err(|e| Error::codec("read", path, e, REMEDY))
 }
 
 /// Writes a file and returns its C4 ID.

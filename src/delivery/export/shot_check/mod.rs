@@ -221,12 +221,16 @@ impl ShotReport {
             let history = History::read(&self.folder)?;
             let frames = self.files.iter().map(|frame| (&frame.file, Some(&frame.pixels_c4)));
             let beside = self.files.iter().flat_map(|frame| &frame.beside).map(|file| (file, None));
-            let read = frames.chain(beside).map(|(file, pixels)| {
-                let c4 = Ok(file.c4.clone());
-                (file.name.clone(), Found { bytes: file.bytes, c4, pixels: pixels.cloned() })
-            });
-            let all = |_: &str| Some(u64::MAX);
-            let found = hash_list::hash_files(&self.folder, read.collect(), all, progress)?;
+            let read: BTreeMap<String, Found> = (frames.chain(beside))
+                .map(|(file, pixels)| {
+                    let c4 = Ok(file.c4.clone());
+                    (file.name.clone(), Found { bytes: file.bytes, c4, pixels: pixels.cloned() })
+                })
+                .collect();
+            let mut left = hash_list::files(&self.folder)?;
+            left.retain(|path| !read.contains_key(path));
+            let mut found = hash_list::hash_files(&self.folder, left, |_| u64::MAX, progress)?;
+            found.extend(read);
             self.faults = history.faults(&self.folder, &found);
             if self.faults.is_empty() {
                 self.hash_list = Some(history.write(&self.folder, &found)?);

@@ -403,7 +403,7 @@ fn hash_lists_of_other_tools_are_read() {
          </creatorinfo><processinfo><process>in-place</process><roothash><content><xxh64>0</xxh64></content>\
          </roothash></processinfo><hashes><hash><path size=\"5\">old.mov</path><c4>{0}</c4></hash>\
          <directoryhash><path>Clips</path><content><xxh64>1</xxh64></content></directoryhash>\
-         <hash><path>plain.txt</path><md5>ab</md5></hash>\
+         <hash><path size=\"1\">plain.txt</path><c4/><md5>ab</md5></hash>\
          <hash><path>new.mov</path><c4 action=\"verified\">{0}</c4><previousPath>old.mov</previousPath></hash>\
          </hashes><references/></hashlist>",
         hash("movie")

@@ -5,7 +5,6 @@ use super::{Fault, Remark};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Result of comparing the files of a folder with its ASC MHL.
@@ -42,13 +41,14 @@ impl Verification {
             )
         })?;
         let history = History::read(root)?;
-        let found = hash_files(root, BTreeMap::new(), |path| history.length(path), progress)?;
+        let (listed, new): (Vec<_>, Vec<_>) =
+            files(root)?.into_iter().partition(|path| history.lists(path));
+        let found = hash_files(root, listed, |path| history.length(path), progress)?;
         let faults = history.faults(root, &found);
         let mut remarks = Vec::new();
         let mut remark = |kind: &str, sentence: String| {
             remarks.push(Remark { kind: kind.to_owned(), sentence });
         };
-        let new: Vec<String> = files(root)?.into_iter().filter(|p| !history.lists(p)).collect();
         match &new[..] {
             [] => (),
             [one] => remark("added", format!("{one} is not in the hash list")),

@@ -61,14 +61,10 @@ impl Losses<'_> {
             picture,
             #[inline(always)]
             |lamp, output| {
-                // Derivative by the logits, from the sigmoid.
-                let mut steepness = Vec::new();
+                let mut sigmoids = Vec::new();
                 if self.settings.logits {
-                    steepness.reserve_exact(output.len());
-                    for x in &mut *output {
-                        *x = sigmoid(*x);
-                        steepness.push(*x);
-                    }
+                    output.iter_mut().for_each(|x| *x = sigmoid(*x));
+                    sigmoids.extend_from_slice(output);
                 }
                 let distance = match self.olats {
                     Some(olats) => {
@@ -87,7 +83,7 @@ impl Losses<'_> {
                         *g += weight * relit;
                     }
                 }
-                for (g, s) in output.iter_mut().zip(&steepness) {
+                for (g, s) in output.iter_mut().zip(&sigmoids) {
                     *g = *g * s * (1.0 - s);
                 }
                 distance
