@@ -175,7 +175,7 @@ impl Sums<'_> {
         planes: &mut [&mut [f32]],
     ) {
         let product = tile::Product { left, right: self.right, start };
-        product.fill(simd, position, &mut self.tile);
+        product.fill(simd, position, planes.len(), &mut self.tile);
         let step = tile::positions::<S>();
         for (plane, sums) in planes.iter_mut().zip(&self.tile) {
             scatter(&sums[..step], position, self.band, self.width, plane);
@@ -258,9 +258,17 @@ impl Weights<'_> {
         let in_order = self.taps.iter().copied().eq(0..taps) && self.channel_stride == taps;
         if in_order {
             let length = into.len();
-            let [a, b, c, d] = rows.map(|row| &row[..length]);
-            for ((((into, a), b), c), d) in into.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-                *into = [*a, *b, *c, *d];
+            let rows = rows.map(|row| &row[..length]);
+            let (blocks, rest) = into.as_chunks_mut::<ROWS>();
+            let done = blocks.len() * ROWS;
+            for (i, into) in blocks.iter_mut().enumerate() {
+                let square = rows.map(|row| {
+                    row[i * ROWS..].first_chunk::<ROWS>().copied().expect("length checked")
+                });
+                *into = core::array::from_fn(|i| square.map(|row| row[i]));
+            }
+            for (i, into) in rest.iter_mut().enumerate() {
+                *into = rows.map(|row| row[done + i]);
             }
             return;
         }

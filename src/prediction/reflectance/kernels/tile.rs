@@ -4,10 +4,14 @@ use super::chunks::WORTH_A_THREAD;
 use pulp::Simd;
 use rayon::prelude::*;
 
-/// Rows of a tile of a [`Product`] and of a [`correlation`].
-pub const ROWS: usize = 4;
-/// Most positions in a tile of a [`Product`], on any processor.
-pub const MAX_POSITIONS: usize = 5 * 16;
+/// Rows of a tile.
+pub const ROWS: usize = 8;
+/// Rows whose sums fit the registers of AVX2.
+const HALF: usize = ROWS / 2;
+/// Vectors side by side in a tile.
+const VECTORS: usize = 3;
+/// Most positions in a tile, on any processor.
+pub const MAX_POSITIONS: usize = VECTORS * 16;
 
 /// Left factor of products, block by block: for each element the values of a block's [`ROWS`] rows side by side, so
 /// that a tile reads it from start to end. The last block is padded with its last row.
@@ -75,14 +79,7 @@ pub type Tile = [[f32; MAX_POSITIONS]; ROWS];
 /// Positions in a tile of a [`Product`] on this processor.
 #[inline(always)]
 pub fn positions<S: Simd>() -> usize {
-    vectors::<S>() * S::F32_LANES
-}
-
-/// Vectors side by side in a tile: with sums, right factors and a broadcast the tile fills 32 registers, or the 16 of
-/// AVX2, with enough sums that none waits for its last addition.
-#[inline(always)]
-fn vectors<S: Simd>() -> usize {
-    if S::F32_LANES == 8 { 3 } else { 5 }
+    VECTORS * S::F32_LANES
 }
 
 /// A product of two factors: start(row) + Σ over channels and taps of left(row, channel · taps + tap) · right(channel,
@@ -96,32 +93,44 @@ pub struct Product<'a> {
 }
 
 impl Product<'_> {
-    /// Fills `tile` with the sums of the [`positions`] from `position` on.
+    /// Fills `tile` with the sums of the [`positions`] from `position` on, for at least the first `rows` rows.
     #[inline(always)]
-    pub fn fill<S: Simd>(&self, simd: S, position: usize, tile: &mut Tile) {
-        if S::F32_LANES == 8 {
-            self.fill_with::<S, 3>(simd, position, tile);
+    pub fn fill<S: Simd>(&self, simd: S, position: usize, rows: usize, tile: &mut Tile) {
+        // Sums, right factors and a broadcast take 28 of 32 registers, or all 16 of AVX2.
+        if S::F32_LANES == 8 || rows <= HALF {
+            self.fill_rows::<S, HALF>(simd, 0, position, tile);
+            if rows > HALF {
+                self.fill_rows::<S, HALF>(simd, HALF, position, tile);
+            }
         } else {
-            self.fill_with::<S, 5>(simd, position, tile);
+            self.fill_rows::<S, ROWS>(simd, 0, position, tile);
         }
     }
 
+    /// `R` rows from `first` on.
     #[inline(always)]
-    fn fill_with<S: Simd, const V: usize>(&self, simd: S, position: usize, tile: &mut Tile) {
+    fn fill_rows<S: Simd, const R: usize>(
+        &self,
+        simd: S,
+        first: usize,
+        position: usize,
+        tile: &mut Tile,
+    ) {
         // With AVX2 sums, right factors and the broadcast take all registers. The compiler keeps them there only with
         // this shape of the loops: check with `make bench`, since a spill costs half the speed.
         let Self { left, right, start } = *self;
         let Factor { values, channel_stride, taps } = right;
-        let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];
-        for (sums, start) in sums.iter_mut().zip(start) {
-            *sums = [simd.splat_f32s(start); V];
+        let mut sums = [[simd.splat_f32s(0.0); VECTORS]; R];
+        for (sums, start) in sums.iter_mut().zip(&start[first..]) {
+            *sums = [simd.splat_f32s(*start); VECTORS];
         }
         for (channel, left) in left.chunks_exact(taps.len()).enumerate() {
             let values = &values[channel * channel_stride + position..];
             for (a, tap) in left.iter().zip(taps) {
-                let b = &values[*tap..][..V * S::F32_LANES];
+                let b = &values[*tap..][..VECTORS * S::F32_LANES];
                 let (b, _) = S::as_simd_f32s(b);
-                let b: &[S::f32s; V] = b.first_chunk().expect("V vectors were taken");
+                let b: &[S::f32s; VECTORS] = b.first_chunk().expect("as many vectors were taken");
+                let a: &[f32; R] = a[first..].first_chunk().expect("rows of a tile");
                 for (sums, weight) in sums.iter_mut().zip(a) {
                     let weight = simd.splat_f32s(*weight);
                     for (sum, b) in sums.iter_mut().zip(b) {
@@ -130,57 +139,11 @@ impl Product<'_> {
                 }
             }
         }
-        for (row, sums) in tile.iter_mut().zip(sums) {
+        for (row, sums) in tile[first..].iter_mut().zip(sums) {
             let (row, _) = S::as_mut_simd_f32s(row);
             for (into, sum) in row.iter_mut().zip(&sums) {
                 *into = *sum;
             }
         }
     }
-}
-
-/// Σ over `length` positions of left[rows[r] + p] · right[taps[t] + p], for all r and t of a tile.
-#[inline(always)]
-pub fn correlation<S: Simd, const T: usize>(
-    simd: S,
-    left: &[f32],
-    rows: [usize; ROWS],
-    right: &[f32],
-    taps: [usize; T],
-    length: usize,
-) -> [[f32; T]; ROWS] {
-    let zero = simd.splat_f32s(0.0);
-    let mut sums = [[zero; T]; ROWS];
-    let left = rows.map(|row| &left[row..][..length]);
-    let right = taps.map(|tap| &right[tap..][..length]);
-    let whole = length / S::F32_LANES;
-    {
-        let left = left.map(|a| &S::as_simd_f32s(a).0[..whole]);
-        let right = right.map(|b| &S::as_simd_f32s(b).0[..whole]);
-        for p in 0..whole {
-            let mut b = [zero; T];
-            for (b, right) in b.iter_mut().zip(right) {
-                *b = right[p];
-            }
-            for (sums, a) in sums.iter_mut().zip(left) {
-                for (sum, b) in sums.iter_mut().zip(b) {
-                    *sum = simd.mul_add_e_f32s(a[p], b, *sum);
-                }
-            }
-        }
-    }
-    let mut result = [[0.0; T]; ROWS];
-    for (r, sums) in sums.iter().enumerate() {
-        for (t, sum) in sums.iter().enumerate() {
-            result[r][t] = simd.reduce_sum_f32s(*sum);
-        }
-    }
-    for p in whole * S::F32_LANES..length {
-        for (result, a) in result.iter_mut().zip(left) {
-            for (result, b) in result.iter_mut().zip(right) {
-                *result += a[p] * b[p];
-            }
-        }
-    }
-    result
 }

@@ -11,6 +11,9 @@ use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
+/// Output channels of a tile of [`dots`].
+const OUTPUTS: usize = 4;
+
 /// An unfolded picture: `[pixels, row_length]`, each row in the order of an output channel's weights.
 struct Unfolded {
     values: Vec<f32>,
@@ -54,10 +57,10 @@ pub fn forward(
     let (columns, pixels) = (shape.columns(), shape.plane());
     for (picture, out) in out.chunks_exact_mut(shape.outputs * pixels).enumerate() {
         let unfolded = Unfolded::new(shape, x, picture);
-        let blocks = out.par_chunks_mut(ROWS * pixels).enumerate();
-        let least = (WORTH_A_THREAD / (ROWS * columns)).max(1);
+        let blocks = out.par_chunks_mut(OUTPUTS * pixels).enumerate();
+        let least = (WORTH_A_THREAD / (OUTPUTS * columns)).max(1);
         blocks.with_min_len(least).for_each(|(block, out)| {
-            let first = block * ROWS;
+            let first = block * OUTPUTS;
             arch().dispatch(Outputs {
                 weight: &weight[first * columns..],
                 columns,
@@ -91,7 +94,7 @@ impl Outputs<'_> {
         let unfolded = &self.unfolded.values;
         while pixel + T <= self.pixels {
             let taps: [usize; T] = core::array::from_fn(|t| (pixel + t) * self.unfolded.row_length);
-            let sums = tile::correlation(simd, self.weight, rows, unfolded, taps, self.columns);
+            let sums = dots(simd, self.weight, rows, unfolded, taps, self.columns);
             for (r, sums) in sums.iter().take(used).enumerate() {
                 let out = &mut self.out[r * self.pixels + pixel..][..T];
                 for (out, sum) in out.iter_mut().zip(sums) {
@@ -116,6 +119,52 @@ impl WithSimd for Outputs<'_> {
         };
         self.tiles::<S, 1>(simd, whole);
     }
+}
+
+/// Σ over `length` positions of left[rows[r] + p] · right[taps[t] + p], for all r and t of a tile.
+#[inline(always)]
+fn dots<S: Simd, const T: usize>(
+    simd: S,
+    left: &[f32],
+    rows: [usize; OUTPUTS],
+    right: &[f32],
+    taps: [usize; T],
+    length: usize,
+) -> [[f32; T]; OUTPUTS] {
+    let zero = simd.splat_f32s(0.0);
+    let mut sums = [[zero; T]; OUTPUTS];
+    let left = rows.map(|row| &left[row..][..length]);
+    let right = taps.map(|tap| &right[tap..][..length]);
+    let whole = length / S::F32_LANES;
+    {
+        let left = left.map(|a| &S::as_simd_f32s(a).0[..whole]);
+        let right = right.map(|b| &S::as_simd_f32s(b).0[..whole]);
+        for p in 0..whole {
+            let mut b = [zero; T];
+            for (b, right) in b.iter_mut().zip(right) {
+                *b = right[p];
+            }
+            for (sums, a) in sums.iter_mut().zip(left) {
+                for (sum, b) in sums.iter_mut().zip(b) {
+                    *sum = simd.mul_add_e_f32s(a[p], b, *sum);
+                }
+            }
+        }
+    }
+    let mut result = [[0.0; T]; OUTPUTS];
+    for (r, sums) in sums.iter().enumerate() {
+        for (t, sum) in sums.iter().enumerate() {
+            result[r][t] = simd.reduce_sum_f32s(*sum);
+        }
+    }
+    for p in whole * S::F32_LANES..length {
+        for (result, a) in result.iter_mut().zip(left) {
+            for (result, b) in result.iter_mut().zip(right) {
+                *result += a[p] * b[p];
+            }
+        }
+    }
+    result
 }
 
 /// A picture's gradient before the activation, `[outputs, pixels]`; `before(picture, channel, y, into)`
@@ -189,7 +238,7 @@ impl WithSimd for ByWeights<'_> {
             let blocks = self.weight.chunks_mut(ROWS * self.columns);
             for (block, weight) in blocks.enumerate() {
                 let product = tile::Product { left: left.block(block), right, start: [0.0; ROWS] };
-                product.fill(simd, column, &mut tile);
+                product.fill(simd, column, ROWS, &mut tile);
                 for (weight, sums) in weight.chunks_exact_mut(self.columns).zip(&tile) {
                     add(&mut weight[column..][..run], &sums[..run]);
                 }
@@ -287,7 +336,7 @@ impl WithSimd for SpreadGradient<'_> {
                     right,
                     start: [0.0; ROWS],
                 };
-                product.fill(simd, from, &mut tile);
+                product.fill(simd, from, used, &mut tile);
                 for (r, sums) in tile.iter().take(used).enumerate() {
                     let start = (pixel + r) * COLUMNS + column - self.first;
                     let run = run.min(step - skipped);
