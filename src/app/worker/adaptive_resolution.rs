@@ -1,6 +1,6 @@
 //! Picture size while something moves: the largest that can be made within one frame of the window.
 
-use super::PredictedFrame;
+use super::prediction::PredictedFrame;
 use compositor::{Field, Plate, Reuse};
 use imaging::Mask;
 use std::sync::Arc;

@@ -2,21 +2,25 @@
 
 use super::comparison::Comparison;
 use super::preview::PreviewRequest;
-use base::error::Result;
 use footage::BehindReader;
 use imaging::Image;
 use scene::Background;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Read picture of a background's file, with a number that changes with it.
-type Shown = (u64, Arc<Image>);
+/// A background's file, its reader, and its picture with a number that changes with it; None if it cannot be read.
+#[derive(Debug)]
+struct BackgroundFile {
+    path: PathBuf,
+    reader: BehindReader,
+    picture: Option<(u64, Arc<Image>)>,
+}
 
 /// Pictures of backgrounds that are files.
 #[derive(Debug, Default)]
 pub(super) struct Behind {
-    /// One reader for each file of the last request.
-    files: Vec<(PathBuf, BehindReader, Option<Shown>)>,
+    /// Files of the last request.
+    files: Vec<BackgroundFile>,
     reads: u64,
 }
 
@@ -34,26 +38,26 @@ impl Behind {
         let mut wanted: Vec<PathBuf> =
             scenes.filter_map(|scene| Some(scene.background.file()?.to_path_buf())).collect();
         wanted.dedup();
-        self.files.retain(|(file, ..)| wanted.contains(file));
+        self.files.retain(|file| wanted.contains(&file.path));
         let mut missing = Vec::new();
-        for file in wanted {
-            let known = self.files.iter().position(|(of, ..)| *of == file);
+        for path in wanted {
+            let known = self.files.iter().position(|file| file.path == path);
             let at = known.unwrap_or_else(|| {
-                self.files.push((file.clone(), BehindReader::default(), None));
+                let reader = BehindReader::default();
+                self.files.push(BackgroundFile { path, reader, picture: None });
                 self.files.len() - 1
             });
-            let (_, reader, shown) = &mut self.files[at];
-            let read: Result<Shown> = reader.read(&file, request.scene.frame, request.frame_rate);
-            match read {
+            let file = &mut self.files[at];
+            match file.reader.read(&file.path, request.scene.frame, request.frame_rate) {
                 Ok((_, picture)) => {
-                    let same = |(_, last): &Shown| Arc::ptr_eq(last, &picture);
-                    if !shown.as_ref().is_some_and(same) {
+                    let same = |(_, last): &(u64, Arc<Image>)| Arc::ptr_eq(last, &picture);
+                    if !file.picture.as_ref().is_some_and(same) {
                         self.reads += 1;
-                        *shown = Some((self.reads, picture));
+                        file.picture = Some((self.reads, picture));
                     }
                 }
                 Err(error) => {
-                    *shown = None;
+                    file.picture = None;
                     missing.push(error.to_string());
                 }
             }
@@ -63,8 +67,8 @@ impl Behind {
 
     /// The picture behind, and its number; None if the background is no file, or cannot be read.
     pub fn picture(&self, background: &Background) -> Option<(u64, &Image)> {
-        let file = background.file()?;
-        let (.., shown) = self.files.iter().find(|(of, ..)| of == file)?;
-        shown.as_ref().map(|(number, picture)| (*number, &**picture))
+        let path = background.file()?;
+        let file = self.files.iter().find(|file| file.path == path)?;
+        file.picture.as_ref().map(|(number, picture)| (*number, &**picture))
     }
 }

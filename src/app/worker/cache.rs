@@ -1,6 +1,6 @@
 //! Reflectance fields in memory, within a budget. The least recently used goes first.
 
-use super::PredictedFrame;
+use super::prediction::PredictedFrame;
 use std::collections::VecDeque;
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Reads the OLATs of comparisons: photographs, a truth, or predictions with another network or none.
 
 use super::comparison::ComparisonSource;
-use super::source::Prediction;
+use super::prediction::Prediction;
 use base::error::Result;
 use compositor::{Field, Plate};
 use evaluation::Truth;

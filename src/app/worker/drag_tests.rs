@@ -1,7 +1,7 @@
 //! Pictures while the light is dragged.
 
 use super::*;
-use compositor::PlateSquare;
+use compositor::{Plate, PlateSquare};
 use imaging::color::linear_from_srgb;
 use imaging::resample::resize;
 

@@ -33,16 +33,19 @@ mod messages;
 mod network;
 mod outcome;
 mod panorama_loader;
+mod prediction;
 mod preview;
 mod preview_maker;
 mod query;
 mod relighter;
+mod relit_frame;
 mod review;
 mod source;
 mod srgb_picture;
+mod view_table;
 
 pub use calibration_study::{CalibrationStudy, GammaView, ProbeView, SeenLamp};
-pub use comparison::{Comparison, ComparisonSource};
+pub use comparison::{Comparison, ComparisonSource, LookView};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
 pub use export_queue::{Export, ExportStatus, WrittenExport};
@@ -50,21 +53,18 @@ pub use job::{Job, TRAINING, find_person};
 pub use latest::Latest;
 pub use outcome::{Outcome, WentBack};
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
-pub use preview::{LookPicture, LookView, PreviewPicture, PreviewRequest};
+pub use prediction::{PredictedFrame, Prediction};
+pub use preview::{LookPicture, PreviewPicture, PreviewRequest};
 pub use query::Query;
 pub use review::{Cell, CellPictures, CellReader, LampSheet, SavedReview};
-pub use source::{FindComparison, KeptExemplars, Predict, Prediction, Source, open_project};
+pub use source::{FindComparison, KeptExemplars, Predict, Source, open_project};
 pub use srgb_picture::{SrgbPicture, mirrored, on_mirror_ball};
 
 use background::Background;
 use base::error::Error;
 use base::progress::{Control, Progress, TrainingPictures};
-use compositor::{Field, Plate};
-use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use job_thread::{JobRequest, JobThread, Task};
-use light::Rig;
-use light::aim::LampResponses;
 use mailbox::Mailbox;
 use messages::{NetworkRequest, RelighterRequest};
 use network::Network;
@@ -72,69 +72,6 @@ use project::Project;
 use relighter::Relighter;
 use std::sync::Arc;
 use std::time::Duration;
-
-/// A frame with its reflectance field.
-#[derive(Clone, Debug)]
-pub struct PredictedFrame {
-    pub frame: Arc<Frame>,
-    /// Plate of the frame; None if pictures have the working size.
-    pub plate: Option<Arc<Plate>>,
-    pub field: Arc<Field>,
-    /// Number of the source's opening that predicted it.
-    pub generation: u64,
-    /// Time of the prediction in milliseconds, including reading the frame.
-    pub ms: f64,
-}
-
-/// A prediction equals itself alone.
-impl PartialEq for PredictedFrame {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-    }
-}
-
-impl PredictedFrame {
-    fn new(predicted: Prediction, generation: u64, ms: f64) -> Self {
-        Self {
-            frame: Arc::new(predicted.frame),
-            plate: predicted.plate.map(Arc::new),
-            field: Arc::new(predicted.field),
-            generation,
-            ms,
-        }
-    }
-
-    /// Columns and rows of its pictures.
-    pub fn size(&self) -> (usize, usize) {
-        (self.plate.as_ref()).map_or(self.frame.mask.size(), |plate| plate.size())
-    }
-
-    /// Field pixel under a picture pixel; None outside the network's crop.
-    pub fn working_pixel(&self, pixel: [usize; 2]) -> Option<[usize; 2]> {
-        (self.plate.as_ref()).map_or(Some(pixel), |plate| plate.working_pixel(pixel))
-    }
-
-    /// Position in the picture of a point of the field, each in columns and rows.
-    pub fn picture_place(&self, at: [f32; 2]) -> [f32; 2] {
-        (self.plate.as_ref()).map_or(at, |plate| plate.filmed_place(at))
-    }
-
-    /// Brightness of each pixel of the field under each lamp of the rig. Waits for a field on a GPU: do not call
-    /// it on the window's thread.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub fn responses(&self, rig: &Rig) -> Result<LampResponses, Error> {
-        let lamps = self.field.lamps();
-        LampResponses::new(rig, &self.frame.mask, |lamp| {
-            let mut alone = vec![[0.0; 3]; lamps];
-            if let Some(weight) = alone.get_mut(lamp) {
-                *weight = [1.0; 3];
-            }
-            self.field.relight(&alone)
-        })
-    }
-}
 
 /// The threads behind one open project. Dropping it stops and joins them, which takes up to one prediction or one
 /// training step.

@@ -1,11 +1,12 @@
 //! Looks side by side: the same frame, each with its own light and effects.
 
-use super::PredictedFrame;
 use super::behind::Behind;
-use super::comparison::extra;
-use super::preview::{LookPicture, LookView, PreviewRequest};
-use super::preview_maker::{ViewTable, changed};
+use super::comparison::LookView;
+use super::prediction::PredictedFrame;
+use super::preview::{LookPicture, PreviewRequest};
+use super::relit_frame::extra;
 use super::srgb_picture::SrgbPicture;
+use super::view_table::{ViewTable, changed};
 use base::error::Result;
 use compositor::{EnvironmentLight, Field, Ingredients, compose};
 use imaging::Mask;
@@ -25,8 +26,17 @@ pub(super) struct LookPictures([Made; 4]);
 #[derive(Default)]
 struct Made {
     light: Option<EnvironmentLight>,
-    of: Option<(LookView, Arc<PredictedFrame>, TableFile, Option<u64>)>,
+    inputs: Option<Inputs>,
     picture: Option<Arc<SrgbPicture>>,
+}
+
+/// Inputs of a look's picture.
+struct Inputs {
+    view: LookView,
+    predicted: Arc<PredictedFrame>,
+    table: TableFile,
+    /// Number of the picture behind the subject.
+    behind: Option<u64>,
 }
 
 impl LookPictures {
@@ -57,11 +67,14 @@ impl LookPictures {
                 Scene { frame: request.scene.frame, output: Output::Display, ..view.scene.clone() };
             let behind = behind.picture(&scene.background);
             let number = behind.map(|(number, _)| number);
-            let is_made = made.of.as_ref().is_some_and(|(of, frame, table, shown)| {
-                of == view && Arc::ptr_eq(frame, predicted) && *table == through && *shown == number
+            let is_made = made.inputs.as_ref().is_some_and(|inputs| {
+                inputs.view == *view
+                    && Arc::ptr_eq(&inputs.predicted, predicted)
+                    && inputs.table == through
+                    && inputs.behind == number
             });
             if !is_made {
-                made.of = None;
+                made.inputs = None;
                 let (light, _) = EnvironmentLight::update(
                     &mut made.light,
                     &view.environment,
@@ -78,7 +91,12 @@ impl LookPictures {
                 }
                 made.picture =
                     codes.as_ref().map(|codes| Arc::new(SrgbPicture::from_picture(codes)));
-                made.of = Some((view.clone(), predicted.clone(), through.clone(), number));
+                made.inputs = Some(Inputs {
+                    view: view.clone(),
+                    predicted: predicted.clone(),
+                    table: through.clone(),
+                    behind: number,
+                });
             }
             *picture = made.picture.clone().map(|made| (view.clone(), made));
         }

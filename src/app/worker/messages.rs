@@ -1,8 +1,8 @@
 //! Messages between the network's thread and the relighter.
 
-use super::PredictedFrame;
 use super::comparison::ComparisonSource;
 use super::mailbox::Request;
+use super::prediction::PredictedFrame;
 use super::preview::PreviewRequest;
 use light::Rig;
 use std::sync::Arc;

@@ -1,7 +1,6 @@
 //! The thread that owns the network: predicts the newest requested frame, and switches to a newer network when a
 //! job saves one.
 
-use super::PredictedFrame;
 use super::background::Handler;
 use super::event::{Blocked, Event};
 use super::mailbox::Mailbox;
@@ -9,6 +8,7 @@ use super::messages::{
     ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource,
     RelighterRequest,
 };
+use super::prediction::PredictedFrame;
 use super::source::Source;
 use base::error::{Error, Result};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! A picture request of the window, and the picture made for it.
 
-use super::PredictedFrame;
-use super::comparison::Comparison;
+use super::comparison::{Comparison, LookView};
+use super::prediction::PredictedFrame;
 use super::srgb_picture::SrgbPicture;
 use compositor::passes::DisplayTexture;
 use compositor::{PassReport, Picture};
@@ -11,21 +11,6 @@ use scene::Scene;
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-
-/// Another look at the frame of a picture.
-#[derive(Clone, Debug)]
-pub struct LookView {
-    /// Its frame is ignored: the picture's is used.
-    pub scene: Scene,
-    pub environment: Arc<Environment>,
-}
-
-impl PartialEq for LookView {
-    /// Environments are equal if they are the same object.
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.environment, &other.environment) && self.scene == other.scene
-    }
-}
 
 /// A look and its picture.
 pub type LookPicture = (LookView, Arc<SrgbPicture>);

@@ -1,24 +1,25 @@
 //! Makes the window's pictures for one rig. Keeps the light, the reference frame and caches from one picture to
 //! the next.
 
-use super::PredictedFrame;
 use super::adaptive_resolution::{AdaptiveResolution, Reduced, ReducedFrame};
 use super::behind::Behind;
-use super::comparison::{Comparison, RelitFrame};
+use super::comparison::Comparison;
 use super::look_pictures::LookPictures;
+use super::prediction::PredictedFrame;
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
+use super::relit_frame::RelitFrame;
 use super::srgb_picture::SrgbPicture;
+use super::view_table::ViewTable;
 use base::error::Result;
 use compositor::{
     EnvironmentLight, Extra, Identity, Ingredients, Series, ShownPicture, Upstream, difference,
 };
-use imaging::{Cube, Encoded};
+use imaging::Encoded;
 use light::Rig;
 use scene::{Background, Inspection, Scene};
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
 /// Cached state of the shoot.
 pub(super) struct PreviewMaker {
@@ -263,33 +264,6 @@ fn compose(
     let mut stand_in = series.compose_stand_in(scene, plate, &ingredients, reuse)?;
     stand_in.linear = None;
     Ok((coarse, ShownPicture::in_memory(stand_in)))
-}
-
-/// The display table. Read again when its file changes.
-#[derive(Default)]
-pub(super) struct ViewTable(Option<(PathBuf, Option<SystemTime>, Cube)>);
-
-/// Modification time of a file, if known.
-pub(super) fn changed(path: &Path) -> Option<SystemTime> {
-    path.metadata().and_then(|file| file.modified()).ok()
-}
-
-impl ViewTable {
-    /// The table in a file, if the scene is shown through one. It reads codes of our own curves, so it does not
-    /// apply to a configuration's view.
-    pub fn read(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
-        let is_picture = scene.effects.inspection == Inspection::Picture;
-        let is_ours = scene.viewing.through.is_none();
-        let Some(path) = path.filter(|_| is_picture && is_ours) else {
-            return Ok(None);
-        };
-        let changed = changed(path);
-        let known = |(of, at, _): &(PathBuf, _, _)| of == path && *at == changed;
-        if !self.0.as_ref().is_some_and(known) {
-            self.0 = Some((path.clone(), changed, Cube::read(path)?));
-        }
-        Ok(self.0.as_ref().map(|(_, _, table)| table))
-    }
 }
 
 /// The two compared pictures, as far as their inputs are in memory.

@@ -1,7 +1,6 @@
 //! The thread that relights: keeps predicted frames in memory and answers the newest [`PreviewRequest`]. A turn
 //! of the light is shown at once, whatever the network is doing.
 
-use super::PredictedFrame;
 use super::background::Handler;
 use super::cache::FieldCache;
 use super::comparison::Comparison;
@@ -12,6 +11,7 @@ use super::messages::{
     ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource,
     RelighterRequest,
 };
+use super::prediction::PredictedFrame;
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
 use super::preview_maker::PreviewMaker;
 use base::error::{Error, Result};

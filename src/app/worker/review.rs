@@ -1,6 +1,6 @@
 //! Pictures of a review: the current frame under every lamp, and a cell beside its truth. The saved review.
 
-use super::PredictedFrame;
+use super::prediction::PredictedFrame;
 use super::srgb_picture::{SrgbPicture, reduced_size};
 use base::error::{Error, Result};
 use base::progress::Control;
@@ -65,8 +65,14 @@ pub struct SavedReview {
 /// Reads cells beside their truth.
 pub struct CellReader {
     root: PathBuf,
-    /// The number of measurements and the case that were compared last, under every lamp.
-    compared: Option<(u64, Cell, ScoredPictures)>,
+    compared: Option<ComparedCase>,
+}
+
+/// The case that was compared last, with its pictures under every lamp.
+struct ComparedCase {
+    measurements: u64,
+    cell: Cell,
+    pictures: ScoredPictures,
 }
 
 impl CellReader {
@@ -80,19 +86,20 @@ impl CellReader {
     /// # Errors
     /// When the network or the truth cannot be read, and when the device fails.
     pub fn read(&mut self, measurements: u64, cell: &Cell) -> Result<CellPictures> {
-        let is_same = |known: &Cell| Cell { lamp: cell.lamp, ..known.clone() } == *cell;
-        let known = self.compared.take();
-        let known = known.filter(|(of, known, _)| *of == measurements && is_same(known));
-        let (_, _, pictures) = match known {
+        let is_same = |known: &ComparedCase| {
+            known.measurements == measurements
+                && Cell { lamp: cell.lamp, ..known.cell.clone() } == *cell
+        };
+        let compared = match self.compared.take().filter(is_same) {
             Some(known) => self.compared.insert(known),
             None => {
                 let project = Project::open(&self.root)?;
                 let (of, truth) = ((cell.case, cell.scale), cell.truth.as_deref());
                 let pictures = ScoredPictures::open(&project, truth, cell.device, of)?;
-                self.compared.insert((measurements, cell.clone(), pictures))
+                self.compared.insert(ComparedCase { measurements, cell: cell.clone(), pictures })
             }
         };
-        let ([truth, predicted], difference) = pictures.compare(cell.lamp)?;
+        let ([truth, predicted], difference) = compared.pictures.compare(cell.lamp)?;
         Ok(CellPictures {
             cell: cell.clone(),
             truth: SrgbPicture::from_picture(&truth),

@@ -3,9 +3,10 @@
 use super::comparison::ComparisonSource;
 use super::comparison_reader::ComparisonReader;
 use super::event::{Blocked, Need};
+use super::prediction::Prediction;
 use base::error::Error;
 use calibration::Calibration;
-use compositor::{Field, FieldEncoder, Plate};
+use compositor::{FieldEncoder, Plate};
 use footage::Frame;
 use gpu::ComputeDevice;
 use light::Rig;
@@ -13,21 +14,6 @@ use project::Project;
 use std::sync::Arc;
 use std::time::SystemTime;
 use transfer::{ExemplarDetail, FineField, OlatPredictor, SharedDetail, Transfer};
-
-/// A frame of the interview and its OLATs.
-pub struct Prediction {
-    pub frame: Frame,
-    /// Plate of the frame; None if pictures have the working size.
-    pub plate: Option<Plate>,
-    pub field: Field,
-}
-
-impl From<(Frame, Field)> for Prediction {
-    /// For pictures of the working size.
-    fn from((frame, field): (Frame, Field)) -> Self {
-        Self { frame, plate: None, field }
-    }
-}
 
 /// Reads a frame by its number and predicts its field.
 pub type Predict = Box<dyn FnMut(usize) -> Result<Prediction, Error>>;
@@ -54,7 +40,14 @@ pub type Later = Box<dyn FnOnce() -> Result<bool, Error> + Send>;
 
 /// Exemplars kept in memory while a training saves one network after the other.
 #[derive(Default)]
-pub struct KeptExemplars(Option<(Calibration, Vec<Stamp>, Exemplars)>);
+pub struct KeptExemplars(Option<ReadExemplars>);
+
+/// Exemplars with the calibration and the files that they were read from.
+struct ReadExemplars {
+    calibration: Calibration,
+    stamps: Vec<Stamp>,
+    exemplars: Exemplars,
+}
 
 /// Exemplars at the working size, and at their photographed size once read.
 #[derive(Clone)]
@@ -75,17 +68,21 @@ impl KeptExemplars {
                 Some((about.len(), about.modified().ok()))
             })
             .collect();
-        if let Some((known, as_known, exemplars)) = &self.0
-            && known == calibration
-            && *as_known == stamps
+        if let Some(known) = &self.0
+            && known.calibration == *calibration
+            && known.stamps == stamps
         {
-            return Ok(exemplars.clone());
+            return Ok(known.exemplars.clone());
         }
         let exemplars = Exemplars {
             transfer: Arc::new(Transfer::open(project, calibration)?),
             detail: SharedDetail::default(),
         };
-        self.0 = Some((calibration.clone(), stamps, exemplars.clone()));
+        self.0 = Some(ReadExemplars {
+            calibration: calibration.clone(),
+            stamps,
+            exemplars: exemplars.clone(),
+        });
         Ok(exemplars)
     }
 }

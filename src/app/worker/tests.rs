@@ -1,5 +1,6 @@
 use super::*;
-use footage::ImportSettings;
+use compositor::Field;
+use footage::{Frame, ImportSettings};
 use imaging::{Image, Mask};
 use light::{Environment, Lamp, Rig};
 use reflectance::ReflectanceField;

@@ -1,6 +1,6 @@
 //! The library's one error type. Every message names the fault, its place and the remedy.
 
-use super::files;
+use super::files::plain;
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,10 +13,10 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused to read, write, move or start something.
-    #[error("cannot {action} {}: {}. {remedy}", shown(&files::plain(path)), io_words(source))]
+    #[error("cannot {action} {}: {}. {remedy}", shown(&plain(path)), io_words(source))]
     Io { action: &'static str, path: PathBuf, source: io::Error, remedy: Remedy },
     /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
-    #[error("cannot {action} {}: {cause}. {remedy}", shown(&files::plain(path)))]
+    #[error("cannot {action} {}: {cause}. {remedy}", shown(&plain(path)))]
     Codec { action: &'static str, path: PathBuf, cause: String, remedy: Remedy },
     /// A setting, file or picture is invalid.
     #[error("{problem}. {remedy}")]
@@ -245,7 +245,7 @@ impl Error {
     /// unchanged.
     pub fn within(mut self, path: &Path) -> Self {
         if let Self::Invalid { problem, .. } | Self::Missing { problem, .. } = &mut self {
-            *problem = format!("{}: {problem}", files::plain(path));
+            *problem = format!("{}: {problem}", plain(path));
         }
         self
     }

@@ -2,7 +2,7 @@
 
 use super::names::ConfigNames;
 use super::transform::{Target, Transform};
-use super::vetted::{caught, check_files, check_text};
+use super::vetted::{REMEDY, caught, check_files, check_text};
 use super::working::Working;
 use base::error::{Error, Result};
 use ocio::{
@@ -11,7 +11,6 @@ use ocio::{
 };
 use std::path::{Path, PathBuf};
 
-pub(super) const REMEDY: &str = "Check the configuration with `ociocheck`, or choose another one";
 /// Maximum size of a configuration in bytes.
 const MOST_BYTES: u64 = 8 << 20;
 

@@ -1,12 +1,12 @@
 //! Checks before OpenColorIO reads a configuration, which comes from a stranger.
 
-use super::config::REMEDY;
 use base::error::{Error, Result};
 use ocio::{ColorSpaceDirection, Config, Transform, TransformDirection, ViewTransformDirection};
 use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+pub(super) const REMEDY: &str = "Check the configuration with `ociocheck`, or choose another one";
 /// Maximum size of a table in bytes: a cube of 129 with 60 bytes per line, twice.
 const MOST_TABLE: u64 = 256 << 20;
 /// Maximum nesting of lists. Real configurations have fewer than 10 levels.

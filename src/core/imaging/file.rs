@@ -1,47 +1,21 @@
 //! Picture files: PNG, JPEG and TIFF as encoded values, EXR and Radiance HDR as linear light.
 
+pub use super::limits::{MAX_PIXELS, check_openexr};
+
 use super::color::byte_from_unit;
+use super::limits::{MAX_DECODER_BYTES, check_size};
 use super::picture;
 use super::raster::{Encoded, Image, Mask};
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::write_beside;
-use exr::meta::header::Header;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
-/// Maximum number of pixels, checked before memory is allocated: 1.6 GB of light, or 16384 × 8192.
-pub const MAX_PIXELS: usize = 1 << 27;
-/// Maximum memory of a decoder in bytes: 16 for each pixel, and 64 MiB.
-pub(crate) const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
-/// Maximum size in bytes of a block of lines or a tile: a panorama of 16384 × 8192 half floats in one tile.
-const MAX_BLOCK_BYTES: usize = 1 << 30;
 const REMEDY: &str = "Check that the file is there and is a complete picture";
-
-/// Rejects an OpenEXR file whose blocks (lines or tiles that are decoded at once) exceed `MAX_BLOCK_BYTES`:
-/// decoders allocate that memory before they read the block.
-///
-/// # Errors
-/// When a block is too large: a description of it.
-pub fn check_openexr(parts: &[Header]) -> std::result::Result<(), String> {
-    for part in parts {
-        let (block, layer) = (part.max_block_pixel_size(), part.layer_size);
-        let (width, height) = (block.x().min(layer.x()), block.y().min(layer.y()));
-        let bytes = (width.checked_mul(height))
-            .and_then(|pixels| pixels.checked_mul(part.channels.bytes_per_pixel));
-        if bytes.is_none_or(|bytes| bytes > MAX_BLOCK_BYTES) {
-            return Err(format!(
-                "its blocks have {width} × {height} pixels of {} bytes; the limit per block is \
-                 {MAX_BLOCK_BYTES} bytes",
-                part.channels.bytes_per_pixel
-            ));
-        }
-    }
-    Ok(())
-}
 
 /// Decodes a picture in memory: columns and rows, and three 8-bit codes per pixel.
 ///
@@ -57,7 +31,7 @@ pub fn codes_from_memory(file: &[u8]) -> Result<((usize, usize), Vec<u8>)> {
     let decoder = reader.into_decoder().map_err(|e| damaged(e.to_string()))?;
     let (width, height) = decoder.dimensions();
     let size = (width as usize, height as usize);
-    picture::check_size(size).map_err(damaged)?;
+    check_size(size).map_err(damaged)?;
     let picture = image::DynamicImage::from_decoder(decoder).map_err(|e| damaged(e.to_string()))?;
     Ok((size, picture.into_rgb8().into_raw()))
 }

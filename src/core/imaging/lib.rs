@@ -6,6 +6,7 @@ mod cube;
 mod display_table;
 mod dual_gamma;
 pub mod file;
+mod limits;
 pub mod picture;
 mod raster;
 pub mod resample;

@@ -1,7 +1,7 @@
 //! Content of a movie's header, and its meaning for the frames.
 
-use super::movie::{raw, raw_tag};
 use super::process::{self, Tools};
+use super::raw::{raw, raw_tag};
 use base::error::{Error, Result};
 use imaging::file::MAX_PIXELS;
 use serde::Deserialize;

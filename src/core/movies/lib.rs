@@ -9,6 +9,7 @@ mod index;
 mod info;
 mod movie;
 mod process;
+mod raw;
 mod reader;
 mod sequence;
 mod series;

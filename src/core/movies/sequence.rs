@@ -1,7 +1,7 @@
 //! A sequence of pictures: files whose names differ by a number, or all pictures of a folder.
 
-use super::movie::{raw, raw_program};
 use super::process::Tools;
+use super::raw::{raw, raw_program};
 use super::{Movie, Pixels};
 use base::FileFormat;
 use base::error::{Error, Result};

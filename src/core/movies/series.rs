@@ -24,6 +24,15 @@ pub struct Series {
     folder: PathBuf,
 }
 
+/// Series that a picture belongs to.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum SeriesKey {
+    /// A picture without a number, by its place in the folder.
+    Alone(usize),
+    /// Numbered pictures, by the lower-case names before and after the number.
+    Numbered(String, String),
+}
+
 impl Series {
     /// Finds the series in a folder. Pictures beside it are left out if they are fewer; without a series, all pictures
     /// of the folder count.
@@ -32,7 +41,7 @@ impl Series {
     /// When the folder cannot be read, or holds two or more series: the error names them.
     pub fn find(folder: &Path) -> Result<Self> {
         let all = pictures(folder)?;
-        let mut groups: BTreeMap<_, Vec<&Box<str>>> = BTreeMap::new();
+        let mut groups: BTreeMap<SeriesKey, Vec<&Box<str>>> = BTreeMap::new();
         for (place, name) in all.iter().enumerate() {
             let key = match split(name) {
                 Some(NumberedName { before, after, .. }) => {
@@ -40,9 +49,9 @@ impl Series {
                     let unsigned = before.strip_suffix('-').unwrap_or(before);
                     let is_sign = unsigned.is_empty() || unsigned.ends_with(['.', '_']);
                     let before = if is_sign { unsigned } else { before };
-                    (before.to_lowercase(), after.to_lowercase(), None)
+                    SeriesKey::Numbered(before.to_lowercase(), after.to_lowercase())
                 }
-                None => (String::new(), String::new(), Some(place)),
+                None => SeriesKey::Alone(place),
             };
             groups.entry(key).or_default().push(name);
         }

@@ -1,6 +1,6 @@
 //! Codecs and containers of movies.
 
-use super::colors::OutputSpace;
+use super::output_space::OutputSpace;
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -1,5 +1,6 @@
 //! One picture as an OpenEXR file, with its light layers where there are any.
 
+use super::about::{About, PROVENANCE};
 use super::colors::Encoding;
 use super::exr_channels::{Window, channel, color_channels};
 use super::exr_encode::encode;
@@ -7,7 +8,6 @@ use super::exr_settings::{ExrAlpha, ExrSettings, LayerFiles};
 use super::layers::{beside, weights_file};
 use super::rational_rate;
 use super::rebuild::Rebuild;
-use super::still::{About, PROVENANCE, no_light};
 use base::error::{Error, Result};
 use base::files::write_beside;
 use compositor::Picture;
@@ -23,15 +23,18 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes linear light as an OpenEXR picture, with its light layers where there are any. The header has time code,
-/// frame rate, primaries, the colour space's name, and whether colour is times alpha. Values beyond the range of half
-/// floats are clipped to ±65504. Returns the accuracy of the layers, where they have a subject.
+/// Writes `linear`, the light of `picture`, as an OpenEXR picture, with its light layers where there are any. The header
+/// has time code, frame rate, primaries, the colour space's name, and whether colour is times alpha. Values beyond the
+/// range of half floats are clipped to ±65504. Returns the accuracy of the layers, where they have a subject.
 ///
 /// # Errors
-/// When the file cannot be written or the picture has no linear light; and when layers miss their subject by more than
-/// half floats round away. Then nothing is written.
-pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<Option<Rebuild>> {
-    let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
+/// When the file cannot be written, or layers miss their subject by more than half floats round away. Then nothing is
+/// written.
+pub fn write_still_exr(
+    path: &Path,
+    (picture, linear): (&Picture, &Image),
+    about: &About,
+) -> Result<Option<Rebuild>> {
     let light = written_light(linear, picture, about.encoding, about.exr);
     let alpha = &picture.alpha;
     let samples = about.exr.samples;

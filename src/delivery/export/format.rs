@@ -1,10 +1,10 @@
 //! Formats of exported files.
 
 use super::codec::Codec;
-use super::colors::OutputSpace;
 use super::destination::Destination;
 use super::exr_settings::ExrSettings;
 use super::interview::Interview;
+use super::output_space::OutputSpace;
 use base::error::Result;
 use base::numbers::within;
 use color_config::ColorChoice;

@@ -4,13 +4,12 @@ use super::codec::Codec;
 use super::colors::Encoding;
 use super::destination::{Destination, Stills};
 use super::interview::Interview;
-use super::look::{Look, sources};
+use super::look::Look;
 use super::movie_frames::MovieFrames;
 use super::provenance::provenance_of;
-use super::rebuild::rebuilt;
 use super::relight::{RelightSettings, frame_range};
 use super::scaled::fitted;
-use super::whole::check_whole;
+use super::whole::{check_whole, is_whole};
 use super::writer::Writer;
 use base::error::{Error, Result};
 use base::files::remove_left_over;
@@ -69,11 +68,10 @@ pub fn flawed_frames(
         let flawed = (from..=to).into_par_iter().filter_map(|frame| {
             let file = files.path(frame);
             let scene = look.scene(frame);
-            let sources = match sources(project, frame, &scene.background) {
-                Ok(sources) => sources,
+            let wanted = match provenance.frame(project, &scene) {
+                Ok(wanted) => wanted,
                 Err(error) => return Some(Err(error)),
             };
-            let wanted = provenance.frame(&scene, &sources);
             let flaw = flaw(&file, &wanted, settings.files.layers)?;
             Some(Ok(FlawedFrame { frame, flaw, file }))
         });
@@ -93,11 +91,6 @@ fn flaw(file: &Path, wanted: &str, has_layers: bool) -> Option<Flaw> {
         Some(made_of) if made_of == wanted => (!is_whole(file, has_layers)).then_some(Flaw::Broken),
         _ => Some(Flaw::MadeOfOther),
     }
-}
-
-/// True if a frame can be read to its end, with its light layers if required; these may be separate files.
-pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
-    check_whole(file).is_ok() && (!has_layers || rebuilt(file).is_ok())
 }
 
 /// Files of an export's frames.

@@ -1,5 +1,6 @@
 //! Export: pictures as PNG, TIFF and EXR stills, with light layers, as movies, and as contact sheets.
 
+mod about;
 mod clip;
 mod codec;
 mod colors;
@@ -22,6 +23,7 @@ mod lettering;
 mod listing;
 mod look;
 mod movie_frames;
+mod output_space;
 mod overlap;
 mod provenance;
 mod rebuild;
@@ -35,9 +37,10 @@ mod time_code;
 mod whole;
 mod writer;
 
+pub use about::About;
 pub use clip::{ClipWriter, Movie};
 pub use codec::{Codec, Container};
-pub use colors::{Encoding, OutputSpace};
+pub use colors::Encoding;
 pub use destination::{Destination, Stills};
 pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples};
 pub use footage_print::footage_print;
@@ -48,6 +51,7 @@ pub use join::{Flaw, FlawedFrame, flawed_frames, join_movie};
 pub use layers::{LightLayer, LightLayers, ListedLayer, beside};
 pub use listing::{LayerListing, RestLayer};
 pub use movie_frames::movie_frame;
+pub use output_space::OutputSpace;
 pub use overlap::Stages;
 pub use provenance::provenance_of;
 pub use rebuild::{Rebuild, rebuilt};
@@ -57,7 +61,7 @@ pub use shot_check::{
     Fault, FileHash, FrameReport, Remark, Requirements, ShotLayers, ShotReport, Verification,
     hash_file, names_frames,
 };
-pub use still::{About, write_still};
+pub use still::write_still;
 pub use time_code::TimeCode;
 pub use writer::check_files;
 

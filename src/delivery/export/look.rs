@@ -1,16 +1,20 @@
 //! Look and provenance of each frame of an export, without the network.
 
+use super::codec::Codec;
 use super::colors::Encoding;
+use super::destination::Destination;
+use super::format::{Bits, Files};
 use super::provenance::Provenance;
 use super::relight::{RelightSettings, frame_range};
-use super::writer::output;
+use super::scaled::fitted;
+use base::FileFormat;
 use base::error::Result;
 use base::progress::Progress;
-use footage::{picture_behind, picture_size};
+use footage::picture_size;
 use light::Environment;
 use light::conventions::Front;
-use project::{Picture, Project};
-use scene::{Background, Output, Scene};
+use project::Project;
+use scene::{Effects, Inspection, Output, Pass, Scene};
 use std::sync::Arc;
 
 /// An export's look.
@@ -76,19 +80,24 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Source pictures of frame `frame`: its plate, its matte, and the picture behind it if the background is a file.
-///
-/// # Errors
-/// When a movie behind it cannot be opened.
-pub(super) fn sources(
-    project: &Project,
-    frame: usize,
-    background: &Background,
-) -> Result<Vec<Picture>> {
-    let matte = project.frame_matte(frame);
-    let mut sources = vec![project.frame_picture(frame), matte.picture().clone()];
-    if let Some(file) = background.file() {
-        sources.push(picture_behind(file, frame, project.settings.shoot.frame_rate)?);
-    }
-    Ok(sources)
+/// Scene output to render from pictures of `size` columns and rows. For more than 8 bits, and for another size, the
+/// writer encodes display light itself, without the dither of 8 bits, unless an effect needs codes: light is
+/// averaged before the view cuts off highlights.
+pub(super) fn output(
+    files: &Files,
+    size: (usize, usize),
+    encoding: &Encoding,
+    effects: &Effects,
+) -> Output {
+    let deep = match &files.to {
+        Destination::Stills(stills) => {
+            files.bits == Bits::Sixteen || stills.format() == Some(FileFormat::Tiff)
+        }
+        Destination::Clip(path) => Codec::for_path(files.codec, path).is_ok_and(Codec::is_deep),
+    };
+    // The dither of 8 bits is for codes that stay unchanged.
+    let resized = files.size.is_some_and(|longest| fitted(size, longest) != size);
+    let deep = deep || resized || !encoding.is_plain();
+    let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
+    if files.to.is_linear() || deep && plain { Output::Linear } else { Output::Display }
 }

@@ -1,11 +1,12 @@
 //! Movie frames that workers make separately: one PNG each, in exactly the codes that ffmpeg is fed later; planes stand
 //! one below the other. The joined movie equals that of a single export byte for byte.
 
+use super::about::PROVENANCE;
 use super::clip::frame_bytes;
 use super::codec::Codec;
 use super::colors::Encoding;
 use super::format::MovieAlpha;
-use super::still::{PROVENANCE, png_error};
+use super::still::png_error;
 use super::whole::read_png;
 use base::error::{Error, Result};
 use base::files::write_beside;
@@ -30,6 +31,15 @@ pub(super) struct MovieFrames {
     alpha: MovieAlpha,
 }
 
+/// Layout of a PNG.
+#[derive(PartialEq)]
+struct Layout {
+    color: png::ColorType,
+    depth: png::BitDepth,
+    /// Columns and rows: planes are stacked.
+    size: (usize, usize),
+}
+
 impl MovieFrames {
     pub fn new(folder: &Path, codec: Codec, alpha: MovieAlpha) -> Self {
         Self { folder: folder.to_path_buf(), codec, alpha }
@@ -40,16 +50,17 @@ impl MovieFrames {
         movie_frame(&self.folder, frame)
     }
 
-    /// Format of a PNG, and its columns and rows for a movie of `size`.
-    fn layout(&self, size: (usize, usize)) -> (png::ColorType, png::BitDepth, (usize, usize)) {
+    /// Layout of the PNGs of a movie of `size`.
+    fn layout(&self, size: (usize, usize)) -> Layout {
         use png::{BitDepth, ColorType};
         let (width, height) = self.codec.padded(size);
-        match (self.codec.is_planar(), self.codec.has_alpha()) {
-            (true, true) => (ColorType::Grayscale, BitDepth::Sixteen, (width, 4 * height)),
-            (true, false) => (ColorType::Grayscale, BitDepth::Sixteen, (width, 3 * height)),
-            (false, true) => (ColorType::Rgba, BitDepth::Sixteen, (width, height)),
-            (false, false) => (ColorType::Rgb, BitDepth::Eight, (width, height)),
-        }
+        let (color, depth, planes) = match (self.codec.is_planar(), self.codec.has_alpha()) {
+            (true, true) => (ColorType::Grayscale, BitDepth::Sixteen, 4),
+            (true, false) => (ColorType::Grayscale, BitDepth::Sixteen, 3),
+            (false, true) => (ColorType::Rgba, BitDepth::Sixteen, 1),
+            (false, false) => (ColorType::Rgb, BitDepth::Eight, 1),
+        };
+        Layout { color, depth, size: (width, planes * height) }
     }
 
     /// Writes frame `frame` with the provenance `made_of`.
@@ -65,7 +76,7 @@ impl MovieFrames {
     ) -> Result<()> {
         let path = self.path(frame);
         let mut bytes = frame_bytes(&path, (self.codec, self.alpha), encoding, picture)?;
-        let (color, depth, (width, height)) = self.layout(picture.alpha.size());
+        let Layout { color, depth, size: (width, height) } = self.layout(picture.alpha.size());
         if depth == png::BitDepth::Sixteen {
             swap_bytes(&mut bytes);
         }
@@ -92,8 +103,12 @@ impl MovieFrames {
     pub fn read(&self, frame: usize, size: (usize, usize)) -> Result<Vec<u8>> {
         let path = self.path(frame);
         let (mut bytes, info) = read_png(&path)?;
-        let found = (info.width as usize, info.height as usize);
-        if (info.color_type, info.bit_depth, found) != self.layout(size) {
+        let found = Layout {
+            color: info.color_type,
+            depth: info.bit_depth,
+            size: (info.width as usize, info.height as usize),
+        };
+        if found != self.layout(size) {
             return Err(Error::codec(
                 "read",
                 &path,

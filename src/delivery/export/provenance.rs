@@ -1,18 +1,17 @@
 //! Provenance of a still, in its header: lets a stopped export resume.
 
+use super::about::PROVENANCE;
 use super::destination::Destination;
 use super::footage_print::FootagePrints;
 use super::format::Files;
-use super::look::sources;
 use super::relight::RelightSettings;
-use super::still::PROVENANCE;
 use base::error::{Error, Result};
 use base::files::open;
 use base::{FileFormat, Fnv};
 use color_config::ColorChoice;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
-use footage::exemplar_sources;
+use footage::{exemplar_sources, picture_behind};
 use light::Environment;
 use light::conventions::Front;
 use project::{Picture, Project, Shoot};
@@ -108,17 +107,33 @@ impl Provenance {
         Ok(Self { common, files: written.0, footage })
     }
 
-    /// Provenance of one frame with the look of `scene`, made from the files `pictures`, which are read.
-    pub fn frame(&self, scene: &Scene, pictures: &[Picture]) -> String {
+    /// Provenance of one frame of the project with the look of `scene`. Its source pictures are read.
+    ///
+    /// # Errors
+    /// When the movie of the background cannot be opened.
+    pub fn frame(&self, project: &Project, scene: &Scene) -> Result<String> {
         let mut look = Fnv(self.files);
         let background = without_path(&scene.background);
         look.text(&format!("{:?}", Scene { background, ..scene.clone() }));
         let mut plate = Fnv::default();
-        for picture in pictures {
-            plate.text(&self.footage.picture_print(picture));
+        for picture in sources(project, scene.frame, &scene.background)? {
+            plate.text(&self.footage.picture_print(&picture));
         }
-        format!("{} look={look} plate={plate} frame={}", self.common, scene.frame)
+        Ok(format!("{} look={look} plate={plate} frame={}", self.common, scene.frame))
     }
+}
+
+/// Source pictures of frame `frame`: its plate, its matte, and the picture behind it if the background is a file.
+///
+/// # Errors
+/// When the movie of the background cannot be opened.
+fn sources(project: &Project, frame: usize, background: &Background) -> Result<Vec<Picture>> {
+    let matte = project.frame_matte(frame);
+    let mut sources = vec![project.frame_picture(frame), matte.picture().clone()];
+    if let Some(file) = background.file() {
+        sources.push(picture_behind(file, frame, project.settings.shoot.frame_rate)?);
+    }
+    Ok(sources)
 }
 
 /// A background whose file counts by its content, not its path.

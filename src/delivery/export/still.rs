@@ -1,12 +1,11 @@
 //! One picture as a file.
 
+use super::about::{About, PROVENANCE};
 use super::colors::Encoding;
-use super::exr_settings::ExrSettings;
 use super::exr_still::write_still_exr;
 use super::format::Bits;
-use super::layers::LightLayers;
+use super::output_space::OutputSpace;
 use super::rebuild::Rebuild;
-use super::time_code::TimeCode;
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::write_beside;
@@ -19,28 +18,6 @@ use std::path::Path;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
 use tiff::tags::{ExtraSamples, Tag};
 
-/// Metadata and format of a still, besides its picture.
-#[derive(Clone, Copy, Debug)]
-pub struct About<'a> {
-    pub time_code: TimeCode,
-    /// The clip's, in frames per second.
-    pub frame_rate: f64,
-    /// Of a PNG.
-    pub bits: Bits,
-    /// Of an EXR.
-    pub exr: ExrSettings,
-    pub encoding: &'a Encoding,
-    /// The reel of the interview's movie.
-    pub reel: Option<&'a str>,
-    /// Provenance, for the header or a text chunk.
-    pub provenance: Option<&'a str>,
-    /// Of an EXR, if it is to have any.
-    pub layers: Option<&'a LightLayers>,
-}
-
-/// The key of what a file says about what it was made of: a PNG's text chunk, an EXR's attribute.
-pub(super) const PROVENANCE: &str = "afterlight";
-
 /// Writes a picture as EXR or TIFF where the path says so, else as PNG. Returns the accuracy of an EXR's layers, where
 /// they have a subject.
 ///
@@ -49,7 +26,10 @@ pub(super) const PROVENANCE: &str = "afterlight";
 /// more than half floats round away.
 pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<Option<Rebuild>> {
     match FileFormat::from_path(path) {
-        Some(FileFormat::OpenExr) => write_still_exr(path, picture, about),
+        Some(FileFormat::OpenExr) => {
+            let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
+            write_still_exr(path, (picture, linear), about)
+        }
         Some(FileFormat::Tiff) => write_still_tiff(path, picture, about).map(|()| None),
         _ => write_still_png(path, picture, about).map(|()| None),
     }
@@ -95,7 +75,6 @@ fn color_chunks<W: io::Write>(
     encoder: &mut png::Encoder<W>,
     encoding: &Encoding,
 ) -> Option<[u8; 2]> {
-    use super::colors::OutputSpace;
     if encoding.is_untagged() {
         return None;
     }
@@ -139,7 +118,7 @@ fn write_still_tiff(path: &Path, picture: &Picture, about: &About) -> Result<()>
     let (width, height) = picture.alpha.size();
     let space = match about.encoding.config() {
         Some(config) => &*config.space,
-        None => (about.encoding.space).map_or("sRGB", super::colors::OutputSpace::name),
+        None => (about.encoding.space).map_or("sRGB", OutputSpace::name),
     };
     let mut described = format!("Colour space: {space}");
     if let Some(provenance) = about.provenance {

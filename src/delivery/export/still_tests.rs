@@ -1,5 +1,6 @@
-use super::super::layers::LightLayer;
+use super::super::layers::{LightLayer, LightLayers};
 use super::super::rebuild::rebuilt;
+use super::super::{ExrSettings, TimeCode};
 use super::*;
 use compositor::reference::view;
 use exr::meta::attribute::{AttributeValue, Text};
@@ -167,7 +168,6 @@ fn a_linear_picture_is_no_png() {
 
 #[test]
 fn a_png_and_a_tiff_say_their_colour_space_and_what_they_are_of() {
-    use super::super::colors::OutputSpace;
     let folder = tempfile::tempdir().unwrap();
     let shown = picture(4, 3, [0.5, 0.25, 0.125], true);
     let codes = |path: &Path| {

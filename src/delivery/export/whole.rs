@@ -1,5 +1,6 @@
 //! Check that a still can be read to its end.
 
+use super::rebuild::rebuilt;
 use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::open;
@@ -35,6 +36,11 @@ pub(super) fn check_whole(path: &Path) -> Result<()> {
         }
         _ => read_png(path).map(drop),
     }
+}
+
+/// True if a frame can be read to its end, with its light layers if required; these may be separate files.
+pub(super) fn is_whole(file: &Path, has_layers: bool) -> bool {
+    check_whole(file).is_ok() && (!has_layers || rebuilt(file).is_ok())
 }
 
 /// Samples of a PNG as stored, and its header. The checksum of each chunk is checked.

@@ -1,29 +1,27 @@
 //! Writer of an export's frames, for every kind of destination.
 
+use super::about::About;
 use super::clip::Movie;
 use super::codec::{Codec, Container};
 use super::colors::{Encoding, check_colors};
-use super::format::{Bits, Existing, Files, MovieAlpha};
+use super::format::{Existing, Files, MovieAlpha};
 use super::interview::Interview;
-use super::join::is_whole;
 use super::layers::LightLayers;
 use super::movie_frames::MovieFrames;
 use super::provenance::provenance_of;
 use super::rebuild::Rebuild;
-use super::relight::Part;
 use super::scaled::{fitted, scaled};
 use super::sound::Sound;
-use super::still::{About, write_still};
+use super::still::write_still;
+use super::whole::is_whole;
 use super::{ClipWriter, Destination};
-use base::FileFormat;
 use base::error::{Error, Result};
 use base::files::remove_left_over;
 use base::progress::Progress;
 use compositor::{Picture, view};
 use footage::FRAME_NUMBERS;
 use footage::scan::counted;
-use scene::{Effects, Inspection, Output, Pass};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Writer of the frames, in order.
 pub(super) struct Writer {
@@ -45,7 +43,8 @@ pub(super) struct Writer {
 }
 
 impl Writer {
-    /// Prepares for frames `first` to `last` at this number of columns and rows.
+    /// Prepares for frames `first` to `last` at this number of columns and rows. `part_folder` holds the frames of a movie
+    /// whose export is made in parts.
     ///
     /// # Errors
     /// When the interview's sound cannot be read, or a movie cannot be started.
@@ -55,26 +54,26 @@ impl Writer {
         (first, last): (usize, usize),
         size: (usize, usize),
         interview: &Interview,
-        part: Option<&Part>,
+        part_folder: Option<&Path>,
         progress: &Progress,
     ) -> Result<Self> {
         let numbers = files.numbers(interview, (first, last));
         let mut files = files.clone();
-        if files.existing == Existing::Keep && part.is_none() {
+        if files.existing == Existing::Keep && part_folder.is_none() {
             files.to = files.to.untaken(numbers.0, numbers.1)?;
         }
         let written = files.size.map_or(size, |longest| fitted(size, longest));
         // Leftovers of killed exports in this folder. With other workers around nothing is removed: another machine's
         // clock and locks cannot tell for sure whether their files are leftovers.
         if let (None, Some(folder)) =
-            (part, files.to.files(numbers.0, numbers.1).next().and_then(folder))
+            (part_folder, files.to.files(numbers.0, numbers.1).next().and_then(folder))
         {
             remove_left_over(&folder);
         }
         let (mut clip, mut sound, mut parts) = (None, None, None);
-        if let (Destination::Clip(path), Some(part)) = (&files.to, part) {
+        if let (Destination::Clip(path), Some(folder)) = (&files.to, part_folder) {
             let codec = Codec::for_path(files.codec, path)?;
-            parts = Some(MovieFrames::new(&part.folder, codec, files.movie_alpha));
+            parts = Some(MovieFrames::new(folder, codec, files.movie_alpha));
         } else if let Destination::Clip(path) = &files.to {
             let codec = Codec::for_path(files.codec, path)?;
             if !files.no_sound {
@@ -102,7 +101,7 @@ impl Writer {
             }
         }
         Ok(Self {
-            goes_on: files.resume || part.is_some(),
+            goes_on: files.resume || part_folder.is_some(),
             files,
             clip,
             sound,
@@ -249,28 +248,6 @@ impl Writer {
     fn kept(&self, error: Error) -> Error {
         error.with_note(&self.keeps())
     }
-}
-
-/// Scene output to render from pictures of `size` columns and rows. For more than 8 bits, and for another size, the
-/// writer encodes display light itself, without the dither of 8 bits, unless an effect needs codes: light is
-/// averaged before the view cuts off highlights.
-pub(super) fn output(
-    files: &Files,
-    size: (usize, usize),
-    encoding: &Encoding,
-    effects: &Effects,
-) -> Output {
-    let deep = match &files.to {
-        Destination::Stills(stills) => {
-            files.bits == Bits::Sixteen || stills.format() == Some(FileFormat::Tiff)
-        }
-        Destination::Clip(path) => Codec::for_path(files.codec, path).is_ok_and(Codec::is_deep),
-    };
-    // The dither of 8 bits is for codes that stay unchanged.
-    let resized = files.size.is_some_and(|longest| fitted(size, longest) != size);
-    let deep = deep || resized || !encoding.is_plain();
-    let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
-    if files.to.is_linear() || deep && plain { Output::Linear } else { Output::Display }
 }
 
 /// Folder of a file.

@@ -1,12 +1,14 @@
-use super::super::OutputSpace;
 use super::super::exr_settings::{
     ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples,
 };
 use super::super::layers::LightLayer;
+use super::super::look::output;
 use super::super::still::tests::picture;
+use super::super::{Bits, OutputSpace};
 use super::*;
 use imaging::file::read_encoded;
 use imaging::{Encoded, Raster};
+use scene::{Effects, Output};
 use test_support::small_disk::{SmallDisk, names};
 
 /// Stills at 24 frames per second.

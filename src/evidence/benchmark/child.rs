@@ -1,10 +1,10 @@
 //! The measuring process.
 
 use super::measure::{Figure, Measure, Request, Tell};
+use super::names::SELF_TEST;
 use super::network::network;
 use super::passes::passes;
 use super::pictures::pictures;
-use super::plan::SELF_TEST;
 use super::{Budget, LAMPS};
 use base::error::{Error, Result};
 use base::memory;

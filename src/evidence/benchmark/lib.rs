@@ -9,6 +9,7 @@ mod budget;
 mod child;
 mod data;
 mod measure;
+mod names;
 mod network;
 pub mod passes;
 mod pictures;

@@ -2,7 +2,7 @@
 
 use super::budget::{Budget, Spread, timed};
 use super::measure::{Figure, Tell};
-use super::plan::{PREDICTION, STEP};
+use super::names::{PREDICTION, STEP};
 use super::{LAMPS, data};
 use base::error::Result;
 use gpu::ComputeDevice;

@@ -1,8 +1,8 @@
 //! Whole relit frames, and turning the light by hand.
 
 use super::measure::Tell;
+use super::names::PICTURES;
 use super::network::warm;
-use super::plan::PICTURES;
 use super::{LAMPS, data};
 use base::error::{Error, Result};
 use compositor::{

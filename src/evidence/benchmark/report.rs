@@ -1,7 +1,6 @@
 //! Results for a machine.
 
-use super::plan::PICTURES;
-use super::table::ms;
+use super::names::PICTURES;
 use base::machine::Machine;
 use gpu::Adapter;
 use serde::{Deserialize, Serialize};
@@ -134,5 +133,14 @@ impl Row {
             (Some(goal), Some(false)) => format!("{goal}: **no**"),
             _ => String::new(),
         }
+    }
+}
+
+/// Milliseconds with three significant digits.
+pub fn ms(value: f64) -> String {
+    match value {
+        v if v >= 100.0 => format!("{v:.0}"),
+        v if v >= 10.0 => format!("{v:.1}"),
+        v => format!("{v:.2}"),
     }
 }

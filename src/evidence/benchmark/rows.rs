@@ -1,7 +1,7 @@
 //! Rows of a report, built from measured figures.
 
 use super::measure::{Figure, Measure};
-use super::plan::{FIRST, PASSES, SELF_TEST, first_again, first_ever};
+use super::names::{FIRST, PASSES, SELF_TEST, first_again, first_ever};
 use super::report::{DeviceReport, Row};
 
 impl DeviceReport {

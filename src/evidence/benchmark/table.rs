@@ -1,22 +1,13 @@
 //! The report in Markdown.
 
 use super::LAMPS;
-use super::plan::{FIRST, PICTURES, PREDICTION, STEP};
-use super::report::{DeviceReport, MachineReport, Row};
+use super::names::{FIRST, PICTURES, PREDICTION, STEP};
+use super::report::{DeviceReport, MachineReport, Row, ms};
 use std::fmt::Write;
 use training::Preset;
 
 /// Frames of a minute of an interview.
 const MINUTE_FRAMES: f64 = 1500.0;
-
-/// Milliseconds with three significant digits.
-pub fn ms(value: f64) -> String {
-    match value {
-        v if v >= 100.0 => format!("{v:.0}"),
-        v if v >= 10.0 => format!("{v:.1}"),
-        v => format!("{v:.2}"),
-    }
-}
 
 fn megabytes(bytes: Option<u64>) -> String {
     bytes.map_or("–".to_owned(), |bytes| format!("{}", bytes / 1_000_000))

@@ -1,7 +1,8 @@
 //! Tests of predicted times and left-out measures, without measuring.
 
 use super::measure::{Figure, Measure};
-use super::plan::{PASSES, PICTURES, PREDICTION, Planned, STEP, plan};
+use super::names::{PASSES, PICTURES, PREDICTION, STEP};
+use super::plan::{Planned, plan};
 use super::process::{Ended, Measuring};
 use super::report::{DeviceReport, Row};
 use super::{Budget, LAMPS, Spread};

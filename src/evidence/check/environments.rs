@@ -1,9 +1,9 @@
 //! Demands of an environment on the lamps: light from directions without a lamp, lights smaller than the lamps,
 //! brightness beyond half floats.
 
+use super::check::{Check, Known, Level, Subject};
 use super::likeness::likeness_db;
 use super::pictures::{Pictures, Pose, sum};
-use super::{Check, Known, Level, Subject};
 use calibration::Calibration;
 use calibration::median::median;
 use glam::Vec3;

@@ -1,6 +1,6 @@
 //! Frames unlike every pose, for which the prediction has to guess.
 
-use super::{Check, Level, Subject};
+use super::check::{Check, Level, Subject};
 use base::error::Result;
 use base::progress::Progress;
 use confidence::{ConfidenceReport, ConfidenceSettings, estimate};

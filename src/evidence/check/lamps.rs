@@ -1,6 +1,6 @@
 //! Checks of the lamps: visibility, agreement, clipping, occlusion.
 
-use super::{Check, Level, Subject};
+use super::check::{Check, Level, Subject};
 use calibration::Calibration;
 use calibration::rig_check::Fault;
 use footage::scan::counted;

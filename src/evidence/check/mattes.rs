@@ -1,7 +1,7 @@
 //! Mattes with one value everywhere: a wrong file, or a movie with an alpha that nobody used.
 
+use super::check::{Check, Level, Subject};
 use super::pictures::Pictures;
-use super::{Check, Level, Subject};
 use footage::scan::counted;
 use footage::uniform_coverage;
 use imaging::{Mask, Raster};

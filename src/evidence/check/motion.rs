@@ -1,6 +1,6 @@
 //! Check for motion of the subject during the lamp sequence.
 
-use super::{Check, Level, Subject};
+use super::check::{Check, Level, Subject};
 use calibration::Calibration;
 use footage::Motion;
 

@@ -1,6 +1,6 @@
 //! The camera's response and the interview's light.
 
-use super::{Check, Level, Subject};
+use super::check::{Check, Level, Subject};
 use calibration::Calibration;
 use calibration::gamma::Evidence;
 

@@ -39,7 +39,7 @@ pub struct Comparison {
 /// Renders the pictures of `method` under each environment, with lamp weights in any unit, and reads their truths.
 ///
 /// # Errors
-/// As [`score`](super::score).
+/// As [`score`](super::score()).
 pub fn compare(
     project: &Project,
     calibration: &Calibration,

@@ -16,6 +16,7 @@ pub mod metrics;
 mod program;
 mod regions;
 pub mod review;
+mod score;
 mod shadow_edges;
 mod ssim;
 mod table;
@@ -23,9 +24,7 @@ mod truth;
 #[cfg(test)]
 mod weights_tests;
 
-pub use accuracy::{
-    Method, Pictures, Predicted, Scores, excluded_check, score, score_under, truth_weights,
-};
+pub use accuracy::{Method, Pictures, Predicted, Scores};
 pub use comparison::{Comparison, at_plate, at_truths_size, compare};
 pub use display::{display_gain, display_picture};
 pub use evaluate::{EvaluateReport, EvaluateSettings, evaluate};
@@ -34,6 +33,7 @@ pub use flip::{FlipMap, flip};
 pub use learnt::Learnt;
 pub use program::{build, build_of};
 pub use regions::{Region, RegionScore};
+pub use score::{excluded_check, score, score_under, truth_weights};
 pub use shadow_edges::ShadowEdges;
 pub use ssim::ssim;
 pub use table::{Row, markdown};

@@ -1,7 +1,8 @@
 //! The ladder as a CSV table.
 
 use super::front::front;
-use super::ledger::Ledger;
+use super::measure::Measured;
+use base::machine::Machine;
 use clap::ValueEnum;
 use scene::{Effects, STRENGTHS};
 
@@ -10,13 +11,14 @@ disk_bytes,training_seconds,training_minutes_asked,steps,psnr_db,ssim,flip,lpips
 size,lamps,width,most_channels,depth,lamps_per_step,precision,against,device,processor,threads,system,version,build,\
 rendering,rendering_end,perceptual,pixel,features,steadiness,storage,components,weights,environment_columns,effects";
 
-/// One line per rung, with machine, version, seed and settings. Unknown figures are empty.
-pub fn csv(ledger: &Ledger) -> String {
+/// One line per rung, with machine, version, seed and settings. `compared_with` names the reference of the figures in
+/// words. Unknown figures are empty.
+pub fn csv(rungs: &[Measured], machine: &Machine, compared_with: &str) -> String {
     let mut text = format!("{COLUMNS}\n");
     let known = |value: Option<f64>, digits: usize| {
         value.map_or(String::new(), |value| format!("{value:.digits$}"))
     };
-    for (measured, on_front) in ledger.rungs.iter().zip(front(&ledger.rungs)) {
+    for (measured, on_front) in rungs.iter().zip(front(rungs)) {
         let (rung, config) = (&measured.rung, &measured.rung.network.config);
         let features = config.features.as_ref();
         let features = features.map(|file| file.display().to_string());
@@ -52,12 +54,12 @@ pub fn csv(ledger: &Ledger) -> String {
             count(config.depth),
             count(config.lamps_per_step),
             format!("{:?}", config.precision).to_lowercase(),
-            quoted(&ledger.compared_with),
+            quoted(compared_with),
             quoted(&measured.device),
-            quoted(&ledger.machine.processor),
-            ledger.machine.threads.to_string(),
-            quoted(&ledger.machine.system),
-            quoted(&ledger.machine.version),
+            quoted(&machine.processor),
+            machine.threads.to_string(),
+            quoted(&machine.system),
+            quoted(&machine.version),
             measured.build.clone(),
             config.rendering.to_string(),
             known(config.rendering_end.map(f64::from), 2),

@@ -158,7 +158,7 @@ impl Ledger {
         let write =
             |path: &Path, text: &str| write_beside(path, |out| out.write_all(text.as_bytes()));
         write(&folder.join(NAME), &text)?;
-        write(&folder.join("ladder.csv"), &csv(self))
+        write(&folder.join("ladder.csv"), &csv(&self.rungs, &self.machine, &self.compared_with))
     }
 
     /// Adds a rung, and scales all times to the quietest moment of the machine: the base's fastest time.

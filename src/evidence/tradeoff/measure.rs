@@ -340,6 +340,13 @@ struct Timed {
     changes_db: Option<f64>,
 }
 
+/// A picture with its time and that of its prediction.
+struct TimedPicture {
+    whole_ms: f64,
+    predict_ms: f64,
+    picture: Picture,
+}
+
 /// Renders one picture after another, from the plate on, turning the light each time as in a turntable export.
 struct Timer<'a> {
     show: &'a Show,
@@ -375,8 +382,8 @@ impl<'a> Timer<'a> {
         }
     }
 
-    /// Next picture with these effects, its time in milliseconds, and that of its prediction.
-    fn picture(&mut self, effects: Effects) -> Result<(f64, f64, Picture)> {
+    /// Next picture with these effects.
+    fn picture(&mut self, effects: Effects) -> Result<TimedPicture> {
         let frame = &self.case.frame;
         let scene = Scene {
             yaw_deg: self.lit.yaw_deg + TURN_DEG * self.turn as f32,
@@ -408,7 +415,8 @@ impl<'a> Timer<'a> {
         };
         let picture = self.series.compose(&scene, (&frame.plate, &frame.mask), &ingredients)?;
         self.turn += 1;
-        Ok((started.elapsed().as_secs_f64() * 1e3, predict_ms, picture))
+        let whole_ms = started.elapsed().as_secs_f64() * 1e3;
+        Ok(TimedPicture { whole_ms, predict_ms, picture })
     }
 }
 
@@ -416,12 +424,12 @@ impl<'a> Timer<'a> {
 fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
     let effects = rung.show.effects;
     // The first picture warms up; two under the same light show the change by the effects.
-    let (.., with) = rung.picture(effects)?;
+    let with = rung.picture(effects)?.picture;
     let changes_db = if effects == Effects::default() {
         None
     } else {
         rung.turn = 0;
-        let (.., without) = rung.picture(Effects::default())?;
+        let without = rung.picture(Effects::default())?.picture;
         change(&with, &without)
     };
     base.picture(Effects::default())?;
@@ -431,10 +439,10 @@ fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
         && (times.len() < *TIMED.start() || began.elapsed() < TIMED_FOR)
     {
         progress.check("Earlier measurements are kept")?;
-        let (whole, predict, _) = rung.picture(effects)?;
-        times.push(whole);
-        predictions.push(predict);
-        bases.push(base.picture(Effects::default())?.0);
+        let timed = rung.picture(effects)?;
+        times.push(timed.whole_ms);
+        predictions.push(timed.predict_ms);
+        bases.push(base.picture(Effects::default())?.whole_ms);
     }
     Ok(Timed {
         frame: Spread::from_times(times),

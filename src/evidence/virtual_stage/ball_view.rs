@@ -1,9 +1,9 @@
 //! Reflections in a mirror ball other than the stage's lamps: the interview's own lamps, the room, the photographer,
 //! and dust.
 
+use super::ball::{BALL_RADIUS_M, BallLight, reflect};
 use super::dome::Dome;
 use super::interview_light::InterviewLight;
-use super::probe::{BALL_RADIUS_M, BallLight, reflect};
 use super::room::{self, Room};
 use super::shape::{noise, ramp};
 use super::trouble::Trouble;

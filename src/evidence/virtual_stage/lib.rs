@@ -7,7 +7,7 @@
 //!
 //! `subject` is a head and shoulders as signed distances (`head`, `attire`), painted by `material` and moved by
 //! `motion`. `dome` holds the lamps. `picture` finds the points that the camera sees, and `transport` carries every
-//! lamp's light there, with shadows marched through the baked `grid`. `probe` traces the mirror ball, `camera` turns
+//! lamp's light there, with shadows marched through the baked `grid`. `probe` traces the mirror `ball`, `camera` turns
 //! light into photographs, `shoot` writes everything to disk. `trouble` holds departures from the plain stage, set or
 //! drawn from the seed: `interview_light` outside the span of the banks (`panel`, `room`), other skin and
 //! `accessories`, a moving subject (`sway`), a ball that reflects more than lamps (`ball_view`), another response,
@@ -15,6 +15,7 @@
 
 mod accessories;
 mod attire;
+mod ball;
 mod ball_view;
 mod camera;
 pub mod dome;

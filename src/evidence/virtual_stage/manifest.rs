@@ -1,11 +1,11 @@
 //! The two descriptions beside the pictures: the manifest, for everyone who uses the shoot, and the truth, only for
 //! evaluation.
 
+use super::ball::{BALL_RADIUS_M, ball_radius_px};
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
 use super::motion::{FRAME_RATE, Pose};
 use super::panel::Panel;
-use super::probe::{BALL_RADIUS_M, ball_radius_px};
 use super::trouble::Trouble;
 use imaging::Response;
 use serde::{Serialize, Serializer};

@@ -1,17 +1,13 @@
-//! The mirror ball: traced once, bank by bank, then weighted into every probe photograph.
+//! Photographs of the mirror ball: traced once, bank by bank, then weighted into each.
 
+use super::ball::{BallLight, reflect};
 use super::ball_view::{Around, Surroundings};
-use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
 use glam::Vec3;
 use imaging::{Image, Raster};
 use light::latlong::uv_from_direction;
 use rayon::prelude::*;
 
-/// Radius of the ball in metres.
-pub const BALL_RADIUS_M: f32 = 0.075;
-/// Width of the photograph as a multiple of the ball's radius.
-const FRAME_PER_RADIUS: f32 = 2.2;
 /// Rays across a photograph: a lamp's image is about a hundredth of the ball wide, so this many capture its energy to
 /// about a percent.
 const RAYS_ACROSS: usize = 2048;
@@ -26,11 +22,6 @@ pub struct Probe {
     around: Option<Around>,
     /// Radiance of a lamp whose share of the sphere has a mean radiance of 1.
     lamp_radiance: f32,
-}
-
-/// Radius of the ball's outline in a photograph of `size` pixels.
-pub fn ball_radius_px(size: usize) -> f64 {
-    size as f64 / f64::from(FRAME_PER_RADIUS)
 }
 
 impl Probe {
@@ -100,39 +91,6 @@ impl Probe {
     }
 }
 
-/// Light on the ball in one photograph.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BallLight {
-    /// Radiance per bank and channel.
-    pub banks: Vec<[f32; 3]>,
-    /// Factor on the interview's light from outside the banks; 0 for banks only.
-    pub interview: f32,
-}
-
-impl BallLight {
-    /// This light with everything multiplied by `factor`.
-    pub fn times(mut self, factor: f32) -> Self {
-        let levels = self.banks.iter_mut().flatten();
-        levels.chain([&mut self.interview]).for_each(|v| *v *= factor);
-        self
-    }
-}
-
-/// Hit of the ray through a place of the photograph on the ball, and its reflected direction.
-pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
-    // The outline of a ball at finite distance is slightly wider than the ball: the rays are tangents.
-    let distance = camera::POSITION.z;
-    let outline = BALL_RADIUS_M / (1.0 - (BALL_RADIUS_M / distance).powi(2)).sqrt();
-    let ray = camera::ray(x, y, (size, size), FRAME_PER_RADIUS * outline);
-    let along = camera::POSITION.dot(ray);
-    let inside = along * along - camera::POSITION.length_squared() + BALL_RADIUS_M * BALL_RADIUS_M;
-    if inside < 0.0 {
-        return None;
-    }
-    let place = camera::POSITION - ray * (along + inside.sqrt());
-    Some((place, ray.reflect(place / BALL_RADIUS_M)))
-}
-
 /// Lamps near a direction: a list for each cell of a coarse panorama.
 struct LampMap {
     cells: Vec<Vec<u32>>,
@@ -182,6 +140,7 @@ impl LampMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ball::ball_radius_px;
 
     /// Direction that an ideal, infinitely distant ball shows at a place of its picture (R = 2(n·v)n − v, with v
     /// towards the camera), without the tracer.

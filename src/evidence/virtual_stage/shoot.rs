@@ -1,6 +1,7 @@
 //! Writes a whole shoot: poses under every bank, the interview, the mirror balls, the environments, the truth, and last
 //! the manifest, whose presence means that the rest is complete.
 
+use super::ball::BallLight;
 use super::ball_view::Surroundings;
 use super::camera::green_screen;
 use super::effects::Tally;
@@ -8,7 +9,7 @@ use super::film::{WrittenAs, film};
 use super::jpeg::decode;
 use super::manifest::{Manifest, Tracking};
 use super::picture::Pictures;
-use super::probe::{BallLight, Probe};
+use super::probe::Probe;
 use super::session::{Session, lamp_time};
 use super::shipped::{FRAMES, ShippedFrame};
 use super::span::NearestSum;

@@ -1,6 +1,10 @@
 //! Groups of placed lights that share gain, mute and solo.
 
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
+
+/// Range of an intensity or a gain in stops.
+pub(super) const STOPS: RangeInclusive<f32> = -10.0..=10.0;
 
 /// A group of placed lights: all whose [`super::PlacedLight::group`] equals its name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,11 +40,10 @@ fn is_unknown(id: &u32) -> bool {
 impl LightGroup {
     /// Factor on the intensity of the group's lights; NaN counts as 0 stops.
     pub fn gain(&self) -> f32 {
-        let stops = super::Lighting::STOPS;
         if self.gain_stops.is_nan() {
             1.0
         } else {
-            (self.gain_stops).clamp(*stops.start(), *stops.end()).exp2()
+            (self.gain_stops).clamp(*STOPS.start(), *STOPS.end()).exp2()
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Lighting of the subject by an environment: rotated, graded, and combined with placed lights.
 
-use super::group::LightGroup;
+use super::group::{LightGroup, STOPS};
 use super::placed::PlacedLight;
 use super::weights::{Weighting, rotation};
 use super::white;
@@ -8,6 +8,7 @@ use base::numbers::{ANGLES, within};
 use glam::Quat;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
+use std::ops::RangeInclusive;
 
 /// Changes to an environment besides its yaw before it lights the subject. The default changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
@@ -98,7 +99,7 @@ impl Default for Lighting {
 
 impl Lighting {
     /// Range of the intensity in stops.
-    pub const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
+    pub const STOPS: RangeInclusive<f32> = STOPS;
 
     /// True if an enabled placed light is solo. The environment and all other lights are off then.
     pub fn is_solo(&self) -> bool {

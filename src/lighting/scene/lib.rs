@@ -2,17 +2,16 @@
 
 mod animation;
 mod background;
-mod forced;
 mod look;
 mod pass;
 mod setting;
+mod value;
 mod viewing;
 
 pub use animation::Animation;
 pub use background::{Background, BackgroundFile};
-pub use forced::Forced;
 pub use look::Look;
-pub use pass::{Effects, Pass, STRENGTHS, Strength};
+pub use pass::{Effects, Forced, Pass, STRENGTHS, Strength};
 pub use setting::{LightSetting, Setting, Unit};
 pub use viewing::{GAMMA, Viewing};
 

@@ -54,34 +54,6 @@ impl Look {
         self.animation.keys(setting).is_some()
     }
 
-    /// Value of a setting, without its keys; None if its light or group does not exist.
-    pub fn value(&self, setting: Setting) -> Option<f32> {
-        let (lighting, effects) = (self.lighting.clone(), self.effects);
-        let (yaw_deg, exposure_stops) = (self.yaw_deg, self.exposure_stops);
-        let mut look = Self { yaw_deg, lighting, effects, exposure_stops, ..Self::default() };
-        setting.field(&mut look).copied()
-    }
-
-    /// Sets each setting with keys to its value at a frame.
-    pub fn follow(&mut self, frame: usize) {
-        let values: Vec<_> = (self.animation.lanes())
-            .map(|(setting, _)| (setting, self.animation.value(setting, frame as f64)))
-            .collect();
-        for (setting, value) in values {
-            if let Some((field, value)) = setting.field(self).zip(value) {
-                *field = value;
-            }
-        }
-    }
-
-    /// The look with the values of its keys at a frame.
-    #[must_use]
-    pub fn at(&self, frame: usize) -> Self {
-        let mut look = self.clone();
-        look.follow(frame);
-        look
-    }
-
     /// Scene of a frame with the present values, without their keys, for a display.
     pub fn scene(&self, frame: usize) -> Scene {
         Scene {

@@ -1,6 +1,6 @@
 //! Animatable settings of a picture, by the names used in files.
 
-use super::{EXPOSURE_STOPS, Look, Pass, STRENGTHS, Strength};
+use super::{EXPOSURE_STOPS, Pass, STRENGTHS, Strength};
 use base::numbers::ANGLES;
 use light::{Lighting, PlacedLight, white};
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,7 @@ pub enum Unit {
 }
 
 /// A setting as files, command line, window and keys know it.
-struct Row<S, T> {
+struct Row<S> {
     setting: S,
     /// Name in files.
     name: &'static str,
@@ -67,44 +67,40 @@ struct Row<S, T> {
     unit: Unit,
     /// Allowed values. Angles may span many turns.
     range: RangeInclusive<f32>,
-    field: fn(&mut T) -> &mut f32,
 }
 
-const fn row<S: Copy, T>(
+const fn row<S: Copy>(
     setting: S,
     (name, label): (&'static str, &'static str),
     (unit, range): (Unit, RangeInclusive<f32>),
-    field: fn(&mut T) -> &mut f32,
-) -> Row<S, T> {
-    Row { setting, name, label, unit, range, field }
+) -> Row<S> {
+    Row { setting, name, label, unit, range }
 }
 
 const DEGREES: (Unit, RangeInclusive<f32>) = (Unit::Degrees, ANGLES);
 const CHANNEL: (Unit, RangeInclusive<f32>) = (Unit::Channel, 0.0..=1e4);
 
 /// Settings of the picture besides effects.
-#[rustfmt::skip]
-static PLAIN: [Row<Setting, Look>; 8] = [
-    row(Setting::Yaw, ("yaw", "Yaw"), DEGREES, |look| &mut look.yaw_deg),
-    row(Setting::Pitch, ("pitch", "Pitch"), DEGREES, |look| &mut look.lighting.pitch_deg),
-    row(Setting::Roll, ("roll", "Roll"), DEGREES, |look| &mut look.lighting.roll_deg),
-    row(Setting::BackgroundYaw, ("background_yaw", "Background yaw"), DEGREES, |look| &mut look.lighting.background_yaw_deg),
-    row(Setting::Intensity, ("intensity", "Intensity"), (Unit::Stops, Lighting::STOPS), |look| &mut look.lighting.intensity_stops),
-    row(Setting::Temperature, ("temperature", "Temperature"), (Unit::Kelvin, white::RANGE_K), |look| &mut look.lighting.temperature_k),
-    row(Setting::Tint, ("tint", "Tint"), (Unit::Tint, white::RANGE_TINT), |look| &mut look.lighting.tint),
-    row(Setting::Exposure, ("exposure", "Exposure"), (Unit::Stops, EXPOSURE_STOPS), |look| &mut look.exposure_stops),
+static PLAIN: [Row<Setting>; 8] = [
+    row(Setting::Yaw, ("yaw", "Yaw"), DEGREES),
+    row(Setting::Pitch, ("pitch", "Pitch"), DEGREES),
+    row(Setting::Roll, ("roll", "Roll"), DEGREES),
+    row(Setting::BackgroundYaw, ("background_yaw", "Background yaw"), DEGREES),
+    row(Setting::Intensity, ("intensity", "Intensity"), (Unit::Stops, Lighting::STOPS)),
+    row(Setting::Temperature, ("temperature", "Temperature"), (Unit::Kelvin, white::RANGE_K)),
+    row(Setting::Tint, ("tint", "Tint"), (Unit::Tint, white::RANGE_TINT)),
+    row(Setting::Exposure, ("exposure", "Exposure"), (Unit::Stops, EXPOSURE_STOPS)),
 ];
 
 /// Settings of a placed light.
-#[rustfmt::skip]
-static LIGHTS: [Row<LightSetting, PlacedLight>; 7] = [
-    row(LightSetting::Yaw, ("yaw", "Azimuth"), DEGREES, |light| &mut light.yaw_deg),
-    row(LightSetting::Pitch, ("pitch", "Elevation"), (Unit::Degrees, -90.0..=90.0), |light| &mut light.pitch_deg),
-    row(LightSetting::Radius, ("radius", "Radius"), (Unit::Degrees, 0.0..=85.0), |light| &mut light.radius_deg),
-    row(LightSetting::Intensity, ("intensity", "Intensity"), (Unit::Energy, 0.0..=1e4), |light| &mut light.intensity),
-    row(LightSetting::Red, ("red", "Red"), CHANNEL, |light| &mut light.color[0]),
-    row(LightSetting::Green, ("green", "Green"), CHANNEL, |light| &mut light.color[1]),
-    row(LightSetting::Blue, ("blue", "Blue"), CHANNEL, |light| &mut light.color[2]),
+static LIGHTS: [Row<LightSetting>; 7] = [
+    row(LightSetting::Yaw, ("yaw", "Azimuth"), DEGREES),
+    row(LightSetting::Pitch, ("pitch", "Elevation"), (Unit::Degrees, -90.0..=90.0)),
+    row(LightSetting::Radius, ("radius", "Radius"), (Unit::Degrees, 0.0..=85.0)),
+    row(LightSetting::Intensity, ("intensity", "Intensity"), (Unit::Energy, 0.0..=1e4)),
+    row(LightSetting::Red, ("red", "Red"), CHANNEL),
+    row(LightSetting::Green, ("green", "Green"), CHANNEL),
+    row(LightSetting::Blue, ("blue", "Blue"), CHANNEL),
 ];
 
 impl LightSetting {
@@ -112,7 +108,7 @@ impl LightSetting {
     pub const ALL: [Self; 7] =
         [Self::Yaw, Self::Pitch, Self::Radius, Self::Intensity, Self::Red, Self::Green, Self::Blue];
 
-    fn row(self) -> &'static Row<Self, PlacedLight> {
+    fn row(self) -> &'static Row<Self> {
         // In the order of the rows, as a test checks.
         &LIGHTS[self as usize]
     }
@@ -232,7 +228,7 @@ impl Setting {
     }
 
     /// Row of a setting of the picture; None for effects, lights and groups.
-    fn row(self) -> Option<&'static Row<Self, Look>> {
+    fn row(self) -> Option<&'static Row<Self>> {
         PLAIN.iter().find(|row| row.setting == self)
     }
 
@@ -260,34 +256,10 @@ impl Setting {
         self.range() == ANGLES
     }
 
-    /// Value in a new look, or of a new light or group.
-    pub fn default_value(self) -> f32 {
-        match self {
-            Self::Light(_, setting) => *(setting.row().field)(&mut PlacedLight::default()),
-            other => other.field(&mut Look::default()).copied().unwrap_or_default(),
-        }
-    }
-
     /// Value clamped to [`Self::range`]; NaN stays NaN.
     pub fn bounded(self, value: f64) -> f64 {
         let range = self.range();
         value.clamp(f64::from(*range.start()), f64::from(*range.end()))
-    }
-
-    /// Field of the setting; None if the light or group does not exist.
-    pub fn field(self, look: &mut Look) -> Option<&mut f32> {
-        match self {
-            Self::Effect(pass) => Some((strength(pass)?.of)(&mut look.effects)),
-            Self::Group(id) => {
-                let group = group(id, &look.lighting)?;
-                Some(&mut look.lighting.groups[group].gain_stops)
-            }
-            Self::Light(id, setting) => {
-                let light = index(id, &look.lighting)?;
-                Some((setting.row().field)(&mut look.lighting.placed[light]))
-            }
-            plain => Some((plain.row()?.field)(look)),
-        }
     }
 
     /// True if the setting exists under this lighting.
@@ -300,7 +272,8 @@ impl Setting {
     }
 }
 
-fn strength(pass: Pass) -> Option<&'static Strength> {
+/// Strength of a pass, if it has one.
+pub(super) fn strength(pass: Pass) -> Option<&'static Strength> {
     STRENGTHS.iter().find(|strength| strength.pass == pass)
 }
 
@@ -376,6 +349,7 @@ impl From<Setting> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Look;
     use light::{LightGroup, PlacedLight};
 
     /// Every setting of a picture with two lights and two groups.

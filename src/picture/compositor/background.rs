@@ -1,6 +1,7 @@
 //! Pass `background`: the environment behind the subject, seen by a camera on +Z that looks along −Z,
 //! with its own rotation, level and colour; or the plate, a file, a colour or a checker.
 
+use super::camera_view::CameraView;
 use super::cubic::Taps;
 use super::descriptor::{Descriptor, NO_BACKGROUND};
 use super::facts::key;
@@ -15,7 +16,6 @@ use imaging::{Image, Mask};
 use light::latlong::uv_from_direction;
 use rayon::prelude::*;
 use scene::{Background, BackgroundFile, Effects, Pass, Scene};
-use serde::{Deserialize, Serialize};
 
 const SHADER: Shader = Shader::new("background", include_str!("../../../shaders/background.wgsl"));
 
@@ -95,21 +95,6 @@ fn cover(picture: &Image, placed: &BackgroundFile, (width, height): (usize, usiz
 /// The background is needed everywhere, not only where the matte is open.
 pub(crate) fn draws_whole(effects: &Effects) -> bool {
     effects.asks(Pass::BackgroundBlur) || effects.asks(Pass::LightWrap)
-}
-
-/// Camera's view of the environment.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraView {
-    /// Vertical field of view in degrees, above 0 and below 180. It need not match the interview's:
-    /// that is shot from afar through a long lens (about 6°), which would show a few texels of a
-    /// panorama, while a lens of about 40° shows a place.
-    pub vertical_fov_deg: f32,
-}
-
-impl Default for CameraView {
-    fn default() -> Self {
-        Self { vertical_fov_deg: 40.0 }
-    }
 }
 
 /// Placement of the environment behind the subject: rotated by a yaw in degrees, then by `tilt`, times `level` per channel.

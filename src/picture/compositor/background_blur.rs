@@ -126,9 +126,9 @@ fn disc<T: Send>(
     });
     let lines = (0..height).into_par_iter().with_min_len(16);
     let lines = lines.flat_map_iter(|y| {
-        let start = |&(dx, dy, weight): &(isize, isize, f32)| {
-            let row = mirrored(y as isize + dy, height) * wide;
-            (row + (dx + margin as isize) as usize, weight)
+        let start = |tap: &DiscTap| {
+            let row = mirrored(y as isize + tap.dy, height) * wide;
+            (row + (tap.dx + margin as isize) as usize, tap.share)
         };
         let taps: Vec<(usize, f32)> = taps.iter().map(start).collect();
         let mut sums = vec![[0f32; 4]; width];
@@ -162,18 +162,25 @@ fn reach(radius: f32) -> isize {
     (radius + 0.5).ceil() as isize
 }
 
-/// Offsets and shares of the pixels under a disc, row by row. The sum of the shares is 1.
-fn disc_taps(radius: f32) -> Vec<(isize, isize, f32)> {
+/// Pixel under a disc: its offset from the middle, and its share of the sum.
+struct DiscTap {
+    dx: isize,
+    dy: isize,
+    share: f32,
+}
+
+/// Pixels under a disc, row by row. The sum of the shares is 1.
+fn disc_taps(radius: f32) -> Vec<DiscTap> {
     let reach = reach(radius);
     let cover = |dx: isize, dy: isize| {
         let distance = ((dx * dx + dy * dy) as f32).sqrt();
         (radius + 0.5 - distance).clamp(0.0, 1.0)
     };
     let square = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
-    let mut taps: Vec<_> =
-        square.map(|(dx, dy)| (dx, dy, cover(dx, dy))).filter(|tap| tap.2 > 0.0).collect();
-    let total: f32 = taps.iter().map(|tap| tap.2).sum();
-    taps.iter_mut().for_each(|tap| tap.2 /= total);
+    let taps = square.map(|(dx, dy)| DiscTap { dx, dy, share: cover(dx, dy) });
+    let mut taps: Vec<DiscTap> = taps.filter(|tap| tap.share > 0.0).collect();
+    let total: f32 = taps.iter().map(|tap| tap.share).sum();
+    taps.iter_mut().for_each(|tap| tap.share /= total);
     taps
 }
 

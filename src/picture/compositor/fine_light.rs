@@ -1,25 +1,12 @@
 //! Light finer than the working size, added when a plate is lit.
 
 use super::passes::{GpuPicture, Recording, extent};
-use super::plate::{Plate, PlateParams, SHADER};
+use super::plate::{FineLight, Plate, PlateParams, SHADER};
 use base::error::Result;
 use bytemuck::{Zeroable, bytes_of};
 use imaging::{Image, Mask};
 use rayon::prelude::*;
 use std::sync::Arc;
-
-/// Light within a pixel of the working size: shadow edges, pores, glints. [`Plate::relit`] lacks it.
-pub trait FineLight: std::fmt::Debug + Send + Sync {
-    /// False while it is being read.
-    fn is_ready(&self) -> bool;
-
-    /// Amount added to the ratio of each pixel of the plate under these lamp weights, and linear in them. None while it is
-    /// being read.
-    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image>;
-
-    /// Memory that it takes for this frame, in bytes.
-    fn bytes(&self) -> usize;
-}
 
 impl Plate {
     /// The plate with light finer than the working size.

@@ -28,13 +28,17 @@ pub(crate) const GRAIN: Descriptor = Descriptor {
     shader: Some(&SHADER),
     run: Run::Codes(CodesStep {
         in_memory: |context, input, codes| {
-            if let Some((grains, amount, frame)) = settings(context, input) {
+            if let Some(grains) = grains(context, input) {
+                let (amount, frame) = (context.effects.grain, context.scene.frame);
                 grain(codes, [input.mask, input.alpha], grains, amount, frame);
             }
             Ok(())
         },
-        on_gpu: |context, input, recording, codes, matte| match settings(context, input) {
-            Some((grains, amount, frame)) => recording.grain(codes, matte, grains, amount, frame),
+        on_gpu: |context, input, recording, codes, matte| match grains(context, input) {
+            Some(grains) => {
+                let (amount, frame) = (context.effects.grain, context.scene.frame);
+                recording.grain(codes, matte, grains, amount, frame)
+            }
             None => Ok(codes.clone()),
         },
     }),
@@ -50,13 +54,9 @@ pub(crate) const GRAIN: Descriptor = Descriptor {
     })
 };
 
-/// Grain of the plate and of the picture, the strength and the frame; None without a plate.
-fn settings<'a>(
-    context: &'a PassContext,
-    input: &CodesInput<'a>,
-) -> Option<([&'a Grain; 2], f32, usize)> {
-    let grains = [input.plate?, &context.facts.own_grain];
-    Some((grains, context.effects.grain, context.scene.frame))
+/// Grain of the plate and of the picture; None without a plate.
+fn grains<'a>(context: &'a PassContext, input: &CodesInput<'a>) -> Option<[&'a Grain; 2]> {
+    Some([input.plate?, &context.facts.own_grain])
 }
 
 /// Fewest samples of a measurement.

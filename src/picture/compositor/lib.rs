@@ -7,6 +7,7 @@
 
 mod background;
 mod background_blur;
+mod camera_view;
 mod channels;
 mod compose;
 mod composition;
@@ -44,8 +45,9 @@ mod upstream;
 mod view;
 mod vignette;
 
-pub use background::{Backdrop, CameraView, draw_background};
+pub use background::{Backdrop, draw_background};
 pub use background_blur::background_blur;
+pub use camera_view::CameraView;
 pub use channels::channels;
 pub use compose::{compose, compose_reusing, execute};
 pub use descriptor::PlannedPass;
@@ -55,14 +57,13 @@ pub use environment_light::EnvironmentLight;
 pub use facts::{Facts, Grain, Inputs, Screen, Spill};
 pub use false_color::{CLIPPED, LEGEND, Zone, false_color};
 pub use field::{Field, FieldEncoder, Storage};
-pub use fine_light::FineLight;
 pub use glare::{brightest, glare};
 pub use grain::grain;
 pub use levels::Levels;
 pub use light_wrap::light_wrap;
 pub use picture::{Extra, Identity, Ingredients, PassReport, Picture, Upstream};
 pub use plan::plan;
-pub use plate::{Plate, PlateSquare};
+pub use plate::{FineLight, Plate, PlateSquare};
 pub use reuse::Reuse;
 pub use series::Series;
 pub use shown::ShownPicture;

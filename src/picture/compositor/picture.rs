@@ -1,6 +1,6 @@
 //! Ingredients and results of a picture: plain data.
 
-use super::background::CameraView;
+use super::camera_view::CameraView;
 use super::facts::{Grain, Spill};
 use super::field::Field;
 use super::levels::Levels;

@@ -15,7 +15,6 @@ use super::cubic::Taps;
 use super::descriptor::{Descriptor, Run, decide};
 use super::edges::extend_edges;
 use super::facts::key;
-use super::fine_light::FineLight;
 use super::passes::{GpuPicture, PicturePasses, Recording, Shader, extent};
 use base::error::{Error, Result};
 use bytemuck::{Pod, Zeroable, bytes_of};
@@ -90,6 +89,19 @@ pub struct PlateSquare {
     pub y: f32,
     /// Columns and rows.
     pub side: f32,
+}
+
+/// Light within a pixel of the working size: shadow edges, pores, glints. [`Plate::relit`] lacks it.
+pub trait FineLight: std::fmt::Debug + Send + Sync {
+    /// False while it is being read.
+    fn is_ready(&self) -> bool;
+
+    /// Amount added to the ratio of each pixel of the plate under these lamp weights, and linear in them. None while it is
+    /// being read.
+    fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image>;
+
+    /// Memory that it takes for this frame, in bytes.
+    fn bytes(&self) -> usize;
 }
 
 /// The pixels of the working size.

@@ -14,9 +14,17 @@ use scene::{Pass, Scene, ViewTransform, Viewing};
 #[derive(Debug, Default)]
 pub struct Series {
     reuse: Reuse,
-    /// Grain of a plate, with its frame (numbered as in [`super::Identity`]) and its view transform.
-    grain: Option<((u64, ViewTransform, Viewing), Grain)>,
+    grain: Option<(GrainKey, Grain)>,
     steady: Option<Steady>,
+}
+
+/// Everything that a plate's grain depends on.
+#[derive(Clone, Debug, PartialEq)]
+struct GrainKey {
+    /// Numbered as in [`super::Identity`].
+    frame: u64,
+    view: ViewTransform,
+    viewing: Viewing,
 }
 
 impl Series {
@@ -86,7 +94,11 @@ impl Series {
         (plate, mask): (&'a Image, &Mask),
         ingredients: &Ingredients<'a>,
     ) -> Ingredients<'a> {
-        let key = (ingredients.extra.identity.frame, scene.effects.view, scene.viewing.clone());
+        let key = GrainKey {
+            frame: ingredients.extra.identity.frame,
+            view: scene.effects.view,
+            viewing: scene.viewing.clone(),
+        };
         self.grain = match self.grain.take() {
             _ if !scene.effects.asks(Pass::Grain) => None,
             Some(known) if known.0 == key => Some(known),
@@ -200,7 +212,8 @@ mod tests {
         let ingredients = clip.ingredients(&field, 1);
         series.compose(&Clip::scene(0), plate, &ingredients).expect("a picture with grain");
         let (key, grain) = series.grain.clone().unwrap();
-        assert_eq!(key, (1, ViewTransform::Srgb, Viewing::default()));
+        let (view, viewing) = (ViewTransform::Srgb, Viewing::default());
+        assert_eq!(key, GrainKey { frame: 1, view, viewing });
         assert!(grain.most() > 0.0);
         assert_eq!(grain, Grain::from_plate(&clip.plate, &clip.mask, &Scene::default()));
         // Another plate under the same number is ignored.

@@ -80,22 +80,29 @@ fn parsed(name: &str) -> Option<(u64, Reason)> {
     (named(number, reason, step) == name).then_some((number, reason))
 }
 
-/// All folders of the list, the newest first: number, reason, name.
-fn entries(project: &Project) -> Vec<(u64, Reason, String)> {
+/// A folder of the list.
+struct Entry {
+    number: u64,
+    reason: Reason,
+    name: String,
+}
+
+/// All folders of the list, the newest first.
+fn entries(project: &Project) -> Vec<Entry> {
     let names = std::fs::read_dir(folder(project)).into_iter().flatten();
     let mut all: Vec<_> = names
         .flatten()
         .filter_map(|entry| entry.file_name().into_string().ok())
-        .filter_map(|name| parsed(&name).map(|(number, reason)| (number, reason, name)))
+        .filter_map(|name| parsed(&name).map(|(number, reason)| Entry { number, reason, name }))
         .collect();
-    all.sort_unstable_by_key(|&(number, ..)| std::cmp::Reverse(number));
+    all.sort_unstable_by_key(|entry| std::cmp::Reverse(entry.number));
     all
 }
 
 /// The saved checkpoints, the newest first. Unreadable ones are left out.
 pub fn list(project: &Project) -> Vec<SavedCheckpoint> {
     let present = checkpoint::info(&project.checkpoint_path()).ok();
-    let kept = |(number, reason, name): (u64, Reason, String)| {
+    let kept = |Entry { number, reason, name }: Entry| {
         let folder = folder(project).join(&name);
         let info = checkpoint::info(&folder).ok()?;
         Some(SavedCheckpoint {
@@ -133,7 +140,7 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
     let known = list(project).into_iter().find(|kept| kept.info == info);
     match (known, reason) {
         (None, _) => {
-            let number = entries(project).first().map_or(1, |&(number, ..)| number + 1);
+            let number = entries(project).first().map_or(1, |entry| entry.number + 1);
             let name = named(number, reason, info.step);
             let partial = folder.join(format!("{HIDDEN}{name}"));
             clean(&folder);
@@ -169,7 +176,7 @@ pub fn set_aside(project: &Project) -> Result<()> {
     if checkpoint::info(&present).is_ok() {
         return keep(project, Reason::SetAside);
     }
-    let number = entries(project).first().map_or(1, |&(number, ..)| number + 1);
+    let number = entries(project).first().map_or(1, |entry| entry.number + 1);
     let unread = folder(project).join(format!("{number:04}-unreadable-{}", std::process::id()));
     std::fs::create_dir_all(folder(project))
         .and_then(|()| std::fs::rename(&present, &unread))
@@ -296,9 +303,9 @@ pub(crate) fn most_bytes(saves: Option<u64>, bytes: u64) -> u64 {
 /// Removes aged checkpoints, and the oldest beyond `max_bytes`.
 fn thin_out(project: &Project, max_bytes: u64) {
     let all = entries(project);
-    let newest = all.first().map_or(0, |&(number, ..)| number);
+    let newest = all.first().map_or(0, |entry| entry.number);
     let mut total = 0;
-    for (number, reason, name) in all {
+    for Entry { number, reason, name } in all {
         if reason == Reason::SetAside {
             continue;
         }

@@ -11,7 +11,7 @@ use reflectance::render::{encode, light, olats, relight};
 /// Step of the central differences, as a share of the value. Their error grows with its square over that of
 /// the scale on which the slope changes, rounding with 1e-16 over it.
 const STEP: f64 = 1e-5;
-/// The same near zero error, where the norm's slope changes within [`EPSILON`](super::loss::EPSILON).
+/// The same near zero error, where the norm's slope changes within [`EPSILON`](super::features::EPSILON).
 const FINE: f64 = 2e-8;
 
 fn tensor<const D: usize>(values: &[f64], shape: [usize; D]) -> Tensor<D> {

@@ -4,6 +4,8 @@
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
 //! light; all are linear, so their gradients are cheap. With a file the features of its network are compared.
 
+pub use super::features::EPSILON;
+
 use super::augment;
 use super::features::{Features, PictureId, PictureKind, rows};
 use super::schedule::SampleSource;
@@ -12,10 +14,6 @@ use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
 use reflectance::kernels::{self, LossInputs, LossSettings};
 use reflectance::render::{encode, olats, relight};
-
-/// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 instead of 0/0.
-/// In units of encoded values: far below one 8-bit step.
-pub const EPSILON: f32 = 1e-4;
 
 /// Scales of the built-in features.
 const SCALES: usize = 3;

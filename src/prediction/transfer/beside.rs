@@ -1,13 +1,13 @@
 //! Frames before and after the one that is predicted, for light that is steady in time.
 
-use crate::blend::Blend;
+use crate::blend::{Blend, Carried};
 use crate::half_rows::HalfRows;
 use crate::matching::Match;
 use crate::places::Place;
 use crate::said::{PIXELS, by_channel, gaussian};
 use crate::shape::quantile;
 use crate::target::Target;
-use crate::transfer::{Carried, Pose, Transfer};
+use crate::transfer::Transfer;
 use footage::Frame;
 use imaging::{Raster, Response};
 use project::Project;
@@ -95,9 +95,8 @@ impl Beside {
 impl Transfer {
     /// Carries the exemplars over to a frame alone.
     pub fn alone(&self, frame: &Frame) -> Alone {
-        let target = Target::new(frame, self);
-        let said = |pose: &Arc<Pose>| target.said(pose, target.found(pose));
-        let Blend { olats, rest } = target.blend(self.poses.par_iter().map(said).collect());
+        let target = self.target(frame);
+        let Blend { olats, rest } = self.blend(&target);
         let values = 3 * self.lamps.stride;
         let mut numbers = vec![None; frame.mask.pixels.len()];
         target.pixels.iter().enumerate().for_each(|(i, &p)| numbers[p] = Some(i));
@@ -112,7 +111,7 @@ impl Transfer {
 
     /// [`Self::carry`], the mean with frames before and after it.
     pub fn carry_beside(&self, own: &Alone, beside: &[Arc<Alone>]) -> Carried {
-        let target = Target::new(&own.frame, self);
+        let target = self.target(&own.frame);
         let same_size = |other: &&Arc<Alone>| other.plate.size() == own.plate.size();
         let beside: Vec<Followed> = beside
             .iter()
@@ -157,9 +156,9 @@ impl Target<'_> {
 
     /// OLATs as in a [`Blend`]: squares of the mean of roots, summing to the frame under the interview's light.
     fn mean_olats(&self, own: &Alone, beside: &[Followed]) -> Vec<f32> {
-        let stride = self.transfer.lamps.stride;
+        let stride = self.lamps.stride;
         let (width, values) = (self.plate.width, 3 * stride);
-        let weights = by_channel(&self.transfer.lamps, &self.transfer.weights);
+        let weights = by_channel(self.lamps, self.weights);
         let mut olats = vec![0.0; self.pixels.len() * values];
         olats
             .par_chunks_mut((PIXELS * values).max(1))

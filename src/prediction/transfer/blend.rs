@@ -4,7 +4,6 @@ use crate::lamps::falloff;
 use crate::places::Place;
 use crate::said::{PIXELS, Said, by_channel};
 use crate::target::Target;
-use crate::transfer::Carried;
 use imaging::{Mask, Raster};
 use rayon::prelude::*;
 use reflectance::ReflectanceField;
@@ -13,6 +12,24 @@ use std::sync::Arc;
 
 /// [`Carried::unlike`] at which the exemplars' fine light counts half.
 const UNKNOWN: f32 = 0.4;
+
+/// A frame's OLATs, carried over.
+#[derive(Clone, Debug)]
+pub struct Carried {
+    /// Linear OLATs, 0 outside the matte.
+    pub field: ReflectanceField,
+    /// Distance of each pixel from the best exemplar's prediction under the interview's light: root mean square of the
+    /// natural logarithm of their ratio in a small window, more where that exemplar shows no subject.
+    pub unlike: Mask,
+    /// The pose that is most like the frame, by its number; None without poses.
+    pub pose: Option<usize>,
+    /// Places of the frame in the exemplars.
+    pub places: Arc<[Place]>,
+    /// Variance of the exemplars' predictions about their blend: squares of roots of light, the mean over lamps and channels.
+    pub spread: Mask,
+    /// The same of each lamp, the mean over the matte.
+    pub lamp_spreads: Vec<f32>,
+}
 
 /// Blend of all predictions of a frame.
 pub struct Blend {
@@ -23,16 +40,10 @@ pub struct Blend {
 }
 
 impl Target<'_> {
-    /// Blend of all predictions, summing to the frame under the interview's light.
-    pub fn blended(&self, said: Vec<Said>) -> Carried {
-        let Blend { olats, rest } = self.blend(said);
-        Carried { field: self.field(&olats), ..rest }
-    }
-
     /// OLATs of a [`Blend`] as a field.
     pub fn field(&self, olats: &[f32]) -> ReflectanceField {
         let (width, height) = self.plate.size();
-        let (lamps, stride) = (self.transfer.lamps.len(), self.transfer.lamps.stride);
+        let (lamps, stride) = (self.lamps.len(), self.lamps.stride);
         let mut values = vec![0.0; 3 * lamps * width * height];
         values.par_chunks_exact_mut((width * height).max(1)).enumerate().for_each(
             |(plane, out)| {
@@ -45,12 +56,12 @@ impl Target<'_> {
         ReflectanceField { width, height, lamps, values }
     }
 
-    /// As [`Self::blended`], its OLATs pixel by pixel.
+    /// Blend of all predictions, summing to the frame under the interview's light.
     pub fn blend(&self, said: Vec<Said>) -> Blend {
         let (width, height) = self.plate.size();
-        let lamps = &self.transfer.lamps;
+        let lamps = self.lamps;
         let (count, stride) = (lamps.len(), lamps.stride);
-        let weights = by_channel(lamps, &self.transfer.weights);
+        let weights = by_channel(lamps, self.weights);
         let values = 3 * stride;
         let nearest: Vec<f32> = (0..count)
             .map(|l| said.iter().map(|one| one.turned.nearest[l]).fold(f32::INFINITY, f32::min))
@@ -166,7 +177,7 @@ impl Target<'_> {
 
     /// The exemplars' shares in the frame's fine light. `near`: weight of each exemplar under each lamp.
     fn places(&self, said: Vec<Said>, mut near: Vec<Vec<f32>>, unlike: &Mask) -> Arc<[Place]> {
-        let (count, stride) = (self.transfer.lamps.len(), self.transfer.lamps.stride);
+        let (count, stride) = (self.lamps.len(), self.lamps.stride);
         for lamp in 0..count {
             let sum: f32 = near.iter().map(|near| near[lamp]).sum();
             near.iter_mut().for_each(|near| near[lamp] /= sum.max(f32::MIN_POSITIVE));

@@ -1,8 +1,16 @@
 //! Pictures of local contrast, in which poses are matched.
 
 use crate::blur::blur;
+use crate::shape::quantile;
+use imaging::resample::resize;
 use imaging::{Mask, Raster};
 
+/// Window of the local contrast of plates, as a share of the picture's side.
+pub const WINDOW: f32 = 20.0 / 160.0;
+/// Pictures are matched at half as many pixels a side again as the working size has, but at no more than this many.
+const MOST_SIDE: usize = 384;
+/// Quantile of the subject's light that counts as its bright level.
+const BRIGHT: f32 = 0.95;
 /// Codes of one local deviation, and of the local mean.
 const DEVIATION: f32 = 50.0;
 const MEAN: f32 = 128.0;
@@ -11,10 +19,35 @@ const BLACK: f32 = 1.4e-3;
 /// Least share of a window that the matte counts as covering.
 const LEAST_SHARE: f32 = 1e-3;
 
+/// Local contrast in a window of `radius` of the picture's side, at the size at which pictures are matched.
+pub fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raster<f32> {
+    let (width, height) = light.size();
+    let longer = width.max(height);
+    let contrast = local_contrast(light, matte, bright_level(light, matte), radius * longer as f32);
+    if longer == 0 {
+        return contrast;
+    }
+    let side = (longer + longer / 2).min(MOST_SIDE);
+    resize(&contrast, (width * side).div_ceil(longer), (height * side).div_ceil(longer))
+}
+
+/// The subject's bright level: a high quantile of its light.
+pub fn bright_level(light: &Raster<f32>, mask: &Mask) -> f32 {
+    let mut subject: Vec<f32> = light
+        .pixels
+        .iter()
+        .zip(&mask.pixels)
+        .filter(|(v, m)| **m > 0.5 && v.is_finite())
+        .map(|(v, _)| *v)
+        .collect();
+    subject.sort_unstable_by(f32::total_cmp);
+    quantile(&subject, BRIGHT)
+}
+
 /// Texture that light and shade change little, in codes of 0 to 255: the logarithm of `light`, less its local mean, over its
 /// local deviation, both in a Gaussian window of `radius` pixels inside the matte. 128 outside. `bright` is the subject's
 /// bright level.
-pub fn local_contrast(light: &Raster<f32>, inside: &Mask, bright: f32, radius: f32) -> Raster<f32> {
+fn local_contrast(light: &Raster<f32>, inside: &Mask, bright: f32, radius: f32) -> Raster<f32> {
     let black = (BLACK * bright).max(f32::MIN_POSITIVE);
     // From 0 for black: where the matte covers little of a window, its mean tends to black.
     let log = light.map(|v| (v.max(black) / black).ln());

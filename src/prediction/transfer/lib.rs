@@ -11,6 +11,7 @@ mod half_rows;
 mod lamps;
 mod matching;
 mod places;
+mod pose;
 mod pose_turns;
 mod predictor;
 mod said;
@@ -20,7 +21,9 @@ mod transfer;
 mod turn;
 
 pub use beside::Alone;
+pub use blend::Carried;
 pub use detail::{ExemplarDetail, FineField, SharedDetail};
 pub use places::Place;
+pub use pose::PlatePose;
 pub use predictor::OlatPredictor;
-pub use transfer::{Carried, PlatePose, Transfer};
+pub use transfer::Transfer;

@@ -1,8 +1,9 @@
 //! OLATs of the interview's frames: the exemplars carried over, corrected by the project's network where there is one.
 
 use crate::beside::Beside;
+use crate::blend::Carried;
 use crate::detail::{ExemplarDetail, FineField, SharedDetail};
-use crate::transfer::{Carried, Transfer};
+use crate::transfer::Transfer;
 use base::error::Result;
 use calibration::Calibration;
 use footage::Frame;

@@ -3,8 +3,8 @@
 use crate::blur::blur;
 use crate::lamps::{Lamps, TurnedLamps};
 use crate::matching::Match;
+use crate::pose::Pose;
 use crate::target::Target;
-use crate::transfer::Pose;
 use crate::turn::turn_degrees;
 use imaging::color::luminance;
 use imaging::resample::resize_area;
@@ -51,7 +51,7 @@ pub struct Said {
 impl Target<'_> {
     /// The prediction of an exemplar in which the frame has these offsets.
     pub fn said(&self, pose: &Pose, offsets: Vec<[f32; 2]>) -> Said {
-        let lamps = &self.transfer.lamps;
+        let lamps = self.lamps;
         let found = self.matched(pose, offsets);
         let turned = [found.turn, found.body].map(|turn| lamps.turned(&turn, &pose.missing));
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
@@ -111,7 +111,7 @@ impl Target<'_> {
         turned: &[TurnedLamps; 2],
         found: &Match,
     ) -> (Vec<f32>, Vec<[f32; 3]>) {
-        let (lamps, weights) = (&self.transfer.lamps, &self.transfer.weights);
+        let (lamps, weights) = (self.lamps, self.weights);
         let stride = lamps.stride;
         let (energies, weights) = (by_channel(lamps, &lamps.energies), by_channel(lamps, weights));
         let mut roots = vec![0.0; self.pixels.len() * 3 * stride];

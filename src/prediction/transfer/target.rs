@@ -1,11 +1,13 @@
 //! A frame that exemplars are carried over to.
 
 use crate::blur::blur;
-use crate::contrast::local_contrast;
+use crate::contrast::{WINDOW, bright_level, matched_contrast};
 use crate::flow::{FlowSettings, flow};
+use crate::lamps::Lamps;
 use crate::matching::Match;
+use crate::pose::Pose;
+use crate::pose_turns::PoseTurns;
 use crate::shape::{inside, quantile};
-use crate::transfer::{Pose, Transfer};
 use crate::turn::{SeenPoint, head_turn, turn_of_normals};
 use footage::Frame;
 use footage::motion::head_share;
@@ -14,26 +16,25 @@ use imaging::color::luminance;
 use imaging::resample::resize;
 use imaging::{Image, Mask, Raster};
 
-/// Windows of the local contrast of plates, of pictures under one light, and of the likeness, as shares of the picture's side.
-pub const CONTRAST: f32 = 20.0 / 160.0;
+/// Windows of the local contrast of pictures under one light, and of the likeness, as shares of the picture's side.
 const SAME_LIGHT: f32 = 40.0 / 160.0;
 const LIKENESS_BLUR: f32 = 4.0 / 160.0;
 /// Light below this share of the subject's bright level says nothing.
 const DARK: f32 = 2e-3 / 0.7;
-/// Quantile of the subject's light that counts as its bright level.
-const BRIGHT: f32 = 0.95;
 /// Pixels from one point to the next of those that decide the turn of the head.
 const POINTS: usize = 2;
 /// Least coverage in the pose, and least share of the head, of a point that decides the turn of the head.
 const COVERED: f32 = 0.95;
 const HEAD: f32 = 0.5;
-/// Pictures are matched at half as many pixels a side again as the working size has, but at no more than this many.
-const MOST_SIDE: usize = 384;
 
 /// A frame that exemplars are carried over to.
 pub struct Target<'a> {
     pub frame: &'a Frame,
-    pub transfer: &'a Transfer,
+    /// Lamps of the exemplars' OLATs.
+    pub lamps: &'a Lamps,
+    /// The interview's light as a sum of the lamps, exposure included.
+    pub weights: &'a [[f32; 3]],
+    turns: &'a PoseTurns,
     inside: Raster<bool>,
     /// 1 inside, else 0.
     pub matte: Mask,
@@ -51,20 +52,27 @@ pub struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    pub fn new(frame: &'a Frame, transfer: &'a Transfer) -> Self {
+    pub fn new(
+        frame: &'a Frame,
+        lamps: &'a Lamps,
+        weights: &'a [[f32; 3]],
+        turns: &'a PoseTurns,
+    ) -> Self {
         let plate = frame.plate.map(luminance);
         let bright = bright_level(&plate, &frame.mask);
         let inside = inside(&frame.mask);
         let matte = inside.map(|inside| f32::from(u8::from(inside)));
         Self {
-            contrast: matched_contrast(&plate, &matte, CONTRAST),
+            contrast: matched_contrast(&plate, &matte, WINDOW),
             same_light: matched_contrast(&plate, &matte, SAME_LIGHT),
             pixels: (0..plate.pixels.len()).filter(|&p| frame.mask.pixels[p] > 0.0).collect(),
             dark: (DARK * bright).max(f32::MIN_POSITIVE),
             matte,
             head: head_share(&frame.mask),
             frame,
-            transfer,
+            lamps,
+            weights,
+            turns,
             inside,
             plate,
         }
@@ -75,8 +83,7 @@ impl<'a> Target<'a> {
     pub fn found(&self, pose: &Pose) -> Vec<[f32; 2]> {
         let first = self.matched(pose, self.offsets(&self.contrast, &pose.contrast));
         let coverage = first.pulled(&pose.mask);
-        let lamps = &self.transfer.lamps;
-        let turned = [first.turn, first.body].map(|turn| lamps.turned(&turn, &pose.missing));
+        let turned = [first.turn, first.body].map(|turn| self.lamps.turned(&turn, &pose.missing));
         let (_, lit) = self.predicted(pose, &turned, &first);
         let relit = self.spread(&lit).map(luminance);
         let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
@@ -130,9 +137,8 @@ impl<'a> Target<'a> {
             let points = points.iter().filter(|(_, is_head)| *is_head || !head);
             head_turn(&points.map(|(point, _)| *point).collect::<Vec<_>>())
         };
-        let turns = &self.transfer.turns;
-        found.body = points_turn(false).map_or(Mat3::IDENTITY, |turn| turns.scaled(&turn));
-        found.turn = points_turn(true).map_or(found.body, |turn| turns.scaled(&turn));
+        found.body = points_turn(false).map_or(Mat3::IDENTITY, |turn| self.turns.scaled(&turn));
+        found.turn = points_turn(true).map_or(found.body, |turn| self.turns.scaled(&turn));
         found
     }
 
@@ -186,29 +192,4 @@ impl<'a> Target<'a> {
             squares.pixels.iter().zip(&share.pixels).zip(&coverage.pixels).map(unlike).collect();
         Raster { width, height, pixels }
     }
-}
-
-/// Local contrast in a window of `radius` of the picture's side, at the size at which pictures are matched.
-pub fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raster<f32> {
-    let (width, height) = light.size();
-    let longer = width.max(height);
-    let contrast = local_contrast(light, matte, bright_level(light, matte), radius * longer as f32);
-    if longer == 0 {
-        return contrast;
-    }
-    let side = (longer + longer / 2).min(MOST_SIDE);
-    resize(&contrast, (width * side).div_ceil(longer), (height * side).div_ceil(longer))
-}
-
-/// The subject's bright level: a high quantile of its light.
-fn bright_level(light: &Raster<f32>, mask: &Mask) -> f32 {
-    let mut subject: Vec<f32> = light
-        .pixels
-        .iter()
-        .zip(&mask.pixels)
-        .filter(|(v, m)| **m > 0.5 && v.is_finite())
-        .map(|(v, _)| *v)
-        .collect();
-    subject.sort_unstable_by(f32::total_cmp);
-    quantile(&subject, BRIGHT)
 }

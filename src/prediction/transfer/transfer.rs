@@ -1,48 +1,19 @@
 //! The exemplars, ready to be carried over to frames.
 
-use crate::half_rows::HalfRows;
-use crate::lamps::{Lamps, shading};
-use crate::places::Place;
+use crate::blend::{Blend, Carried};
+use crate::lamps::Lamps;
+use crate::pose::{PlatePose, Pose};
 use crate::pose_turns::{PoseTurn, PoseTurns};
-use crate::shape::{depth, inside, normals};
-use crate::target::{CONTRAST, Target, matched_contrast};
+use crate::target::Target;
 use crate::turn::turn_vector;
 use base::error::{Error, Result};
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
-use glam::Vec3;
-use imaging::color::luminance;
-use imaging::{Image, Mask, Raster};
+use imaging::Mask;
 use light::Rig;
 use project::Project;
 use rayon::prelude::*;
-use reflectance::ReflectanceField;
 use std::sync::Arc;
-
-/// A pose under the interview's light beside its OLATs.
-#[derive(Clone, Debug)]
-pub struct PlatePose {
-    pub exemplar: Exemplar,
-    /// The pose under the interview's light, linear, exposure included.
-    pub plate: Image,
-}
-
-/// A pose, ready to be matched and carried over.
-#[derive(Clone, Debug)]
-pub struct Pose {
-    /// Number of the pose in the project.
-    pub number: usize,
-    /// Local contrast of the plate, at the size at which pictures are matched.
-    pub contrast: Raster<f32>,
-    pub mask: Mask,
-    /// Heights towards the camera in pixels.
-    pub depth: Raster<f32>,
-    pub normals: Vec<Vec3>,
-    /// Lamps whose OLATs the pose lacks.
-    pub missing: Vec<usize>,
-    /// Roots of the OLATs over their lamps' energy and shading, `[3, stride]` a pixel.
-    pub bare: HalfRows,
-}
 
 /// All exemplars of a project, which predict the OLATs of its frames without training: reflectance transfer after Peers,
 /// Tamura, Matusik and Debevec 2007. Each exemplar is matched with the frame densely, and its lamps turn with the head. Shading
@@ -50,29 +21,11 @@ pub struct Pose {
 /// pixel by pixel by how well their prediction explains the frame. The blend sums to the frame under the interview's light.
 #[derive(Clone, Debug)]
 pub struct Transfer {
-    pub(crate) poses: Vec<Arc<Pose>>,
-    pub(crate) turns: PoseTurns,
+    poses: Vec<Arc<Pose>>,
+    turns: PoseTurns,
     pub(crate) lamps: Lamps,
     /// The interview's light as a sum of the lamps, exposure included.
-    pub(crate) weights: Vec<[f32; 3]>,
-}
-
-/// A frame's OLATs, carried over.
-#[derive(Clone, Debug)]
-pub struct Carried {
-    /// Linear OLATs, 0 outside the matte.
-    pub field: ReflectanceField,
-    /// Distance of each pixel from the best exemplar's prediction under the interview's light: root mean square of the
-    /// natural logarithm of their ratio in a small window, more where that exemplar shows no subject.
-    pub unlike: Mask,
-    /// The pose that is most like the frame, by its number; None without poses.
-    pub pose: Option<usize>,
-    /// Places of the frame in the exemplars.
-    pub places: Arc<[Place]>,
-    /// Variance of the exemplars' predictions about their blend: squares of roots of light, the mean over lamps and channels.
-    pub spread: Mask,
-    /// The same of each lamp, the mean over the matte.
-    pub lamp_spreads: Vec<f32>,
+    weights: Vec<[f32; 3]>,
 }
 
 impl Transfer {
@@ -135,9 +88,20 @@ impl Transfer {
 
     /// Carries the exemplars over to a frame of their size. Without exemplars all OLATs are black.
     pub fn carry(&self, frame: &Frame) -> Carried {
-        let target = Target::new(frame, self);
+        let target = self.target(frame);
+        let Blend { olats, rest } = self.blend(&target);
+        Carried { field: target.field(&olats), ..rest }
+    }
+
+    /// Blend of the exemplars' predictions of a frame.
+    pub(crate) fn blend(&self, target: &Target) -> Blend {
         let said = |pose: &Arc<Pose>| target.said(pose, target.found(pose));
-        target.blended(self.poses.par_iter().map(said).collect())
+        target.blend(self.poses.par_iter().map(said).collect())
+    }
+
+    /// A frame that the exemplars are carried over to.
+    pub(crate) fn target<'a>(&'a self, frame: &'a Frame) -> Target<'a> {
+        Target::new(frame, &self.lamps, &self.weights, &self.turns)
     }
 
     /// Turns between all poses, each matched with the others as a frame would be.
@@ -145,7 +109,7 @@ impl Transfer {
         let turns_to = |(to, plate): (&Arc<Pose>, &PlatePose)| -> Vec<PoseTurn> {
             let frame =
                 Frame { index: 0, plate: plate.plate.clone(), mask: plate.exemplar.mask.clone() };
-            let target = Target::new(&frame, self);
+            let target = self.target(&frame);
             let turn = |from: &Arc<Pose>| {
                 let found = target.matched(from, target.found(from));
                 PoseTurn {
@@ -165,60 +129,8 @@ impl Transfer {
     /// Distance of each pixel of a frame from another frame that is matched with it, as [`Carried::unlike`]; more where the
     /// other shows no subject.
     pub fn apart(&self, frame: &Frame, other: &Frame) -> Mask {
-        let [target, other] = [frame, other].map(|frame| Target::new(frame, self));
+        let [target, other] = [frame, other].map(|frame| self.target(frame));
         let found = target.moved(target.offsets(&target.contrast, &other.contrast));
         target.unlike(&found.pulled(&other.plate), &found.pulled(&other.frame.mask))
-    }
-}
-
-impl Pose {
-    /// The normal at a place that a match found, not of unit length between pixels.
-    #[inline(always)]
-    pub fn normal(&self, places: [(usize, f32); 4]) -> Vec3 {
-        places.iter().map(|&(p, share)| self.normals[p] * share).sum()
-    }
-
-    fn new(pose: &PlatePose, lamps: &Lamps) -> Self {
-        let PlatePose { exemplar, plate } = pose;
-        let plate = plate.map(luminance);
-        let inside = inside(&exemplar.mask);
-        let matte = inside.map(|inside| f32::from(u8::from(inside)));
-        let known: Vec<(usize, Vec3)> = lamps
-            .directions
-            .iter()
-            .enumerate()
-            .filter_map(|(m, direction)| Some((m, (*direction)?)))
-            .filter(|(m, _)| !exemplar.missing.contains(m))
-            .collect();
-        let pixels = exemplar.mask.pixels.len();
-        let even: Vec<f32> = (0..pixels)
-            .flat_map(|p| {
-                known.iter().map(move |&(m, _)| {
-                    luminance(exemplar.olats[m].pixels[p]) / luminance(lamps.energies[m])
-                })
-            })
-            .collect();
-        let directions: Vec<Vec3> = known.iter().map(|(_, direction)| *direction).collect();
-        let normals =
-            if known.is_empty() { vec![Vec3::ZERO; pixels] } else { normals(&even, &directions) };
-        let stride = lamps.stride;
-        let bare = HalfRows::new(&exemplar.mask, 3 * stride, |p, bare| {
-            for (m, (olat, direction)) in exemplar.olats.iter().zip(&lamps.directions).enumerate() {
-                let shading = shading(normals[p], *direction);
-                for c in 0..3 {
-                    bare[c * stride + m] =
-                        (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
-                }
-            }
-        });
-        Self {
-            number: exemplar.pose,
-            missing: exemplar.missing.clone(),
-            contrast: matched_contrast(&plate, &matte, CONTRAST),
-            mask: exemplar.mask.clone(),
-            depth: depth(&normals, &inside),
-            normals,
-            bare,
-        }
     }
 }

@@ -59,3 +59,14 @@ impl Cholesky {
         (0..self.n).map(|i| self.lower[i * self.n + i].ln()).sum()
     }
 }
+
+/// Inverse of a symmetric positive matrix of `n` × `n`, regularised if slightly indefinite; `None` if it is 0, NaN
+/// or infinite.
+pub(super) fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+    let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
+    let mut positive = matrix.to_vec();
+    for i in 0..n {
+        positive[i * n + i] += 1e-6 * trace / n as f64;
+    }
+    Some(Cholesky::new(positive, n)?.inverse())
+}

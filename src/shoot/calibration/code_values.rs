@@ -15,6 +15,14 @@ pub(super) const STEPS: u16 = 16 * 255;
 /// Smallest clipped code: the last 8-bit code.
 pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 
+/// Response for reading the balls before the fit. Pixels far above black are so under any response.
+pub const PROVISIONAL: Response = Response::Power(2.2);
+
+/// True if a channel of a pixel is clipped.
+pub(super) fn is_clipped(code: &CodeValues) -> bool {
+    code.iter().any(|&c| c >= CLIPPED)
+}
+
 /// The code values of a picture, row by row.
 pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;

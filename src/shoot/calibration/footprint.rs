@@ -1,7 +1,7 @@
 //! A lamp's footprint: the mirror-ball pixels that show the lamp, and measurements from them.
 
-use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
-use super::highlight::{Grid, Highlight, NEAR_DEG, clipped_weight};
+use super::code_values::{CodeValues, ResponseTable, STEPS, is_clipped};
+use super::highlight::{self, Grid, Highlight, Levels, NEAR_DEG, clipped_weight};
 use super::mirror_ball::MirrorBall;
 use glam::{DVec3, Vec3};
 use light::Lamp;
@@ -66,7 +66,7 @@ impl Footprint {
 
     /// Applies the result of the full series: `highlight` (`None` if the lamp was not seen), its confidence, and
     /// the room's light per cell under `provisional`. Without it every bright pixel counts as the lamp.
-    pub fn aim(
+    fn aim(
         &mut self,
         highlight: Option<&Highlight>,
         confidence: f32,
@@ -101,14 +101,9 @@ impl Footprint {
         })
     }
 
-    /// True if a channel of the pixel is clipped.
-    pub fn is_clipped(code: &CodeValues) -> bool {
-        code.iter().any(|&c| c >= CLIPPED)
-    }
-
     /// Number of pixels with a clipped channel, whose light has only a lower bound.
     pub fn clipped_pixels(&self) -> usize {
-        self.pixels.iter().filter(|(_, code)| Self::is_clipped(code)).count()
+        self.pixels.iter().filter(|(_, code)| is_clipped(code)).count()
     }
 
     /// Measures the lamp from its footprint. Clipping lowers the energy but not the direction, which is then the
@@ -138,7 +133,7 @@ impl Footprint {
             }
             let direction = pixel.direction.as_dvec3();
             moment += part * direction;
-            clipped += if Self::is_clipped(code) { part } else { 0.0 };
+            clipped += if is_clipped(code) { part } else { 0.0 };
             parts.push((direction, part));
         }
         let all: f64 = energy.iter().sum();
@@ -178,5 +173,21 @@ impl Footprint {
             confidence,
             clipped: clipped as f32,
         }
+    }
+}
+
+/// Finds the lamp in each footprint of a series. `series` holds the same photographs, reduced under the response
+/// `provisional`.
+pub(super) fn aim(
+    footprints: &mut [Footprint],
+    series: &[Levels],
+    grid: &Grid,
+    provisional: &ResponseTable,
+) {
+    let room = grid.room(series);
+    let highlights = highlight::find(grid, series, &room);
+    let trust = highlight::weigh(&highlights, grid, &room);
+    for ((footprint, highlight), trust) in footprints.iter_mut().zip(&highlights).zip(trust) {
+        footprint.aim(highlight.as_ref(), trust, (grid, &room), provisional);
     }
 }

@@ -1,13 +1,16 @@
 //! Calibration of a shoot without mirror balls: directions from its list of lamps, energies and the interview's light from
 //! the subject.
 
-use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
-use super::gamma::{Case, Comparison, Evidence, Interval, sample, sample_olat};
+use super::arc_cosine::kernel;
+use super::calibration::Calibration;
+use super::cholesky::inverse;
+use super::code_values::{CLIPPED, CodeValues, PROVISIONAL, ResponseTable, STEPS};
+use super::gamma::{Case, Comparison, Evidence, Interval, is_scene_linear, sample, sample_olat};
 use super::least_squares::NormalEquations;
 use super::median::median;
-use super::probe::interview::{inverse, kernel};
-use super::{CalibrateSettings, Calibration, PROVISIONAL, StandIn};
-use super::{find_motion, is_scene_linear, rig_findings};
+use super::settings::CalibrateSettings;
+use super::stand_in::StandIn;
+use super::{motion, rig_check};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::{DMat3, DVec3, Vec3};
@@ -80,8 +83,9 @@ pub(super) fn calibrate(
         100.0 * light.residual
     ));
     let rig = pictures.rig(shoot.all_lamps(), &shoot.lamp_layout);
-    let motion = find_motion(project, settings, &found.response, &rig, progress)?;
-    let (rig_faults, rig_findings) = rig_findings(project, &rig, 0.0)?.into_iter().unzip();
+    let motion = motion::measure(project, settings, &found.response, &rig, progress)?;
+    let (rig_faults, rig_findings) =
+        rig_check::check_project(project, &rig, 0.0)?.into_iter().unzip();
     let learnt = shoot.lamps.len();
     let stand_in = (!shoot.other_lamps.is_empty()).then(|| pictures.stand_in(&light, learnt));
     let mut rig = rig;
@@ -111,7 +115,7 @@ pub(super) fn calibrate(
 /// Poses and frames at [`SIDE`], linear.
 struct Pictures {
     poses: Vec<Pose>,
-    frames: Vec<(usize, Image, Mask)>,
+    frames: Vec<FramePicture>,
     /// Inverse covariance of the lamps' weights about their mean, row by row.
     smooth: Vec<f64>,
 }
@@ -119,6 +123,13 @@ struct Pictures {
 struct Pose {
     /// One picture per lamp of the shoot.
     olats: Vec<Image>,
+    mask: Mask,
+}
+
+struct FramePicture {
+    /// Number in the shoot.
+    number: usize,
+    plate: Image,
     mask: Mask,
 }
 
@@ -173,7 +184,8 @@ impl Pictures {
                 let read = footage::readable_frame(project, frame)?;
                 let plate = small(&project.frame_picture(read))
                     .map_err(|e| footage::offer(project, frame, e))?;
-                Ok((frame, plate, small_mask(&project.frame_matte(read))?))
+                let mask = small_mask(&project.frame_matte(read))?;
+                Ok(FramePicture { number: frame, plate, mask })
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self { poses, frames, smooth: smooth(&shoot.lamp_layout) })
@@ -190,9 +202,9 @@ impl Pictures {
             .filter_map(|(pose, frame)| {
                 let places = self.shared(pose, frame)?;
                 let target: Vec<[f32; 3]> =
-                    places.iter().map(|&at| self.frames[frame].1.pixels[at]).collect();
+                    places.iter().map(|&at| self.frames[frame].plate.pixels[at]).collect();
                 let (weights, residual) = self.weights(&[(pose, places)], &target, usize::MAX);
-                Some(Light { pose, frame: self.frames[frame].0, weights, residual })
+                Some(Light { pose, frame: self.frames[frame].number, weights, residual })
             })
             .collect();
         compared.into_iter().min_by(|a, b| a.residual.total_cmp(&b.residual)).ok_or_else(|| {
@@ -209,7 +221,7 @@ impl Pictures {
 
     /// Pixels that show the subject in a pose and in a frame; None if they are too few.
     fn shared(&self, pose: usize, frame: usize) -> Option<Vec<usize>> {
-        let (pose, frame) = (&self.poses[pose].mask.pixels, &self.frames[frame].2.pixels);
+        let (pose, frame) = (&self.poses[pose].mask.pixels, &self.frames[frame].mask.pixels);
         let solid = pose.iter().filter(|v| **v > SOLID).count();
         let shared: Vec<usize> =
             (0..pose.len()).filter(|&at| pose[at] > SOLID && frame[at] > SOLID).collect();

@@ -13,8 +13,17 @@ use std::time::SystemTime;
 /// Reads the pictures behind a clip and keeps the last one.
 #[derive(Debug, Default)]
 pub struct BehindReader {
-    last: Option<(Picture, Option<SystemTime>, Arc<Image>)>,
+    last: Option<ReadPicture>,
     reads: u64,
+}
+
+/// A picture that was read.
+#[derive(Debug)]
+struct ReadPicture {
+    picture: Picture,
+    /// Time of change of its file, if known.
+    changed: Option<SystemTime>,
+    light: Arc<Image>,
 }
 
 impl BehindReader {
@@ -26,15 +35,15 @@ impl BehindReader {
     pub fn read(&mut self, file: &Path, frame: usize, rate: f64) -> Result<(u64, Arc<Image>)> {
         let picture = picture_behind(file, frame, rate)?;
         let changed = changed(&picture);
-        if let Some((last, last_changed, light)) = &self.last
-            && *last == picture
-            && *last_changed == changed
+        if let Some(last) = &self.last
+            && last.picture == picture
+            && last.changed == changed
         {
-            return Ok((self.reads, light.clone()));
+            return Ok((self.reads, last.light.clone()));
         }
         let light = Arc::new(read_light(&picture, &Response::Srgb)?);
         self.reads += 1;
-        self.last = Some((picture, changed, light.clone()));
+        self.last = Some(ReadPicture { picture, changed, light: light.clone() });
         Ok((self.reads, light))
     }
 }

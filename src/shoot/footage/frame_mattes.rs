@@ -1,7 +1,7 @@
 //! Mattes of an interview's frames, one by one: from screen, box, clean plate, strokes, or a neighbour's matte.
 
 use super::framed::{read_matte, read_picture};
-use super::mattes::MatteSettings;
+use super::matte_settings::MatteSettings;
 use super::movement::Movement;
 use super::strokes::Strokes;
 use base::error::{Error, Result};

@@ -2,7 +2,8 @@
 
 use super::framed::{dimensions, no_matte};
 use super::framing::fitted;
-use super::lamps::{LampSettings, lacks};
+use super::lamps::LampSettings;
+use super::missing_olats::lacks;
 use super::parts::Parts;
 use super::shoot::{Listing, NO_SHOOT, contents, file_name};
 use base::error::{Error, Result};

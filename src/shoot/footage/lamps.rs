@@ -1,6 +1,7 @@
 //! Corrections of a shoot's lamps: OLATs and lamps left out, exchanged OLATs, mirrored balls. The files stay as they are.
 
 use super::framed::dimensions;
+use super::missing_olats::lacks;
 use super::scan::counted;
 use base::error::{Error, Result};
 use base::files::natural_order;
@@ -173,14 +174,6 @@ impl LampReport {
         }
         lines.join("\n")
     }
-}
-
-/// Sentences on the lamps that poses lack.
-pub(super) fn lacks(missing: &BTreeMap<String, BTreeSet<String>>) -> impl Iterator<Item = String> {
-    missing.iter().map(|(pose, lamps)| {
-        let lamps: Vec<&str> = lamps.iter().map(String::as_str).collect();
-        format!("{pose} lacks {}: its other lamps stand in", lamps.join(", "))
-    })
 }
 
 /// The lamp of this name.

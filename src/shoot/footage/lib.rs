@@ -15,6 +15,7 @@ mod lamp_list;
 mod lamps;
 mod left_out;
 mod map;
+mod matte_settings;
 mod mattes;
 mod mended;
 mod missing_olats;
@@ -49,7 +50,8 @@ pub use framed::{
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
 pub use lamps::{LampReport, LampSettings};
-pub use mattes::{MatteSettings, MattesReport, make_mattes};
+pub use matte_settings::MatteSettings;
+pub use mattes::{MattesReport, make_mattes};
 pub use mended::report_mended;
 pub use missing_olats::fill_missing;
 pub use motion::{Motion, PoseMotion, SeenIn};

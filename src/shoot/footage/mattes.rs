@@ -3,6 +3,7 @@
 use super::damaged::{offer, stand_in};
 use super::frame_mattes::{FindPerson, FrameMattes, about};
 use super::framed::{read_matte, read_picture};
+use super::matte_settings::MatteSettings;
 use super::scan::counted;
 use super::steady::Steady;
 use super::strokes::Strokes;
@@ -18,32 +19,6 @@ use std::path::{Path, PathBuf};
 /// Quantile of a pose's light that is exposed to [`EXPOSED`] for the network.
 const BRIGHT: f32 = 0.98;
 const EXPOSED: f32 = 0.7;
-
-/// Settings for making mattes.
-#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
-pub struct MatteSettings {
-    /// Remake all mattes in PROJECT/mattes.
-    #[arg(long)]
-    pub replace: bool,
-    /// Box around the person in every frame, in pixels of the pictures, with some background outside; for an
-    /// interview without a screen.
-    #[arg(long = "box", value_name = "LEFT,TOP,WIDTH,HEIGHT", value_parser = parse_box)]
-    pub within: Option<[usize; 4]>,
-    /// Clean plate: a picture of the same view without the person, or a movie whose first frame is one; for an
-    /// interview without a screen. Its exposure may differ.
-    #[arg(long, value_name = "FILE", conflicts_with = "within")]
-    pub clean_plate: Option<PathBuf>,
-    /// Skip averaging mattes over neighbouring frames.
-    #[arg(long)]
-    pub no_steady: bool,
-}
-
-fn parse_box(text: &str) -> std::result::Result<[usize; 4], String> {
-    let numbers: std::result::Result<Vec<usize>, _> =
-        text.split(',').map(|n| n.trim().parse()).collect();
-    let four = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-    four.ok_or_else(|| format!("expected LEFT,TOP,WIDTH,HEIGHT in whole pixels, found {text:?}"))
-}
 
 /// Report of a matte job.
 #[derive(Clone, Debug, PartialEq, Serialize)]

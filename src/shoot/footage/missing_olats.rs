@@ -11,6 +11,7 @@ use imaging::{Image, Mask, Response};
 use light::weights::least_squares::Normal;
 use project::Project;
 use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Side of the fitted pictures.
 const SIDE: usize = 32;
@@ -24,6 +25,14 @@ pub struct MissingOlat {
     pub lamp: usize,
     /// Other lamps and their weights per channel.
     pub weights: Vec<(usize, [f32; 3])>,
+}
+
+/// Sentences on the lamps that poses lack.
+pub(super) fn lacks(missing: &BTreeMap<String, BTreeSet<String>>) -> impl Iterator<Item = String> {
+    missing.iter().map(|(pose, lamps)| {
+        let lamps: Vec<&str> = lamps.iter().map(String::as_str).collect();
+        format!("{pose} lacks {}: its other lamps stand in", lamps.join(", "))
+    })
 }
 
 /// The stand-ins of a pose.

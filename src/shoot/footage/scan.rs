@@ -1,6 +1,6 @@
 //! Scan of a shoot's folder before import: contents, missing parts and their effect.
 
-use super::lamps::lacks;
+use super::missing_olats::lacks;
 use super::shoot::{Listing, MANIFEST, Manifest, Part, file_name, picture_names};
 use base::Result;
 use imaging::file::{dimensions, with_ending};

@@ -4,7 +4,7 @@ use super::frame_mattes::FrameMatte;
 use super::movement::Movement;
 use base::error::Result;
 use imaging::{Mask, file};
-use matte::{flicker, steadied};
+use matte::{Neighbour, flicker, steadied};
 use project::Project;
 use std::collections::VecDeque;
 
@@ -114,7 +114,7 @@ impl<'a> Steady<'a> {
             let others: Vec<_> = (around.iter())
                 .map(|(other, flow)| {
                     let (_, other) = &self.window[*other];
-                    (&*other.picture, &other.matte.mask, flow)
+                    Neighbour { picture: &other.picture, matte: &other.matte.mask, flow }
                 })
                 .collect();
             mask = steadied(&found.picture, &mask, &others);

@@ -31,7 +31,7 @@ pub use lit::lit;
 pub use parts::{around, parts};
 pub use screen::{Hue, Key, key};
 pub use seeds::{Seeds, Side};
-pub use steady::{flicker, steadied};
+pub use steady::{Neighbour, flicker, steadied};
 
 use imaging::color::linear_from_srgb;
 use imaging::{Encoded, Mask};

@@ -33,14 +33,23 @@ pub fn flicker(now: &Mask, before: &Mask, flow: &Flow) -> Option<f32> {
     (count > 0).then(|| (sum / count as f64) as f32)
 }
 
+/// A frame near the one whose matte is averaged.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour<'a> {
+    pub picture: &'a Encoded,
+    pub matte: &'a Mask,
+    /// Motion from the averaged frame to this one.
+    pub flow: &'a Flow,
+}
+
 /// Average of a matte with those of nearby frames, each carried along the motion and weighted by the confidence of
 /// its motion and by the match of its picture with this one (a bilateral filter along the motion, as Bennett and
-/// McMillan 2005 average pictures). Where motion or light differs, nothing is averaged, so nothing smears. `others`
-/// are picture, matte and the flow from this frame to that one; those that differ in size are skipped.
-pub fn steadied(picture: &Encoded, matte: &Mask, others: &[(&Encoded, &Mask, &Flow)]) -> Mask {
+/// McMillan 2005 average pictures). Where motion or light differs, nothing is averaged, so nothing smears. Frames that
+/// differ in size are skipped.
+pub fn steadied(picture: &Encoded, matte: &Mask, others: &[Neighbour]) -> Mask {
     let size = picture.0.size();
     let mut sums: Vec<[f32; 2]> = matte.pixels.iter().map(|&a| [a, 1.0]).collect();
-    for (other, alpha, flow) in others {
+    for Neighbour { picture: other, matte: alpha, flow } in others {
         if other.0.size() != size || alpha.size() != size || matte.size() != size {
             continue;
         }
@@ -85,6 +94,10 @@ mod tests {
     use super::*;
     use crate::flow_picture;
 
+    fn neighbour<'a>((picture, matte): (&'a Encoded, &'a Mask), flow: &'a Flow) -> Neighbour<'a> {
+        Neighbour { picture, matte, flow }
+    }
+
     /// A disc moving over a wall, and its mattes with wavering edges.
     fn moving(frame: usize, wavering: f32) -> (Encoded, Mask, Mask) {
         let at = 60.0 + 2.5 * frame as f32;
@@ -115,7 +128,7 @@ mod tests {
         let steady = |i: usize| {
             let around = [i - 1, i + 1].map(|k| flow(i, k));
             let others = [(i - 1, &around[0]), (i + 1, &around[1])];
-            let others = others.map(|(k, flow)| (&frames[k].0, &frames[k].1, flow));
+            let others = others.map(|(k, flow)| neighbour((&frames[k].0, &frames[k].1), flow));
             steadied(&frames[i].0, &frames[i].1, &others)
         };
         let off = |found: &Mask, truth: &Mask| {
@@ -131,7 +144,7 @@ mod tests {
         // True mattes stay unchanged, up to interpolation losses.
         let true_flow = [flow(3, 2), flow(3, 4)];
         let others = [(2, &true_flow[0]), (4, &true_flow[1])];
-        let others = others.map(|(k, flow)| (&frames[k].0, &frames[k].2, flow));
+        let others = others.map(|(k, flow)| neighbour((&frames[k].0, &frames[k].2), flow));
         let kept = steadied(&frames[3].0, &frames[3].2, &others);
         let mean = off(&kept, &frames[3].2) / kept.pixels.len() as f32;
         assert!(mean < 0.002, "{mean}");
@@ -143,12 +156,12 @@ mod tests {
         let other = Encoded(Raster::from_fn(140, 100, |x, _| [(x % 2) as f32; 3]));
         let flow = Flow::between(&flow_picture(&picture), &flow_picture(&other));
         let full = Mask::filled(140, 100, 1.0);
-        let kept = steadied(&picture, &matte, &[(&other, &full, &flow)]);
+        let kept = steadied(&picture, &matte, &[neighbour((&other, &full), &flow)]);
         let most = (kept.pixels.iter().zip(&matte.pixels)).map(|(a, b)| (a - b).abs());
         let mean = most.sum::<f32>() / matte.pixels.len() as f32;
         assert!(mean < 0.005, "{mean}");
         let small = Mask::filled(3, 3, 1.0);
-        assert_eq!(steadied(&picture, &matte, &[(&other, &small, &flow)]), matte);
+        assert_eq!(steadied(&picture, &matte, &[neighbour((&other, &small), &flow)]), matte);
         assert!(flicker(&matte, &small, &flow).is_none());
     }
 }

@@ -1,6 +1,9 @@
 //! Results of long actions: figures for scripts, and sentences for people.
 
+mod report;
 mod sentence;
+
+pub use report::{EnvironmentsReport, ImportReport};
 
 use crate::demo::DemoReport;
 use benchmark::MachineReport;
@@ -13,14 +16,11 @@ use evaluation::blind::{AnswersReport, BlindReport};
 use evaluation::review::ReviewReport;
 use export::relight::RelightReport;
 use farm::{AssembleReport, ChunkReport, JobReport};
-use footage::{FrameReport, LampReport, MattesReport, Understood};
+use footage::{FrameReport, LampReport, MattesReport};
 use imaging::DualGamma;
-use light::subset::Subset;
-use project::{KnownEnvironment, Project};
 use reflectance::checkpoint::CheckpointInfo;
 use sentence::{developed, evaluated, for_so_long, imported, listed, reviewed, staged, trained};
 use serde::{Serialize, Serializer};
-use std::path::PathBuf;
 use tradeoff::{Applied, TradeoffReport};
 use training::TrainReport;
 use virtual_stage::StageReport;
@@ -62,50 +62,6 @@ pub struct WentBack {
     pub info: CheckpointInfo,
     /// True if it has the optimiser's state, so that training continues as if it had not stopped.
     pub optimizer: bool,
-}
-
-/// Current environments of a project.
-#[derive(Clone, Debug, Serialize)]
-pub struct EnvironmentsReport {
-    pub environments: Vec<KnownEnvironment>,
-}
-
-/// Result of an import.
-#[derive(Clone, Debug, Serialize)]
-pub struct ImportReport {
-    pub project: PathBuf,
-    pub name: String,
-    /// Working size in pixels.
-    pub size: usize,
-    /// Contents of the shoot, counted.
-    pub poses: usize,
-    pub lamps: usize,
-    pub frames: usize,
-    pub environments: usize,
-    /// Format, depth and colour of each kind of picture.
-    pub pictures: Vec<Understood>,
-    /// Evenness of a subset of the lamps, in degrees: the largest distance from a direction that the whole rig
-    /// covers to a lamp, and the smallest distance of two lamps. None if all lamps are used.
-    pub covering_deg: Option<f32>,
-    pub separation_deg: Option<f32>,
-}
-
-impl ImportReport {
-    pub(crate) fn new(project: &Project, subset: Option<&Subset>) -> Self {
-        let shoot = &project.settings.shoot;
-        Self {
-            project: project.root.clone(),
-            name: project.settings.name.clone(),
-            size: project.settings.size,
-            poses: shoot.poses.len(),
-            lamps: shoot.lamps.len(),
-            frames: shoot.frames.len(),
-            environments: shoot.environments.len(),
-            pictures: footage::understood(project),
-            covering_deg: subset.map(|s| s.covering_deg),
-            separation_deg: subset.map(|s| s.separation_deg),
-        }
-    }
 }
 
 impl Outcome {

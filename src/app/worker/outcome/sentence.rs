@@ -1,6 +1,6 @@
 //! Sentences for reports without a sentence of their own.
 
-use super::{EnvironmentsReport, ImportReport};
+use super::report::{EnvironmentsReport, ImportReport};
 use calibration::develop::DevelopReport;
 use evaluation::review::{Means, ReviewReport};
 use evaluation::{EvaluateReport, Method};

@@ -1,9 +1,10 @@
 //! OpenEXR block by block: the flat layer that a person would call the picture, its data window anywhere in its display
 //! window, its chromaticities brought to Rec. 709.
 
-use super::{About, Coding, Origin, Sink, Source};
+use super::properties::{About, Coding, Origin, Sink};
+use super::source::{self, Source};
 use crate::color_space::{Primaries, transformed};
-use crate::file::check_openexr;
+use crate::limits::check_openexr;
 use base::error::{Error, Result};
 use exr::block::reader::ChunksReader;
 use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
@@ -21,7 +22,7 @@ const FINISHED: [&str; 8] =
 pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     refuse_new_compression(&mut source)?;
     let Source { path, file } = source;
-    let broken = |cause: &dyn std::fmt::Display| super::broken(path, cause);
+    let broken = |cause: &dyn std::fmt::Display| source::broken(path, cause);
     let reader = exr::block::read(file, false).map_err(|e| match &e {
         exr::error::Error::NotSupported(why) if why.contains("subsampling") => {
             luminance_chroma(path)
@@ -309,7 +310,7 @@ fn color_layers(headers: &[Header]) -> Vec<Layer> {
 }
 
 pub(super) fn layers(Source { path, file }: Source) -> Result<Vec<String>> {
-    let reader = exr::block::read(file, false).map_err(|e| super::broken(path, e))?;
+    let reader = exr::block::read(file, false).map_err(|e| source::broken(path, e))?;
     let mut layers = color_layers(reader.headers());
     layers.sort_by_key(Layer::rank);
     let names = layers.iter().map(|layer| layer.name.trim_matches('.').to_owned());

@@ -4,7 +4,7 @@
 //! Light is adapted between whites with Bradford's matrix. A profile of tables goes through moxcms. PQ is read with diffuse
 //! white, 203 cd/m² (ITU-R BT.2408), at 1; HLG (ITU-R BT.2100) as scene light with code 0.75 at 1.
 
-use super::Origin;
+use super::properties::Origin;
 use crate::color::{linear_from_srgb, linear_from_xyz};
 use crate::color_space::{ColorSpace, Matrix, Primaries, transformed};
 use crate::response::Response;

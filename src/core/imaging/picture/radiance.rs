@@ -2,7 +2,8 @@
 //! (radsite.lbl.gov/radiance/refer/filefmts.pdf). The `image` crate reads one of the eight orientations, no XYZE,
 //! no primaries, and all of a file at once.
 
-use super::{About, Coding, Origin, REMEDY, Sink, Source};
+use super::properties::{About, Coding, Origin, Sink};
+use super::source::{REMEDY, Source};
 use crate::color::linear_from_xyz;
 use crate::color_space::{Matrix, Primaries, transformed};
 use base::error::{Error, Result};

@@ -1,8 +1,11 @@
 //! TIFF that the `image` crate misreads: floating point, more than 16 bits, and planes one after the other.
 
-use super::profile::Named;
-use super::{About, Picture, Source, check_size, coded, profile};
-use crate::file::MAX_DECODER_BYTES;
+use super::profile::{self, Named};
+use super::properties::About;
+use super::source::{Source, broken};
+use super::whole::Picture;
+use super::{decoded, raw};
+use crate::limits::{MAX_DECODER_BYTES, check_size};
 use base::error::{Error, Result};
 use half::f16;
 use image::metadata::Orientation;
@@ -27,10 +30,6 @@ pub(super) struct Special {
     orientation: Orientation,
 }
 
-fn broken(path: &Path, cause: impl std::fmt::Display) -> Error {
-    super::broken(path, cause)
-}
-
 /// The file, if it is a TIFF of these kinds.
 ///
 /// # Errors
@@ -39,7 +38,7 @@ pub(super) fn open(source: &mut Source) -> Result<Option<Special>> {
     let mut magic = [0; 4];
     let read = source.file.read_exact(&mut magic);
     source.file.seek(SeekFrom::Start(0)).map_err(|e| source.broken(e))?;
-    if read.is_err() || !super::raw::is_tiff(&magic) {
+    if read.is_err() || !raw::is_tiff(&magic) {
         return Ok(None);
     }
     let special = layout(source.path, decoder(source)?)?;
@@ -119,7 +118,7 @@ fn layout(path: &Path, mut decoder: Decoder<&mut BufReader<File>>) -> Result<Opt
 impl Special {
     /// Columns and rows, turned.
     pub fn size(&self) -> (usize, usize) {
-        coded::turned(self.stored, self.orientation)
+        decoded::turned(self.stored, self.orientation)
     }
 
     /// Properties of the picture, and its colour.
@@ -135,7 +134,7 @@ impl Special {
             (false, 3) => ImageColor::Rgb16,
             (false, _) => ImageColor::Rgba16,
         };
-        Ok(coded::describe(source.path, "TIFF", self.stored, color, named, self.orientation))
+        Ok(decoded::describe(source.path, "TIFF", self.stored, color, named, self.orientation))
     }
 
     pub fn read(&self, source: &mut Source) -> Result<Picture> {
@@ -158,7 +157,7 @@ impl Special {
             _ => return Err(broken(path, "its samples are signed")),
         };
         let picture = picture.ok_or_else(|| broken(path, "it ends before its pixels"))?;
-        Ok(coded::finish(about, named, picture, self.orientation))
+        Ok(decoded::finish(about, named, picture, self.orientation))
     }
 
     /// Used samples pixel by pixel; None if some are missing.

@@ -1,8 +1,8 @@
 //! A clip during relighting: each frame is predicted, and lit at the level of the first frame.
 
+use super::RelightSettings;
 use super::named::lamps_named;
-use super::{Part, RelightSettings};
-use crate::look::{Look, sources};
+use crate::look::Look;
 use crate::provenance::Provenance;
 use crate::writer::Writer;
 use crate::{Interview, LayersBy, LightLayers, Stages};
@@ -19,6 +19,7 @@ use light::{Rig, conventions};
 use project::Project;
 use rayon::prelude::*;
 use scene::{Background, Effects, Output, Scene};
+use std::path::Path;
 use std::time::Instant;
 use transfer::{FineField, OlatPredictor};
 
@@ -64,7 +65,7 @@ impl<'a> Clip<'a> {
     pub fn open(
         project: &'a Project,
         settings: &'a RelightSettings,
-        part: Option<&Part>,
+        part_folder: Option<&Path>,
         progress: &Progress,
     ) -> Result<(Self, Writer)> {
         let calibration = Calibration::load(project)?;
@@ -83,7 +84,8 @@ impl<'a> Clip<'a> {
         let interview = Interview::from_project(project)?;
         let size = picture_size(project, settings.files.at)?;
         let (files, encoding) = (&settings.files, &look.encoding);
-        let writer = Writer::open(files, encoding, look.frames, size, &interview, part, progress)?;
+        let writer =
+            Writer::open(files, encoding, look.frames, size, &interview, part_folder, progress)?;
         let clip = Self {
             look,
             calibration,
@@ -120,8 +122,7 @@ impl<'a> Clip<'a> {
             let mut write = frame >= first;
             if let (true, true, Some(provenance)) = (write, writer.goes_on(), &provenance) {
                 progress.check("")?;
-                let text = provenance
-                    .frame(&scene, &sources(self.look.project, frame, &scene.background)?);
+                let text = provenance.frame(self.look.project, &scene)?;
                 write = !writer.keeps_frame(frame, &text);
                 made_of = Some(text);
             }

@@ -10,7 +10,6 @@ pub use report::RelightReport;
 pub use settings::{RelightSettings, frame_range};
 
 use super::Rebuild;
-use super::look::sources;
 use super::overlap::overlapped;
 use super::writer::check_files;
 use base::error::{Error, Result};
@@ -76,7 +75,8 @@ fn run(
         ));
     }
     let count = last - first + 1;
-    let (mut clip, mut writer) = Clip::open(project, settings, part, progress)?;
+    let part_folder = part.map(|part| &*part.folder);
+    let (mut clip, mut writer) = Clip::open(project, settings, part_folder, progress)?;
     let started = Instant::now();
     let (planned, provenance) = clip.plan((first, last), &mut writer, progress)?;
     let relit = planned.iter().filter(|plan| plan.write).count();
@@ -94,8 +94,7 @@ fn run(
             let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
             let made_of = match (&plan.made_of, &provenance) {
                 (None, Some(provenance)) if plan.write => {
-                    let sources = sources(project, plan.frame, &plan.scene.background)?;
-                    Some(provenance.frame(&plan.scene, &sources))
+                    Some(provenance.frame(project, &plan.scene)?)
                 }
                 (known, _) => known.clone(),
             };

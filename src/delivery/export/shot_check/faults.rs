@@ -1,23 +1,25 @@
 //! Faults of a shot, found in the headers and pixels of its frames.
 
+use super::findings::{Fault, Findings, joined, span, spans};
 use super::frame::{Content, Frame};
-use super::time::time_codes;
-use super::{Fault, Remark, Requirements};
+use super::time::{rate_of, time_codes};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Most spans of frame numbers that a message names.
-const NAMED: usize = 12;
 /// Most letters of a difference that a message shows.
 const SHOWN: usize = 90;
 /// Provenance keys shared by the whole shot.
 const COMMON: [&str; 5] = ["version", "project", "checkpoint", "environment", "settings"];
 
-/// Faults of a shot, and remarks on points that were not checked or may be intended.
-#[derive(Debug, Default)]
-pub(super) struct Findings {
-    pub faults: Vec<Fault>,
-    pub remarks: Vec<Remark>,
+/// Delivery requirements of a shot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Requirements {
+    /// First and last required frame. None for the frames found.
+    pub frames: Option<(i64, i64)>,
+    /// Frames per second. None for the rate in the headers.
+    pub rate: Option<f64>,
+    /// Allows equal pictures in neighbouring frames.
+    pub allow_repeats: bool,
 }
 
 /// Judges the frames of a shot, sorted by number.
@@ -53,7 +55,7 @@ pub(super) fn judge(frames: &[Frame], numbered: bool, settings: &Requirements) -
     }
     found.alike(&whole, "rate", "the frame rate", |c| rate_words(c.rate));
     found.rate_asked(&whole, settings);
-    time_codes(&mut found, &whole, settings);
+    time_codes(&mut found, &whole, settings.rate);
     found.provenance(&whole);
     found
 }
@@ -67,28 +69,9 @@ pub(super) fn rate_words(rate: Option<(i32, u32)>) -> String {
     }
 }
 
-/// Frame rate in frames per second; None if it is not a positive fraction.
-pub(super) fn rate_of((frames, seconds): (i32, u32)) -> Option<f64> {
-    (frames > 0 && seconds > 0).then(|| f64::from(frames) / f64::from(seconds))
-}
-
 type Whole<'a> = [(&'a Frame, &'a Content)];
 
 impl Findings {
-    pub fn fault(
-        &mut self,
-        kind: &'static str,
-        frames: impl IntoIterator<Item = i64>,
-        sentence: String,
-    ) {
-        let frames: BTreeSet<i64> = frames.into_iter().collect();
-        self.faults.push(Fault { kind: kind.to_owned(), frames: spans(&frames), sentence });
-    }
-
-    pub fn remark(&mut self, kind: &'static str, sentence: impl Into<String>) {
-        self.remarks.push(Remark { kind: kind.to_owned(), sentence: sentence.into() });
-    }
-
     /// Finds missing and duplicate frame numbers.
     fn numbers(&mut self, frames: &[Frame], numbered: bool, settings: &Requirements) {
         let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
@@ -343,34 +326,4 @@ fn difference(found: &str, usual: &str) -> [String; 2] {
         let end = if text.chars().count() > skipped + SHOWN { "…" } else { "" };
         format!("{start}{shown}{end}")
     })
-}
-
-/// Frame numbers `from` to `to`: `7-9`, or `-2 to 3` below 0.
-pub(super) fn span(from: i64, to: i64) -> String {
-    match from {
-        _ if from == to => from.to_string(),
-        ..0 => format!("{from} to {to}"),
-        _ => format!("{from}-{to}"),
-    }
-}
-
-/// Frame numbers as spans: `3, 7-9`.
-pub(super) fn spans(numbers: &BTreeSet<i64>) -> String {
-    let mut spans: Vec<(i64, i64)> = Vec::new();
-    for &number in numbers {
-        match spans.last_mut() {
-            Some((_, to)) if *to + 1 == number => *to = number,
-            _ => spans.push((number, number)),
-        }
-    }
-    let spans: Vec<String> = spans.into_iter().map(|(from, to)| span(from, to)).collect();
-    joined(&spans)
-}
-
-fn joined(spans: &[String]) -> String {
-    let named = spans[..spans.len().min(NAMED)].join(", ");
-    match spans.len().checked_sub(NAMED) {
-        Some(more) if more > 0 => format!("{named} and {more} more"),
-        _ => named,
-    }
 }

@@ -2,7 +2,8 @@
 //! hash of each list. Hashes are C4 IDs. Format: American Society of Cinematographers, Media Hash List.
 
 use super::Fault;
-use super::frame::{Frame, c4, c4_of_file};
+use super::frame::Frame;
+use super::hash::{c4, c4_of_file};
 use super::read::each;
 use super::shot::frame_number;
 use base::error::{Error, Result};

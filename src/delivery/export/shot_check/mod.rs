@@ -1,18 +1,23 @@
 //! Check of a shot for delivery: all frames are present, intact and consistent. An ASC MHL keeps their hashes.
 
 mod faults;
+mod findings;
 mod frame;
+mod hash;
 mod hash_list;
 mod read;
 mod shot;
 mod time;
 mod verify;
 
+pub use faults::Requirements;
+pub use findings::{Fault, Remark};
+pub use hash::{FileHash, hash_file};
 pub use shot::names_frames;
 pub use verify::Verification;
 
-use self::faults::{Findings, judge, rate_words, span};
-pub use self::frame::hash_file;
+use self::faults::{judge, rate_words};
+use self::findings::{Findings, span};
 use self::frame::{Content, Frame};
 use self::hash_list::{Found, History};
 use self::shot::Shot;
@@ -21,43 +26,6 @@ use base::progress::Progress;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// Delivery requirements of a shot.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Requirements {
-    /// First and last required frame. None for the frames found.
-    pub frames: Option<(i64, i64)>,
-    /// Frames per second. None for the rate in the headers.
-    pub rate: Option<f64>,
-    /// Allows equal pictures in neighbouring frames.
-    pub allow_repeats: bool,
-}
-
-/// Fault of a shot.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Fault {
-    /// Kind, such as `missing` or `time_code`.
-    pub kind: String,
-    /// Frame numbers, such as `3, 7-9`, or `-2 to 3` below 0.
-    pub frames: String,
-    pub sentence: String,
-}
-
-/// Point that was not checked, or that may be intended.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Remark {
-    pub kind: String,
-    pub sentence: String,
-}
-
-/// A file and its checksum.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FileHash {
-    pub name: String,
-    pub bytes: u64,
-    /// C4 ID of the whole file; "" if the file could not be read.
-    pub c4: String,
-}
 
 /// A frame's files.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,7 +4,7 @@ use super::super::still::tests::{about, picture};
 use super::super::{
     About, Bits, ExrCompression, LayerFiles, OutputSpace, Samples, TimeCode, write_still,
 };
-use super::frame::c4;
+use super::hash::c4;
 use super::*;
 use base::error::Error;
 use compositor::Picture;

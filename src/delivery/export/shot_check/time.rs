@@ -1,8 +1,7 @@
 //! Check that time codes step by one.
 
 use super::super::TimeCode;
-use super::Requirements;
-use super::faults::{Findings, rate_of, spans};
+use super::findings::{Findings, spans};
 use super::frame::{Content, Frame};
 use exr::meta::attribute;
 use std::collections::BTreeSet;
@@ -10,11 +9,12 @@ use std::collections::BTreeSet;
 /// Most jumps that a message lists one by one.
 const NAMED: usize = 3;
 
-/// Adds faults of the time codes. A gap in the frame numbers is a gap in the time codes, too.
+/// Adds faults of the time codes. A gap in the frame numbers is a gap in the time codes, too. `required_rate` is in frames per
+/// second; without one the rate in the headers counts.
 pub(super) fn time_codes(
     found: &mut Findings,
     whole: &[(&Frame, &Content)],
-    settings: &Requirements,
+    required_rate: Option<f64>,
 ) {
     let without = whole.iter().filter(|(_, content)| content.time_code.is_none());
     let without: BTreeSet<i64> = without.map(|(frame, _)| frame.number).collect();
@@ -29,7 +29,7 @@ pub(super) fn time_codes(
         found.fault("time_code", without, sentence);
     }
     let stated = whole.iter().find_map(|(_, content)| content.rate.and_then(rate_of));
-    let Some(rate) = settings.rate.or(stated) else {
+    let Some(rate) = required_rate.or(stated) else {
         found.remark(
             "time_code",
             "No frame has a frame rate: the steps of the time codes were not checked (use --rate)",
@@ -74,6 +74,11 @@ pub(super) fn time_codes(
     let sentence =
         format!("the time code does not step by one at {}: {}", spans(&numbers), named.join("; "));
     found.fault("time_code", numbers, sentence);
+}
+
+/// Frame rate in frames per second; None if it is not a positive fraction.
+pub(super) fn rate_of((frames, seconds): (i32, u32)) -> Option<f64> {
+    (frames > 0 && seconds > 0).then(|| f64::from(frames) / f64::from(seconds))
 }
 
 fn is_same(a: attribute::TimeCode, b: attribute::TimeCode) -> bool {

@@ -1,6 +1,7 @@
 //! The OLATs' order, by the correlations that the lamps' directions let expect.
 
-use super::{Fault, Kind, Shading};
+use super::fault::{Fault, Kind};
+use super::measured::Shading;
 use calibration::cholesky::Cholesky;
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -5,7 +5,7 @@ use super::*;
 use base::progress::Progress;
 use calibration::CalibrateSettings;
 use chacha20::ChaCha8Rng;
-use footage::ImportSettings;
+use footage::{ImportSettings, LampSettings};
 use project::Project;
 use rand::{RngExt, SeedableRng};
 use std::path::{Path, PathBuf};

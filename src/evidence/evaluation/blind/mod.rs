@@ -10,6 +10,7 @@ mod interval;
 mod key;
 mod page;
 mod result;
+mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -18,51 +19,19 @@ pub use interval::exact_interval;
 pub use result::{
     AnswersReport, MethodShare, PairShare, QuestionResult, Share, StudyResult, answers,
 };
+pub use settings::BlindSettings;
 
 use super::Method;
 use base::error::{Error, Result};
 use base::files::write_beside;
-use base::numbers::within;
 use base::progress::Progress;
 use calibration::Calibration;
-use clips::Clips;
-use footage::PictureSize;
-use gpu::DeviceChoice;
 use key::Key;
 use project::Project;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
-
-/// Settings of the comparison.
-#[derive(Clone, Debug, PartialEq, clap::Args)]
-pub struct BlindSettings {
-    /// Page to write [default: blind/STUDY.html in the project's folder].
-    #[arg(long, value_name = "FILE.html")]
-    pub page: Option<PathBuf>,
-    /// Methods to compare, each with every other.
-    #[arg(long = "with", value_enum, value_delimiter = ',', default_values = ["network", "texler", "sun"])]
-    pub methods: Vec<Method>,
-    /// Lamps that light the subject, by name [default: some that light it from the front, evenly spread].
-    #[arg(long, value_name = "LAMP,...", value_delimiter = ',')]
-    pub lamps: Option<Vec<String>>,
-    /// Number of lamps to choose if none are named.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = within(1..=41usize))]
-    pub conditions: usize,
-    /// Number of consecutive frames of a clip, from the middle of the interview.
-    #[arg(long, value_name = "N", default_value_t = 36, value_parser = within(1..=240usize))]
-    pub frames: usize,
-    /// Training minutes for texler and sun, which are trained now [default: as long as the project's network, else 10].
-    #[arg(long, value_parser = within(super::evaluate::MINUTES))]
-    pub minutes: Option<f64>,
-    /// Part of the plate and resolution of the pictures.
-    #[arg(long, value_enum, default_value_t = PictureSize::Square)]
-    pub at: PictureSize,
-    /// Device of the networks.
-    #[arg(long, value_enum, default_value_t)]
-    pub device: DeviceChoice,
-}
 
 /// The written page.
 #[derive(Clone, Debug, PartialEq, Serialize)]

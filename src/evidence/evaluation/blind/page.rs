@@ -1,7 +1,7 @@
 //! The page, and the key to its codes.
 
-use super::Clips;
 use super::answers::{HEADER, Question};
+use super::clips::Clips;
 use super::key::{Key, Shown};
 use base::Fnv;
 use base::error::{Error, Result};

@@ -91,6 +91,24 @@ impl Share {
     }
 }
 
+/// Number of choices, and of answers in which there was the choice.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    chosen: u64,
+    answers: u64,
+}
+
+impl Count {
+    fn add(&mut self, is_chosen: bool) {
+        self.chosen += u64::from(is_chosen);
+        self.answers += 1;
+    }
+
+    fn share(self) -> Share {
+        Share::new(self.chosen, self.answers)
+    }
+}
+
 /// Adds the answers in `files` to the project's collection, and counts the whole collection.
 ///
 /// # Errors
@@ -134,29 +152,27 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
     let mine: Vec<_> = (all.0.iter()).filter(|(a, _)| a.study == study).collect();
     let mut questions = Vec::new();
     for question in Question::ALL {
-        let mut counts: BTreeMap<usize, (Method, u64, u64)> = BTreeMap::new();
-        let mut pairs: BTreeMap<[usize; 2], ([Method; 2], u64, u64)> = BTreeMap::new();
+        let mut methods: BTreeMap<usize, (Method, Count)> = BTreeMap::new();
+        let mut pairs: BTreeMap<[usize; 2], ([Method; 2], Count)> = BTreeMap::new();
         for (_, answer) in mine.iter().filter(|(a, _)| a.question == question) {
             let chosen = method(&answer.chosen)?;
             let mut both = [method(&answer.left)?, method(&answer.right)?];
             for shown in both {
-                let count = counts.entry(order(shown)).or_insert((shown, 0, 0));
-                count.1 += u64::from(shown == chosen);
-                count.2 += 1;
+                let (_, count) = methods.entry(order(shown)).or_insert((shown, Count::default()));
+                count.add(shown == chosen);
             }
             both.sort_by_key(|m| order(*m));
-            let pair = pairs.entry(both.map(order)).or_insert((both, 0, 0));
-            pair.1 += u64::from(chosen == both[0]);
-            pair.2 += 1;
+            let (_, count) = pairs.entry(both.map(order)).or_insert((both, Count::default()));
+            count.add(chosen == both[0]);
         }
         questions.push(QuestionResult {
             question,
             text: question.text(),
-            methods: (counts.into_values())
-                .map(|(method, chosen, of)| MethodShare { method, share: Share::new(chosen, of) })
+            methods: (methods.into_values())
+                .map(|(method, count)| MethodShare { method, share: count.share() })
                 .collect(),
             pairs: (pairs.into_values())
-                .map(|(methods, chosen, of)| PairShare { methods, first: Share::new(chosen, of) })
+                .map(|(methods, count)| PairShare { methods, first: count.share() })
                 .collect(),
         });
     }

@@ -7,7 +7,8 @@ use super::result::name;
 use super::*;
 use calibration::CalibrateSettings;
 use clap::ValueEnum;
-use footage::{ImportSettings, import};
+use footage::{ImportSettings, PictureSize, import};
+use gpu::DeviceChoice;
 use std::path::Path;
 use virtual_stage::{StageSettings, write_shoot};
 

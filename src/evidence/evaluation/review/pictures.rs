@@ -1,15 +1,15 @@
-//! Predicted and true OLATs of a case, and their pictures for a page and for the window.
+//! Pictures of a case for a page and for the window.
 
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
-use super::super::metrics::{Compared, encoded};
-use super::reviewer::Reviewer;
+use super::super::metrics::encoded;
+use super::reviewer::{CasePictures, Reviewer};
 use super::{Case, heat};
 use base::error::{Error, Result};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use gpu::DeviceChoice;
 use imaging::file::png_bytes;
 use imaging::resample::resize_area;
-use imaging::{Encoded, Image, Mask, Raster};
+use imaging::{Encoded, Image, Raster};
 use project::Project;
 use std::path::Path;
 
@@ -17,19 +17,6 @@ use std::path::Path;
 const SIDE_PX: usize = 256;
 /// Side of a thumbnail in the contact sheet.
 const SMALL_PX: usize = 96;
-
-/// A case under every lamp, predicted and true.
-pub(super) struct CasePictures {
-    pub mask: Mask,
-    pub predicted: Vec<Image>,
-    pub truths: Vec<Image>,
-}
-
-impl CasePictures {
-    pub fn compared(&self) -> Compared<'_> {
-        Compared { pictures: &self.predicted, truths: &self.truths, mask: &self.mask }
-    }
-}
 
 /// Pictures of a case in the scored codes.
 pub struct ScoredPictures {
@@ -123,6 +110,7 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use imaging::Mask;
 
     #[test]
     fn pictures_of_a_page_are_small_and_where_nothing_differs_the_third_is_dark() {

@@ -1,15 +1,15 @@
 //! Measures the prediction: every case against its truth, under every lamp.
 
 use super::super::flicker::{self, ClipFlicker};
-use super::super::metrics::{check, encoded, mean_inside, psnr, scale};
+use super::super::metrics::{Compared, check, encoded, mean_inside, psnr, scale};
 use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
-use super::pictures::CasePictures;
 use super::{Case, CaseScores, FORMAT, Fingerprint, OlatScore, Review};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use footage::{Exemplar, Frame};
 use gpu::{ComputeDevice, DeviceChoice};
+use imaging::{Image, Mask};
 use project::Project;
 use rayon::prelude::*;
 use reflectance::{ReflectanceField, checkpoint::CheckpointInfo};
@@ -34,6 +34,19 @@ pub fn with_and_without_network(
     let with = reviewer.decibels(pose)?;
     reviewer.predictor = reviewer.predictor.corrected_by(None);
     Ok([reviewer.decibels(pose)?, with])
+}
+
+/// A case under every lamp, predicted and true.
+pub(super) struct CasePictures {
+    pub mask: Mask,
+    pub predicted: Vec<Image>,
+    pub truths: Vec<Image>,
+}
+
+impl CasePictures {
+    pub fn compared(&self) -> Compared<'_> {
+        Compared { pictures: &self.predicted, truths: &self.truths, mask: &self.mask }
+    }
 }
 
 /// The prediction and its test cases.
@@ -231,7 +244,7 @@ fn cells(pictures: &CasePictures, scale: f64, progress: &Progress) -> Result<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::{Mask, Raster};
+    use imaging::Raster;
     use reflectance::checkpoint::HeldOut;
     use reflectance::{Formulation, Normalization, Precision, Statistics, UNetConfig};
 

@@ -1,9 +1,10 @@
 //! Properties of shoots with trouble; a shoot without trouble is unchanged.
 
 use super::*;
+use crate::ball::BallLight;
 use crate::ball_view::Surroundings;
 use crate::interview_light::InterviewLight;
-use crate::probe::{BallLight, Probe};
+use crate::probe::Probe;
 use crate::room::Room;
 use crate::trouble::Trouble;
 use crate::{Hair, LightKind};

@@ -1,7 +1,7 @@
 //! A sunny courtyard: plastered walls over arcades, a paved floor, the sky with a few clouds and the sun,
 //! some fifty thousand times as bright.
 
-use super::panorama;
+use super::panorama::panorama;
 use super::pattern::{arch, noise, ramp, wall};
 use crate::patch::{Outline, Patch};
 use glam::{Vec2, Vec3};

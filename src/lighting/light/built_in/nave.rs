@@ -4,7 +4,7 @@
 //! ratios of real churches: daylight in a window is about a hundred times as bright as the walls, a flame a
 //! thousand times.
 
-use super::panorama;
+use super::panorama::panorama;
 use super::pattern::{arch, noise, ramp, wall};
 use crate::patch::{Outline, Patch};
 use glam::{Vec2, Vec3};

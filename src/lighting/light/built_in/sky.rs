@@ -5,7 +5,7 @@
 //! and would drown the sun. Their distribution and colours are kept and scaled to the diffuse illuminance of the
 //! IES Lighting Handbook (9th edition, chapter 8).
 
-use super::panorama;
+use super::panorama::panorama;
 use super::pattern::{noise, ramp};
 use crate::patch::{Outline, Patch};
 use crate::white;

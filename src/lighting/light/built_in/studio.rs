@@ -2,7 +2,7 @@
 //!
 //! Energies are those at the subject: at π, white facing a box has radiance 1.
 
-use super::panorama;
+use super::panorama::panorama;
 use super::pattern::{noise, ramp, wall};
 use crate::patch::{Outline, Patch};
 use crate::white;

@@ -2,6 +2,7 @@ use super::*;
 use crate::Environment;
 use crate::brightest;
 use crate::latlong::texel_solid_angle;
+use glam::Vec3;
 use imaging::color::luminance;
 
 #[test]

@@ -20,13 +20,12 @@ use super::super::Rig;
 use super::heat::{HeatKernel, time_of};
 use super::least_squares::Normal;
 use super::nodes::Nodes;
+use super::points::{POINTS, points, spiral};
 use super::sitter::{Sitter, sitters};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Number of directions that sample the environment's light, 6° apart.
-pub(super) const POINTS: usize = 1024;
 /// Standard deviation of that light's blur in degrees; enough for a smooth result at this spacing.
 const BLUR_DEG: f64 = 5.0;
 /// Largest number of lamps fitted with sitters. Beyond it the start alone is as good, and faster.
@@ -53,23 +52,6 @@ pub(super) struct Fit {
     footprints: Vec<Vec<(u16, f64)>>,
     /// Sitters with their pixels' values under one unit of each lamp's energy, pixel by pixel.
     pictures: Vec<(&'static Sitter, Vec<f64>)>,
-}
-
-/// The points, evenly spaced over the sphere.
-pub(super) fn points() -> Vec<DVec3> {
-    spiral(POINTS)
-}
-
-/// Directions evenly spaced over the sphere (a Fibonacci spiral).
-fn spiral(count: usize) -> Vec<DVec3> {
-    (0..count)
-        .map(|i| {
-            let y = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
-            let (sin, cos) = (2.399_963_229_728_653 * i as f64).sin_cos();
-            let across = (1.0 - y * y).sqrt();
-            DVec3::new(across * cos, y, across * sin)
-        })
-        .collect()
 }
 
 /// Points that a texel's light reaches, with the amount at each, per steradian.

@@ -15,15 +15,17 @@ mod heat;
 mod hull;
 pub mod least_squares;
 mod nodes;
+mod points;
 mod sitter;
 mod turned;
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
-use fit::{Fit, POINTS, Reach};
+use fit::{Fit, Reach};
 use glam::DVec3;
 use hull::Hull;
 use nodes::Nodes;
+use points::POINTS;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -6,7 +6,7 @@
 //! in three poses has the large shadows in realistic places. A ball with a crease at every point has small shadows
 //! everywhere. Each is matt and light or shiny and dark.
 
-use super::fit::points;
+use super::points::points;
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;

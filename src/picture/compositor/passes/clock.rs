@@ -1,6 +1,6 @@
 //! Times of passes on the GPU, by its own clock.
 
-use crate::Pass;
+use scene::Pass;
 
 /// Most dispatches that can be timed in one recording.
 const SPANS: u32 = 512;

@@ -1,7 +1,7 @@
 //! A finished picture as a texture, which a window on the same GPU draws without a copy through memory.
 
 use super::pictures::{GpuPicture, PicturePasses, WORKGROUP, extent};
-use super::recording::{PlainParams, Recording};
+use super::recording::{PlainParams, Recording, Unread};
 use super::shader::Shader;
 use base::error::{Error, Result};
 use bytemuck::bytes_of;
@@ -38,8 +38,32 @@ impl PicturePasses {
 }
 
 impl Recording<'_> {
+    /// Runs the whole recording on the GPU, makes a texture of `codes`, and waits. Nothing is read: `pictures`
+    /// can be read later.
+    ///
+    /// # Errors
+    /// When the device fails, or has no texture of that size.
+    pub fn show(
+        mut self,
+        codes: &GpuPicture,
+        pictures: &[&GpuPicture],
+    ) -> Result<(DisplayTexture, Unread)> {
+        let texture = self.display_texture(codes)?;
+        let passes = self.passes();
+        let (commands, unread) = self.end(pictures);
+        let submission = passes.queue.submit([commands.finish()]);
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+        passes.device.poll(wait).map_err(|e| {
+            Error::device(
+                format!("the GPU did not finish the relit picture: {e}"),
+                ("Relight on the CPU", "--device cpu"),
+            )
+        })?;
+        Ok((texture, unread))
+    }
+
     /// Records a texture of display codes.
-    pub(super) fn display_texture(&mut self, codes: &GpuPicture) -> Result<DisplayTexture> {
+    fn display_texture(&mut self, codes: &GpuPicture) -> Result<DisplayTexture> {
         let passes = self.passes();
         if !passes.has_texture(codes.size()) {
             let (width, height) = codes.size();

@@ -1,16 +1,15 @@
 //! Passes of one picture, recorded for the GPU, and their results.
 
 use super::clock::Clock;
-use super::display_texture::DisplayTexture;
 use super::lost::guarded;
 use super::pictures::{GpuPicture, PicturePasses, WORKGROUP, extent};
 use super::read::{image, read_back};
 use super::shader::Shader;
-use crate::Pass;
 use crate::pyramid::Rgba;
-use base::error::{Error, Result};
+use base::error::Result;
 use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::Image;
+use scene::Pass;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Recorded passes, in order. The GPU starts when something is read ([`Self::read`], [`Self::pixel`] or
@@ -237,31 +236,8 @@ impl<'a> Recording<'a> {
         unread.read_after(commands)
     }
 
-    /// Runs the whole recording on the GPU, makes a texture of `codes`, and waits. Nothing is read: `pictures`
-    /// can be read later.
-    ///
-    /// # Errors
-    /// When the device fails, or has no texture of that size.
-    pub fn show(
-        mut self,
-        codes: &GpuPicture,
-        pictures: &[&GpuPicture],
-    ) -> Result<(DisplayTexture, Unread)> {
-        let texture = self.display_texture(codes)?;
-        let (commands, unread) = self.end(pictures);
-        let submission = unread.queue.submit([commands.finish()]);
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
-        unread.device.poll(wait).map_err(|e| {
-            Error::device(
-                format!("the GPU did not finish the relit picture: {e}"),
-                ("Relight on the CPU", "--device cpu"),
-            )
-        })?;
-        Ok((texture, unread))
-    }
-
     /// All commands, and the data that they leave on the GPU.
-    fn end(mut self, pictures: &[&GpuPicture]) -> (wgpu::CommandEncoder, Unread) {
+    pub(super) fn end(mut self, pictures: &[&GpuPicture]) -> (wgpu::CommandEncoder, Unread) {
         if let Some(clock) = &self.clock {
             clock.resolve(&mut self.commands);
         }
@@ -280,7 +256,7 @@ impl Unread {
     /// Reads the pictures, counts and times in one copy.
     ///
     /// # Errors
-    /// When the device fails; [`Error::GpuLost`] if it is lost.
+    /// When the device fails; [`base::error::Error::GpuLost`] if it is lost.
     pub fn read(&self) -> Result<Readback> {
         guarded(&self.device, || {
             self.read_after(self.device.create_command_encoder(&Default::default()))

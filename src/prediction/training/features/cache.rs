@@ -2,7 +2,7 @@
 
 use super::network::FeatureNetwork;
 use crate::schedule::SampleSource;
-use burn::tensor::Tensor;
+use burn::tensor::{Tensor, TensorData};
 use std::collections::HashMap;
 
 /// Most bytes of the cache; features that do not fit are computed each time.
@@ -46,7 +46,7 @@ impl FeatureCache {
             return layers;
         }
         let computed =
-            if new.is_empty() { Vec::new() } else { network.forward(super::rows(pictures, &new)) };
+            if new.is_empty() { Vec::new() } else { network.forward(rows(pictures, &new)) };
         let mut next = 0;
         let each: Vec<Vec<Tensor<4>>> = names
             .iter()
@@ -75,6 +75,14 @@ impl FeatureCache {
             self.kept.insert(name, layers);
         }
     }
+}
+
+/// The pictures at the indices `which` of `[n, c, h, w]`.
+pub fn rows(x: Tensor<4>, which: &[usize]) -> Tensor<4> {
+    let which: Vec<i64> = which.iter().map(|i| *i as i64).collect();
+    let device = x.device().without_autodiff();
+    let which = TensorData::new(which.clone(), [which.len()]);
+    x.select(0, Tensor::from_data(which, &device))
 }
 
 /// Layers of one picture.

@@ -8,18 +8,21 @@ mod network;
 mod tests;
 mod weights;
 
-pub use cache::{PictureId, PictureKind};
+pub use cache::{PictureId, PictureKind, rows};
 pub use lpips::Lpips;
 pub use network::{Architecture, FeatureNetwork};
 pub use weights::WeightFile;
 
-use super::loss::EPSILON;
 use base::error::Result;
 use burn::tensor::module::adaptive_avg_pool2d;
 use burn::tensor::{Device, Tensor, TensorData};
 use cache::FeatureCache;
 use reflectance::render::encoded_white;
 use std::path::Path;
+
+/// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 instead of 0/0.
+/// In units of encoded values: far below one 8-bit step.
+pub const EPSILON: f32 = 1e-4;
 
 /// Pixels whose gradients are computed at once: four pictures of 128 × 128, for which VGG-16 holds about
 /// 80 MB. A larger picture is computed alone.
@@ -129,14 +132,6 @@ impl Features {
         }
         sum / layers
     }
-}
-
-/// The pictures at the indices `which` of `[n, c, h, w]`.
-pub fn rows(x: Tensor<4>, which: &[usize]) -> Tensor<4> {
-    let which: Vec<i64> = which.iter().map(|i| *i as i64).collect();
-    let device = x.device().without_autodiff();
-    let which = TensorData::new(which.clone(), [which.len()]);
-    x.select(0, Tensor::from_data(which, &device))
 }
 
 /// A test picture of waves of 1 to 32 periods, with the spectrum of natural pictures: `[1, 3, 64, 64]`.

@@ -4,50 +4,16 @@
 mod patches;
 mod pyramid;
 mod refinement;
+mod settings;
 mod vector;
 
+pub use settings::FlowSettings;
+
 use imaging::Raster;
-use patches::matched;
+use patches::{Field, matched};
 use pyramid::{doubled, pyramid};
 use refinement::refine;
 use vector::PATCH;
-
-/// Settings of [`flow`]. The defaults find poses of one face in pictures of 256 to 384 pixels a
-/// side.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FlowSettings {
-    /// Halvings of the finest pictures that are matched; 0: full size.
-    pub finest_scale: usize,
-    /// Pixels from patch to patch, 1 to 8.
-    pub stride: usize,
-    /// Most steps of a patch at each scale: half of them in each direction of the search.
-    pub descent_iterations: usize,
-    /// Linearisations of the refinement at each scale; 0: none.
-    pub refinement_iterations: usize,
-    /// Weight of smoothness.
-    pub alpha: f32,
-    /// Weight of equal codes.
-    pub delta: f32,
-    /// Weight of equal slopes.
-    pub gamma: f32,
-}
-
-impl Default for FlowSettings {
-    fn default() -> Self {
-        Self {
-            finest_scale: 0,
-            stride: 4,
-            descent_iterations: 12,
-            refinement_iterations: 5,
-            alpha: 40.0,
-            delta: 5.0,
-            gamma: 10.0,
-        }
-    }
-}
-
-/// Offsets along x and along y in pixels.
-type Field = [Raster<f32>; 2];
 
 /// Offsets (dx, dy) in pixels: pixel (x, y) of `from` lies at (x + dx, y + dy) in `to`. Codes are 0
 /// to 255; NaN counts as 0. `start`: offsets to begin from, one for each pixel. Offsets are 0 if

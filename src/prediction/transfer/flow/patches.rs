@@ -1,8 +1,8 @@
 //! Patches that are found one by one.
 
 use super::pyramid::{BORDER, continued};
+use super::settings::FlowSettings;
 use super::vector::{Block, PATCH, Vector, sums};
-use super::{Field, FlowSettings};
 use imaging::Raster;
 use reflectance::kernels::chunks::vectorized;
 
@@ -14,6 +14,9 @@ const STILL: f32 = 0.01;
 const ALIKE: f32 = 0.05;
 /// Added to the squares of a patch's slopes: keeps even patches in place.
 const DAMPING: f32 = 16.0;
+
+/// Offsets along x and along y in pixels.
+pub type Field = [Raster<f32>; 2];
 
 /// A patch's place along one axis of a continued picture: its first pixel, and how far it lies
 /// towards the next.

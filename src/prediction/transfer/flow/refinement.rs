@@ -1,7 +1,8 @@
 //! All offsets refined together.
 
+use super::patches::Field;
+use super::settings::FlowSettings;
 use super::vector::{PATCH, Vector};
-use super::{Field, FlowSettings};
 use imaging::Raster;
 use reflectance::kernels::chunks::vectorized;
 

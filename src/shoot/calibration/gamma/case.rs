@@ -1,6 +1,6 @@
 //! Accounts of the pictures, and credible intervals over both.
 
-use crate::Trial;
+use crate::trial::Trial;
 use imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 

@@ -1,59 +1,11 @@
 //! Comparison of other curves with the dual gamma, by their fit to the pictures.
 
 use super::brightness::ExposurePrior;
-use super::objective::Score;
-use super::{InspectableFit, bounds};
+use super::exponents::bounds;
+use super::gamma_fit::{CurveFit, InspectableFit};
 use base::error::Result;
 use base::progress::Progress;
 use imaging::Response;
-
-/// Fit of a curve to the pictures.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveFit {
-    /// The curve with its fitted exponents.
-    pub response: Response,
-    /// Number of fitted parameters.
-    pub parameters: usize,
-    /// Best exposure.
-    pub exposure: f32,
-    /// Evidence against the curve: −2·ln of the pictures' probability, relative to the dual gamma, without the
-    /// priors of the exponents. 10 is strong evidence; below 0, the curve is better than the dual gamma.
-    pub evidence: f32,
-    /// Root-mean-square encoded distance of the subject: of its quantiles, or of its pixels if a frame shows a
-    /// pose.
-    pub subject: f32,
-    /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
-    pub ball: f32,
-}
-
-impl CurveFit {
-    /// A curve's score relative to the least cost.
-    pub(super) fn new(response: Response, parameters: usize, score: &Score, least: f64) -> Self {
-        Self {
-            response,
-            parameters,
-            exposure: score.brightness.log_exposure.exp() as f32,
-            evidence: (score.cost - least) as f32,
-            subject: score.subject as f32,
-            ball: score.ball as f32,
-        }
-    }
-
-    /// Peak signal-to-noise ratio of the balls in decibels.
-    pub fn ball_psnr(&self) -> f32 {
-        psnr(self.ball)
-    }
-
-    /// Peak signal-to-noise ratio of the subject in decibels.
-    pub fn subject_psnr(&self) -> f32 {
-        psnr(self.subject)
-    }
-}
-
-/// −20·log10 of a root-mean-square distance, clamped to at least a millionth.
-fn psnr(distance: f32) -> f32 {
-    -20.0 * distance.max(1e-6).log10()
-}
 
 impl InspectableFit<'_> {
     /// Fit of a curve relative to the cost `least`, and its own cost. The exposure is that of the more probable

@@ -1,6 +1,8 @@
 //! Basis and certainty of the fitted response.
 
-use super::{Case, Comparison, GAMMA_PRIOR, GammaFit, Interval};
+use super::case::{Case, Interval};
+use super::exponents::GAMMA_PRIOR;
+use super::gamma_fit::{Comparison, GammaFit};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

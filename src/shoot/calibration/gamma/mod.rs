@@ -20,7 +20,9 @@ mod compare;
 mod covariance;
 mod evidence;
 mod expected_errors;
+mod exponents;
 mod frame_match;
+mod gamma_fit;
 mod matte;
 mod objective;
 mod posterior;
@@ -29,100 +31,27 @@ mod study;
 mod subject;
 mod surface;
 
-use super::Trial;
 use super::code_values::ResponseTable;
-use super::minimizer::{self, Search};
 use super::probe::Probes;
+use super::trial::Trial;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use brightness::ExposurePrior;
+use exponents::{GAMMA_PRIOR, gamma_prior, minimise};
+use frame_match::FrameMatch;
 use imaging::{DualGamma, Response};
-use objective::{LinearPictures, Objective, gamma_prior};
+use objective::{LinearPictures, Objective};
 use posterior::Posterior;
 use project::Shoot;
 use rivals::Rival;
-use serde::{Deserialize, Serialize};
+use subject::NearestFrame;
 
 pub use case::{Case, Interval};
-pub use compare::CurveFit;
 pub use evidence::Evidence;
-use frame_match::FrameMatch;
+pub use gamma_fit::{Comparison, CurveFit, GammaFit, InspectableFit};
 pub use study::{CurvePoint, GammaStudy, Histogram, curve};
-pub(super) use subject::{Subject, sample, sample_olat};
+pub(super) use subject::{Subject, is_scene_linear, sample, sample_olat};
 pub use surface::Surface;
-
-/// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
-const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
-
-/// Comparison between the relit poses and the interview.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
-pub enum Comparison {
-    /// Frequency of each level in the subject; works for any poses.
-    #[default]
-    Distribution,
-    /// Pixel by pixel, if a frame shows one of the poses.
-    Pixels,
-}
-
-/// Result of the fit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GammaFit {
-    /// The camera's response.
-    pub response: DualGamma,
-    /// Interview = exposure · Σ weights · OLAT.
-    pub exposure: f32,
-    /// Interview weight of each lamp per channel, from the balls and the subject.
-    pub weights: Vec<[f32; 3]>,
-    /// Comparison used.
-    pub comparison: Comparison,
-    /// Root-mean-square encoded distance of the quantiles, or of the pixels.
-    pub residual: f32,
-    /// The same on the mirror balls, pixel for pixel.
-    pub ball_residual: f32,
-    /// Standard deviations of γ1, γ2 and ln exposure.
-    pub deviation: [f32; 3],
-    /// Both accounts of the exposure, first the more probable one, used by the fit.
-    pub cases: [Case; 2],
-    /// Curves other than dual gammas, each as its nearest dual gamma, with its probability relative to all dual
-    /// gammas.
-    pub others: Vec<Case>,
-    /// The 1 % and the 99 % quantile of the compared values.
-    pub extent: [f32; 2],
-    /// Poses shown by a frame: indices of pose and frame in the project.
-    pub same_poses: Vec<[usize; 2]>,
-    /// A standard or log curve that explains the pictures better than the dual gammas.
-    pub better_curve: Option<CurveFit>,
-}
-
-impl GammaFit {
-    /// Probability that the exposure was changed between the balls and the filming.
-    pub fn changed_exposure(&self) -> f32 {
-        let changed = self.cases.iter().find(|case| case.changed);
-        changed.map_or(0.0, |case| case.probability)
-    }
-
-    /// Adds an error of both exponents from effects outside the fit. A standard curve has none.
-    pub(super) fn widen(&mut self, deviation: f32) {
-        let cases = self.cases.iter_mut().chain(&mut self.others);
-        let deviations = cases.map(|case| &mut case.deviation).chain([&mut self.deviation]);
-        for own in deviations.flat_map(|all| &mut all[..2]) {
-            if *own > 0.0 {
-                *own = own.hypot(deviation);
-            }
-        }
-    }
-
-    /// All accounts of the pictures with probabilities that add up to 1.
-    fn accounts(&self) -> Vec<Case> {
-        let others: f32 = self.others.iter().map(|other| other.probability).sum();
-        let duals = self
-            .cases
-            .iter()
-            .map(|case| Case { probability: (1.0 - others) * case.probability, ..*case });
-        duals.chain(self.others.iter().copied()).collect()
-    }
-}
 
 /// Response used by a calibration: the fitted one, a standard curve that beats the fit, or one set by hand.
 pub(super) struct ChosenResponse {
@@ -197,13 +126,6 @@ impl ChosenResponse {
     }
 }
 
-/// A fit with its data, for [`InspectableFit::surface`] and [`InspectableFit::compare`].
-pub struct InspectableFit<'a> {
-    objective: Objective<'a>,
-    /// The fit.
-    pub fit: GammaFit,
-}
-
 /// Fits γ1, γ2 and the exposure with the given comparison; with `None`, pixel by pixel if a frame shows a pose,
 /// else by distributions.
 ///
@@ -222,23 +144,23 @@ pub(super) fn fit<'a>(
     // Matching a frame to a pose needs a roughly right response.
     let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.weights(&table));
-    let same: Vec<_> =
-        nearest.iter().filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH).collect();
+    let same: Vec<&NearestFrame> =
+        nearest.iter().filter(|near| near.mismatch <= FrameMatch::MAX_MISMATCH).collect();
     if !same.is_empty() {
-        let matched = same.iter().map(|(pose, ..)| *pose).collect();
+        let matched = same.iter().map(|near| near.pose).collect();
         let mut found = fit_by(Objective::new(subject, probes, matched), progress)?;
-        found.fit.same_poses =
-            same.iter().map(|(_, frame_match, _)| [frame_match.pose, frame_match.frame]).collect();
+        let numbers = |near: &&NearestFrame| [near.frame_match.pose, near.frame_match.frame];
+        found.fit.same_poses = same.iter().map(numbers).collect();
         return Ok(found);
     }
     if wanted.is_none() {
         return Ok(found);
     }
-    let best = nearest.iter().min_by(|a, b| a.2.total_cmp(&b.2));
+    let best = nearest.iter().min_by(|a, b| a.mismatch.total_cmp(&b.mismatch));
     Err(Error::invalid(
         best.map_or(
             "cannot compare pixel by pixel: no frame has the outline of a pose".into(),
-            |(_, frame_match, mismatch)| {
+            |NearestFrame { frame_match, mismatch, .. }| {
                 format!(
                     "cannot compare pixel by pixel: pose {} and frame {} match best, with a mismatch of \
                      {mismatch:.2}, above {}",
@@ -409,35 +331,6 @@ impl InspectableFit<'_> {
             [fit.deviation[0], fit.deviation[1]] = [0.0; 2];
         }
     }
-}
-
-impl Objective<'_> {
-    /// Cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
-    fn total(&self, gammas: [f64; 2]) -> f64 {
-        self.linearize(gammas)
-            .map_or(f64::INFINITY, |linear| self.score(&linear).cost + gamma_prior(gammas))
-    }
-}
-
-/// [`DualGamma::BOUNDS`] for both exponents.
-fn bounds() -> (f64, f64) {
-    let bounds = DualGamma::BOUNDS;
-    (f64::from(*bounds.start()), f64::from(*bounds.end()))
-}
-
-/// Minimum near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and the cost there.
-fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2], f64)> {
-    let (low, high) = bounds();
-    let search = Search {
-        start,
-        low: [low; 2],
-        high: [high; 2],
-        // From half the grid spacing to a tenth of the resolution of any picture.
-        first_step: 0.2,
-        last_step: 5e-4,
-        evaluations: 120,
-    };
-    minimizer::minimise(cost, &search)
 }
 
 #[cfg(test)]

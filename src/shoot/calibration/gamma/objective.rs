@@ -3,10 +3,10 @@
 
 use super::super::code_values::{self, ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
-use super::GAMMA_PRIOR;
 use super::brightness::{Brightness, ExposurePrior, LocalCost, ball_errors};
 use super::covariance::Covariance;
 use super::expected_errors::LightErrors;
+use super::exponents::{GAMMA_PRIOR, gamma_prior};
 use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use glam::{DMat3, DVec3};
@@ -357,6 +357,12 @@ impl<'a> Objective<'a> {
         self.ball_count * (self.ball_square(&linear.ball) + linear.ball.rounding).ln()
     }
 
+    /// Cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
+    pub fn total(&self, gammas: [f64; 2]) -> f64 {
+        self.linearize(gammas)
+            .map_or(f64::INFINITY, |linear| self.score(&linear).cost + gamma_prior(gammas))
+    }
+
     /// Score over all brightnesses.
     pub fn score(&self, linear: &LinearPictures) -> Score {
         self.score_under(self.exposure, linear)
@@ -408,9 +414,3 @@ const MISFIT: f64 = 30.0;
 const MATCHED_PIXELS: usize = 2000;
 /// Number of groups of compared pixels with independent errors.
 pub(super) const BLOCKS: usize = 20;
-
-/// −2·ln of the weak prior of both exponents.
-pub(super) fn gamma_prior(gammas: [f64; 2]) -> f64 {
-    let prior = |gamma: f64| ((gamma - GAMMA_PRIOR.0) / GAMMA_PRIOR.1).powi(2);
-    gammas.into_iter().map(prior).sum()
-}

@@ -3,8 +3,8 @@
 //! The cost is a parabola only near its minimum, so it is sampled: first its curvature, then a grid along and
 //! across its valley, over the range left open by the pictures.
 
-use super::objective::{Objective, gamma_prior};
-use super::{GAMMA_PRIOR, bounds, minimise};
+use super::exponents::{GAMMA_PRIOR, bounds, gamma_prior, minimise};
+use super::objective::Objective;
 use base::error::Result;
 use glam::{DMat2, DVec2};
 

@@ -1,8 +1,10 @@
 //! Rival curves other than dual gammas, each with its probability relative to all dual gammas.
 
 use super::brightness::ExposurePrior;
+use super::case::Case;
+use super::exponents::GAMMA_PRIOR;
+use super::gamma_fit::CurveFit;
 use super::objective::{Objective, Score};
-use super::{Case, CurveFit, GAMMA_PRIOR};
 use imaging::Response;
 
 /// Prior share of cameras with each curve; all others have a dual gamma.

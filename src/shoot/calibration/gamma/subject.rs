@@ -1,9 +1,9 @@
 //! Pixels of the subject in the poses and in the interview, as code values.
 
-use super::super::StandIn;
 use super::super::code_values::{self, CLIPPED, CodeValues, ResponseTable, STEPS, codes, encoded};
 use super::super::least_squares::NormalEquations;
 use super::super::probe::Probes;
+use super::super::stand_in::StandIn;
 use super::frame_match::{FrameMatch, PoseSamples};
 use super::matte::inside;
 use base::error::{Error, Result};
@@ -34,6 +34,13 @@ pub(crate) struct Pose {
     pub codes: Vec<CodeValues>,
     /// Interview frame that shows this pose best, if one is comparable.
     pub frame_match: Option<FrameMatch>,
+}
+
+/// A pose with its nearest frame.
+pub(super) struct NearestFrame<'a> {
+    pub pose: &'a Pose,
+    pub frame_match: &'a FrameMatch,
+    pub mismatch: f32,
 }
 
 /// Pixels of the poses and frames inside the subject, as code values.
@@ -94,17 +101,17 @@ impl Subject {
 
     /// Each pose with its nearest frame and their mismatch under a response, or under a provisional one if that is less:
     /// another pose differs under every response. Poses without a frame of the same outline are left out.
-    pub fn nearest(
+    pub(super) fn nearest(
         &self,
         table: &ResponseTable,
         weights: &[[f32; 3]],
-    ) -> Vec<(&Pose, &FrameMatch, f32)> {
+    ) -> Vec<NearestFrame<'_>> {
         let matched = self.poses.iter().filter_map(|pose| Some((pose, pose.frame_match.as_ref()?)));
         matched
             .map(|(pose, frame_match)| {
                 let relit = self.relit(pose, table, weights);
                 let mismatch = frame_match.mismatch_under(&relit, table);
-                (pose, frame_match, mismatch.min(frame_match.mismatch))
+                NearestFrame { pose, frame_match, mismatch: mismatch.min(frame_match.mismatch) }
             })
             .collect()
     }
@@ -151,6 +158,34 @@ impl Subject {
     /// Relit pixels of all poses.
     pub fn all_relit(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.poses.iter().flat_map(|pose| self.relit(pose, table, weights)).collect()
+    }
+}
+
+/// True if the files of interview and OLATs hold scene-linear light.
+///
+/// # Errors
+/// When only one of them does, or a file cannot be read.
+pub(crate) fn is_scene_linear(project: &Project) -> Result<bool> {
+    let (frame, olat) = (project.frame_picture(0), project.first_olat(0));
+    let light = [&frame, &olat].map(footage::is_scene_linear);
+    let [frame_light, olat_light] = light;
+    match (frame_light?, olat_light?) {
+        (true, true) => Ok(true),
+        (false, false) => Ok(false),
+        (frame_is_light, _) => {
+            let (light, codes) = if frame_is_light { (frame, olat) } else { (olat, frame) };
+            Err(Error::invalid(
+                format!(
+                    "{} is scene-linear, but {} has codes of an unknown curve, so they cannot be compared",
+                    light.display(),
+                    codes.display()
+                ),
+                (
+                    "Develop interview and OLATs alike, or give the response of the coded pictures",
+                    "afterlight calibrate PROJECT --gamma srgb",
+                ),
+            ))
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Cost of every pair of exponents, for drawing.
 
-use super::objective::gamma_prior;
-use super::{InspectableFit, bounds};
+use super::exponents::{bounds, gamma_prior};
+use super::gamma_fit::InspectableFit;
 use base::error::Result;
 use base::progress::Progress;
 use rayon::prelude::*;

@@ -1,8 +1,9 @@
 //! Separation of a bank's lamps from reflections.
 
-use super::{BANK, Part};
 use glam::Vec3;
 
+/// Smallest number of parts in a bank. Its parts are not opened, because the joints are wider than the parts.
+pub(super) const BANK: usize = 3;
 /// Smallest inner radius of a bank's lamps, relative to the main one. Light cannot separate them from reflections,
 /// because near the rim some of them merge.
 pub(super) const SAME_BANK: f32 = 0.45;
@@ -11,6 +12,20 @@ const BANK_GAP_DEG: f32 = 15.0;
 /// Smallest light of a bank's distant lamps, relative to the strongest. Reflections have less, but one or two of
 /// them may come near it.
 const SAME_GLINT: f32 = 0.25;
+
+/// A connected bright part.
+pub(super) struct Part {
+    pub cells: Vec<u32>,
+    pub energy: f32,
+    pub direction: Vec3,
+    /// Radius in degrees of a uniform disc with this root-mean-square angle.
+    pub radius_deg: f32,
+    /// Radius in cells of its largest inner disc.
+    pub inner_radius: f32,
+    /// Middle and radius in degrees without streaks.
+    pub core: Vec3,
+    pub core_radius_deg: f32,
+}
 
 impl Part {
     /// True if a part with this middle and radius is near enough to belong to the same bank.

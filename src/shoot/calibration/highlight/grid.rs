@@ -1,7 +1,6 @@
 //! The ball in a series of photographs, reduced to a grid of cells so that a full series fits into memory.
 
-use super::super::code_values::{CodeValues, ResponseTable};
-use super::super::footprint::Footprint;
+use super::super::code_values::{CodeValues, ResponseTable, is_clipped};
 use super::super::mirror_ball::MirrorBall;
 use super::super::silhouette::{self, Circle, Photographs, Silhouette};
 use glam::Vec3;
@@ -126,7 +125,7 @@ impl Grid {
             let (light, count, clipped) = &mut sum[*cell as usize];
             *light += table.rgb(*code).into_iter().sum::<f32>() / 3.0;
             *count += 1;
-            *clipped |= Footprint::is_clipped(code);
+            *clipped |= is_clipped(code);
         }
         let level = |(light, count, clipped): (f32, u32, bool)| {
             let mean = light / count.max(1) as f32;

@@ -1,12 +1,13 @@
 //! Confidence in the lamps of a series.
 
 use super::super::median::median;
-use super::{BRIGHT, Grid, Highlight, headroom};
+use super::grid::Grid;
+use super::photograph::{BRIGHT, Highlight, headroom};
 use glam::Vec3;
 
 /// Confidence in each lamp's direction, 0 to 1: the probability that it is right within five degrees, with errors
 /// taken as larger than usual. `None` was not seen: 0. `room` is the common light of all photographs per cell.
-pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> Vec<f32> {
+pub(crate) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> Vec<f32> {
     let seen = || lamps.iter().flatten();
     let energy = median(seen().map(|lamp| lamp.energy));
     let peak = median(seen().map(|lamp| lamp.peak));

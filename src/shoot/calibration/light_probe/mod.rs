@@ -80,7 +80,7 @@ pub fn light_probe(
     let ball = Ball::new(photograph, view, clipped)?;
     let (panorama, shown) = ball.unwrapped(size, DQuat::IDENTITY)?;
     let angles = Mapping::LatLong.solid_angles(size)?;
-    let (panorama, filled_share, blind_share) = filled(panorama, &shown, &angles);
+    let FilledPanorama { panorama, filled_share, blind_share } = filled(panorama, &shown, &angles);
     Ok(LightProbe {
         panorama,
         ball_pixels: ball.pixels,
@@ -158,9 +158,17 @@ impl Ball {
     }
 }
 
-/// Fills unseen texels. Returns the panorama, the filled-in share of its luminous energy, and the filled-in share
-/// of the sphere.
-fn filled(mut panorama: Image, shown: &[f32], angles: &Raster<f64>) -> (Image, f32, f32) {
+/// A panorama whose unseen texels are filled in.
+struct FilledPanorama {
+    panorama: Image,
+    /// Filled-in share of its luminous energy.
+    filled_share: f32,
+    /// Filled-in share of the sphere.
+    blind_share: f32,
+}
+
+/// Fills unseen texels.
+fn filled(mut panorama: Image, shown: &[f32], angles: &Raster<f64>) -> FilledPanorama {
     let seen: Vec<bool> = shown.iter().map(|s| *s > 0.0).collect();
     fill::fill(&mut panorama, &seen);
     let (mut all, mut filled, mut sphere, mut blind) = (0.0, 0.0, 0.0, 0.0);
@@ -173,5 +181,5 @@ fn filled(mut panorama: Image, shown: &[f32], angles: &Raster<f64>) -> (Image, f
         blind += hidden * angle;
     }
     let share = |part: f64, all: f64| if all > 0.0 { (part / all) as f32 } else { 0.0 };
-    (panorama, share(filled, all), share(blind, sphere))
+    FilledPanorama { panorama, filled_share: share(filled, all), blind_share: share(blind, sphere) }
 }

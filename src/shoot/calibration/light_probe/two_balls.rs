@@ -5,7 +5,7 @@
 //! cameras about a right angle apart, each ball shows well the part that the other misses.
 
 use super::super::minimizer::{Search, minimise};
-use super::{Ball, BallView, ClippedLight, Photograph, filled};
+use super::{Ball, BallView, ClippedLight, FilledPanorama, Photograph, filled};
 use base::error::{Error, Result};
 use glam::{DQuat, DVec3, Quat, Vec3};
 use imaging::Image;
@@ -123,7 +123,7 @@ pub fn merge_balls(
             shown[i] = 1.0;
         }
     }
-    let (panorama, filled_share, blind_share) =
+    let FilledPanorama { panorama, filled_share, blind_share } =
         filled(panorama, &shown, &Mapping::LatLong.solid_angles(size)?);
     let balls = [&first.ball, &second.ball];
     Ok(TwoBalls {

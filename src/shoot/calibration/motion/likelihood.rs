@@ -8,7 +8,6 @@
 
 use super::alignment::SHIFTS;
 use super::helmert::{contrasted, contrasts, turn};
-use super::path::Place;
 use crate::cholesky::Cholesky;
 use glam::Vec3;
 
@@ -34,6 +33,13 @@ pub struct Sizes {
     pub path: f64,
     /// Correlation time of the path.
     pub length: f64,
+}
+
+/// Positions of body and face, to the right and down, relative to the picture's side, and their variances.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Place {
+    pub way: [[f64; 2]; 2],
+    pub variance: [[f64; 2]; 2],
 }
 
 /// Distance, as a chord of the unit sphere, over which false shifts are similar.

@@ -11,6 +11,7 @@ mod likelihood;
 mod path;
 mod pixels;
 
+use super::settings::CalibrateSettings;
 use alignment::{Alignment, Pictures, Prediction};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -19,8 +20,9 @@ use footage::motion::{Motion, PoseMotion, SeenIn, Shift};
 use glam::Vec3;
 use imaging::resample::resize_area;
 use imaging::{Image, Mask, Raster, Response, color::luminance};
-use likelihood::Series;
-use path::{Path, Place};
+use light::{Lamp, Rig};
+use likelihood::{Place, Series};
+use path::Path;
 use project::{Picture, Project};
 use rayon::prelude::*;
 
@@ -37,11 +39,34 @@ const SEEN: f64 = 1.5;
 /// shape, and the predicting pictures moved too. Measured on swaying stages.
 const MISSED: f64 = 0.25;
 
+/// Motion of the subject between the lamps of `rig`, unless the settings skip it.
+///
+/// # Errors
+/// As [`find`].
+pub(super) fn measure(
+    project: &Project,
+    settings: &CalibrateSettings,
+    response: &Response,
+    rig: &Rig,
+    progress: &Progress,
+) -> Result<Option<Motion>> {
+    if settings.keep_motion {
+        return Ok(None);
+    }
+    let direction = |lamp: &Lamp| lamp.is_usable().then_some(lamp.direction);
+    let directions: Vec<_> = rig.lamps.iter().map(direction).collect();
+    let motion = find(project, response, &directions, progress)?;
+    if let Some(sentence) = motion.sentence() {
+        progress.say(sentence);
+    }
+    Ok(Some(motion))
+}
+
 /// Measures the motion in every pose. `directions` holds each lamp's direction, `None` if unknown.
 ///
 /// # Errors
 /// When a picture cannot be read, or the job was stopped.
-pub(super) fn find(
+fn find(
     project: &Project,
     response: &Response,
     directions: &[Option<Vec3>],

@@ -3,16 +3,9 @@
 //! The sizes of false shifts and of the noise are those of greatest likelihood. Paths of all sizes and smoothnesses
 //! are averaged, weighted by likelihood, so that the result includes the uncertainty of their size.
 
-use super::likelihood::{Problem, Series, Sizes};
+use super::likelihood::{Place, Problem, Series, Sizes};
 use glam::Vec3;
 use rayon::prelude::*;
-
-/// Positions of body and face, to the right and down, relative to the picture's side, and their variances.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Place {
-    pub way: [[f64; 2]; 2],
-    pub variance: [[f64; 2]; 2],
-}
 
 /// Positions of the subject over time, with mean 0.
 pub type Path = Vec<Place>;

@@ -1,10 +1,11 @@
 //! The interview's light as a sum of lamps, from the mirror balls.
 
-use super::super::cholesky::Cholesky;
+use super::super::cholesky::inverse;
 use super::super::code_values::{CodeValues, ResponseTable};
 use super::super::footprint::Footprint;
 use super::super::least_squares::NormalEquations;
-use super::{Probes, median};
+use super::super::median::median;
+use super::Probes;
 use imaging::color::luminance;
 use rayon::prelude::*;
 
@@ -35,27 +36,6 @@ struct LampCells {
     lit: Vec<(usize, [f32; 3])>,
     /// Expected product of the effects on the subject of light from each cell and of the lamp.
     spread: Vec<[f32; 3]>,
-}
-
-/// Correlation between a surface's responses to light from two directions at an angle, 1 to 0, averaged over all
-/// surfaces: matte shading with any normal, times a shadow edge in any direction. Both are arc-cosine kernels (Cho
-/// and Saul 2009, degrees 1 and 0).
-pub(crate) fn kernel(cosine: f32) -> f32 {
-    use std::f32::consts::PI;
-    let angle = cosine.clamp(-1.0, 1.0).acos();
-    let shading = (angle.sin() + (PI - angle) * angle.cos()) / PI;
-    shading * (1.0 - angle / PI)
-}
-
-/// Inverse of a symmetric positive matrix of `n` × `n`, regularised if slightly indefinite; `None` if it is 0, NaN
-/// or infinite.
-pub(crate) fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
-    let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
-    let mut positive = matrix.to_vec();
-    for i in 0..n {
-        positive[i * n + i] += 1e-6 * trace / n as f64;
-    }
-    Some(Cholesky::new(positive, n)?.inverse())
 }
 
 impl Probes {

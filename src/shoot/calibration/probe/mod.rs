@@ -1,14 +1,16 @@
 //! Mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken by one camera at
 //! one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
 
-pub(super) mod interview;
+mod interview;
 mod profile;
 
-use super::PROVISIONAL;
+use super::arc_cosine;
 use super::blind_cone::uncover;
-use super::code_values::{self, CodeValues, ResponseTable, codes, encoded};
-use super::footprint::Footprint;
-use super::highlight::{self, Grid};
+use super::code_values::{
+    self, CodeValues, PROVISIONAL, ResponseTable, codes, encoded, is_clipped,
+};
+use super::footprint::{Footprint, aim};
+use super::highlight::Grid;
 use super::median::median;
 use super::mirror_ball::MirrorBall;
 use super::silhouette::{self, Circle, Photographs};
@@ -17,7 +19,6 @@ use base::progress::Progress;
 use glam::Vec3;
 use imaging::{Encoded, Response, color::luminance};
 use light::{Lamp, Rig};
-use profile::ProfilePixel;
 pub(super) use profile::{NeighbourDifferences, Profile};
 use project::{Picture, Project};
 use rayon::prelude::*;
@@ -33,7 +34,7 @@ pub struct Probes {
     cell_of_pixel: Vec<u16>,
     /// Blur of that comparison: weights between all pairs of cells.
     blur: Vec<f32>,
-    /// Correlation between the effects of light from two cells on a subject, see [`interview::kernel`].
+    /// Correlation between the effects of light from two cells on a subject, see [`arc_cosine::kernel`].
     kernel: Vec<f32>,
     /// True for pixels of the ball that no photograph clips. Only these are compared: a clipped lamp then lacks the
     /// same part in both, and its weight stays right.
@@ -47,6 +48,16 @@ pub struct Probes {
     wrong_circle: Option<String>,
     /// Factor on the light of the ball's photographs: see [`scale`].
     scale: f32,
+}
+
+/// A pixel of the interview's ball, with the same pixel under each lamp that reaches it.
+struct ProfilePixel {
+    interview: CodeValues,
+    lamps: Vec<(usize, CodeValues)>,
+    /// Index in the photograph.
+    index: usize,
+    /// Cell of the sphere; see [`Probes::cell_of_pixel`].
+    cell: usize,
 }
 
 impl Probes {
@@ -74,8 +85,7 @@ impl Probes {
             progress,
         )?;
         let interview = on_ball(&ball, &codes(&interview));
-        let is_clipped = |code: &&CodeValues| Footprint::is_clipped(code);
-        let clipped = interview.iter().filter(is_clipped).count();
+        let clipped = interview.iter().filter(|code| is_clipped(code)).count();
         let problem = if 10 * clipped > 9 * interview.len() {
             Some((
                 project.interview_probe_picture(),
@@ -130,12 +140,11 @@ impl Probes {
             .flat_map_iter(|a| cells.iter().map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp()))
             .collect();
         let kernel = (cells.par_iter())
-            .flat_map_iter(|a| cells.iter().map(move |b| interview::kernel(a.dot(*b))))
+            .flat_map_iter(|a| cells.iter().map(move |b| arc_cosine::kernel(a.dot(*b))))
             .collect();
-        let mut comparable: Vec<bool> =
-            interview.iter().map(|code| !Footprint::is_clipped(code)).collect();
+        let mut comparable: Vec<bool> = interview.iter().map(|code| !is_clipped(code)).collect();
         for (pixel, code) in footprints.iter().flat_map(|f| &f.pixels) {
-            comparable[*pixel as usize] &= !Footprint::is_clipped(code);
+            comparable[*pixel as usize] &= !is_clipped(code);
         }
         let mut probes = Self {
             ball,
@@ -174,7 +183,7 @@ impl Probes {
 
     /// Number of pixels of the interview's ball with a clipped channel.
     pub fn clipped_interview_pixels(&self) -> usize {
-        self.interview.iter().filter(|code| Footprint::is_clipped(code)).count()
+        self.interview.iter().filter(|code| is_clipped(code)).count()
     }
 
     /// Lamps under a response; `names` lists all of them.
@@ -235,7 +244,7 @@ pub(super) fn footprints(
         .collect::<Result<Vec<_>>>()?
         .into_iter()
         .unzip();
-    highlight::aim(&mut footprints, &series, &grid, &provisional);
+    aim(&mut footprints, &series, &grid, &provisional);
     Ok((footprints, wrong_circle))
 }
 

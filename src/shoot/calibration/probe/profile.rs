@@ -2,18 +2,8 @@
 
 use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::super::least_squares::NormalEquations;
-use super::Probes;
+use super::{Probes, ProfilePixel};
 use rayon::prelude::*;
-
-/// A pixel of the interview's ball, with the same pixel under each lamp that reaches it.
-pub(super) struct ProfilePixel {
-    interview: CodeValues,
-    lamps: Vec<(usize, CodeValues)>,
-    /// Index in the photograph.
-    index: usize,
-    /// Cell of the sphere; see [`Probes::cell_of_pixel`].
-    cell: usize,
-}
 
 /// The interview's ball compared with the lamps' pixel by pixel.
 pub(crate) struct Profile {

@@ -1,6 +1,7 @@
 //! Comparison of the measured rig with the layout: swapped and displaced lamps.
 
-use super::{Fault, Finding, names};
+use super::super::median::median;
+use super::finding::{Fault, Finding, names};
 use glam::{Mat3, Quat, Vec3};
 use light::{Lamp, Rig};
 
@@ -38,7 +39,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     let seen: Vec<usize> =
         (0..lamps.len()).filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5).collect();
     let spacings = spacings(layout);
-    let tolerance = tolerance(super::median(spacings.iter().copied()));
+    let tolerance = tolerance(median(spacings.iter().copied()));
     let plain = Alignment::find(lamps, layout, &seen, tolerance);
     let flipped: Vec<Vec3> = layout.iter().map(|d| d.with_x(-d.x)).collect();
     let mirrored = Alignment::find(lamps, &flipped, &seen, tolerance);
@@ -110,7 +111,7 @@ fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32
         moved.retain(|(lamp, place)| lamp != place);
         return Outcome::Reordered(moved);
     }
-    Outcome::OtherDome(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
+    Outcome::OtherDome(median(seen.iter().map(|&i| off(i, i))).to_degrees())
 }
 
 /// A rotation of the layout, and the number of lamps near their places under it.

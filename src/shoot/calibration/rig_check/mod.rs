@@ -1,54 +1,21 @@
 //! Faults of the rig, each reported with its lamps and a remedy.
 
+mod finding;
 mod layout;
+
+pub use finding::{Fault, Finding};
 
 use super::median::median;
 use base::error::{Error, Result};
 use base::files;
+use finding::names;
 use glam::Vec3;
 use imaging::color::luminance;
 use light::{Lamp, Rig};
-use project::Picture;
-use serde::{Deserialize, Serialize};
+use project::{Picture, Project};
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
-
-/// Possible faults of lamps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Fault {
-    /// Not seen on the mirror ball, or not in every channel. Relighting cannot use the lamp.
-    NotSeen,
-    /// Much weaker than the other lamps, so that its OLAT's noise would be amplified.
-    Dark,
-    /// Clipped on the ball: the energy is a lower bound, the direction is right.
-    Clipped,
-    /// In or touching the cone behind the ball: direction and energy are estimates.
-    BehindBall,
-    /// Several OLATs show the same lamp.
-    SameLamp,
-    /// Several mirror balls, or OLATs of a pose, are copies of one picture; see [`same_pictures`].
-    SamePicture,
-    /// The OLAT shows the lamp that the layout assigns to another OLAT.
-    Swapped,
-    /// Measured at a place without a lamp in the layout.
-    Misplaced,
-    /// The layout as a whole does not fit the measured directions.
-    WrongLayout,
-    /// The mirror ball's circle is off its outline, so every direction is wrong.
-    WrongCircle,
-}
-
-/// One fault.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
-    pub fault: Fault,
-    /// Indices of the faulty lamps in [`Rig::lamps`], ascending.
-    pub lamps: Vec<usize>,
-    /// Description and remedy.
-    pub sentence: String,
-}
 
 /// Largest share of the median energy of a dark lamp. Its OLAT's noise is amplified at least fifty times as much as
 /// the others'.
@@ -134,6 +101,51 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     findings
 }
 
+/// Faults of a project's lamps, each with its sentence.
+///
+/// # Errors
+/// When a picture cannot be read.
+pub(super) fn check_project(
+    project: &Project,
+    rig: &Rig,
+    blind_half_angle_deg: f32,
+) -> Result<Vec<(Fault, String)>> {
+    let layout = &project.settings.shoot.lamp_layout;
+    let findings = check(rig, blind_half_angle_deg, layout);
+    let mut found: Vec<(Fault, String)> =
+        findings.into_iter().map(|f| (f.fault, f.sentence)).collect();
+    // The first is the interview's ball.
+    let balls = project.probe_pictures();
+    for same in same_pictures(balls.get(1..).unwrap_or_default())? {
+        let names: Vec<&str> = same.iter().map(|&lamp| rig.lamps[lamp].name.as_str()).collect();
+        let sentence = format!(
+            "the mirror balls of {} are copies of one picture. Give each lamp its own photograph",
+            names.join(", ")
+        );
+        found.push((Fault::SamePicture, sentence));
+    }
+    let shoot = &project.settings.shoot;
+    let mut olats = BTreeMap::<Vec<usize>, Vec<&str>>::new();
+    for (pose, name) in shoot.poses.iter().enumerate() {
+        let lamps = project.pose_lamps(pose);
+        let olat = |&lamp: &usize| project.olat_picture(pose, lamp);
+        let pictures: Vec<Picture> = lamps.iter().map(olat).collect();
+        for same in same_pictures(&pictures)? {
+            let same = same.into_iter().map(|place| lamps[place]).collect();
+            olats.entry(same).or_default().push(name);
+        }
+    }
+    for (same, poses) in olats {
+        let sentence = format!(
+            "{} of {} are copies of one picture. Give each lamp its own OLAT, or leave these lamps out",
+            same.iter().map(|&lamp| shoot.lamp(lamp).as_str()).collect::<Vec<_>>().join(", "),
+            poses.join(", ")
+        );
+        found.push((Fault::SamePicture, sentence));
+    }
+    Ok(found)
+}
+
 /// Groups of byte-identical pictures under several names, as indices into `pictures`.
 ///
 /// # Errors
@@ -207,17 +219,6 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
 /// Median spread of the lamps in degrees. A partly hidden lamp looks narrower.
 fn spread_deg(lamps: &[Lamp]) -> f32 {
     median(lamps.iter().filter(|l| l.is_usable()).map(|l| l.spread_deg))
-}
-
-/// Names of lamps for a sentence; only the first few of many.
-fn names(rig: &Rig, lamps: &[usize]) -> String {
-    const MOST: usize = 8;
-    let name = |&i: &usize| rig.lamps[i].name.as_str();
-    let listed: Vec<&str> = lamps.iter().take(MOST).map(name).collect();
-    match lamps.len().saturating_sub(MOST) {
-        0 => listed.join(", "),
-        more => format!("{} and {more} more", listed.join(", ")),
-    }
 }
 
 #[cfg(test)]

@@ -85,7 +85,7 @@ impl Circle {
     }
 
     /// Centre as a vector.
-    pub(in super::super) fn center(&self) -> DVec2 {
+    pub(crate) fn center(&self) -> DVec2 {
         DVec2::from(self.center_px)
     }
 

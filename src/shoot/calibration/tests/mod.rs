@@ -1,10 +1,10 @@
 use super::*;
 use footage::{Exemplar, Frame};
 use glam::Vec3;
-use imaging::{DualGamma, Encoded, Image, Mask, Raster, file};
-use light::Lamp;
+use imaging::{DualGamma, Encoded, Image, Mask, Raster, Response, file};
+use light::{Lamp, Rig};
 use mirror_ball::MirrorBall;
-use project::{Ball, Shoot};
+use project::{Ball, Picture, Shoot};
 use std::path::{Path, PathBuf};
 
 mod kept;

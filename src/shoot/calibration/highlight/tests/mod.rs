@@ -1,11 +1,13 @@
 //! Lamps on photographs of real balls, and on synthetic ones with every defect of real ones.
 
 use super::super::code_values::{CodeValues, ResponseTable, codes};
+use super::super::footprint::{Footprint, aim};
 use super::super::mirror_ball::MirrorBall;
 use super::super::probe::measure;
 use super::super::silhouette::{Circle, Photographs};
 use super::*;
 use crate::PROVISIONAL;
+use glam::Vec3;
 use imaging::{Encoded, file};
 use light::Lamp;
 use project::Ball;

@@ -1,0 +1,131 @@
+//! Background readers of the open project.
+
+use crate::layout::Pane;
+use crate::panels::accuracy::query::Accuracy;
+use crate::panels::checks::query::ProjectCheck;
+use crate::panels::color_views::query::ColorViews;
+use crate::panels::footage::painting::MattePainting;
+use crate::panels::footage::reader::{FootageReader, FootageView};
+use crate::panels::probe::query::CalibrationAnalysis;
+use crate::panels::review::query::NetworkReview;
+use crate::panels::scopes::query::PixelInspector;
+use crate::panels::training::query::Training;
+use crate::panels::viewport::light_aim::{AimQuestion, LightAim};
+use crate::state::State;
+use egui::Context;
+use gpu::DeviceChoice;
+use project::Project;
+use std::sync::Arc;
+use worker::{Event, PreviewPicture};
+
+/// State of the readers.
+#[derive(Default)]
+pub struct Readers {
+    pub analysis: CalibrationAnalysis,
+    pub review: NetworkReview,
+    pub accuracy: Accuracy,
+    pub check: ProjectCheck,
+    pub training: Training,
+    pub footage: FootageReader,
+    pub matte: MattePainting,
+    pub inspector: PixelInspector,
+    pub aim: LightAim,
+    pub colors: ColorViews,
+}
+
+impl Readers {
+    pub fn on_event(&mut self, event: &Event) {
+        if matches!(event, Event::Finished { .. }) {
+            // The job may have calibrated, measured or made mattes.
+            self.analysis.invalidate();
+            self.review.invalidate();
+            self.accuracy.invalidate();
+            self.check.invalidate();
+            self.footage.invalidate();
+        }
+        self.training.on_event(event);
+    }
+
+    /// Takes in the readers' results.
+    pub fn receive(&mut self, ctx: &Context) {
+        self.analysis.receive();
+        self.review.receive();
+        self.accuracy.receive(ctx);
+        self.check.receive();
+        self.training.receive();
+        self.footage.receive(ctx);
+        self.matte.receive(ctx);
+        self.inspector.receive();
+    }
+
+    /// Requests whatever the visible panes `shown` need and is not known yet.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        state: &State,
+        shown: &[Pane],
+        (measuring, device): (bool, DeviceChoice),
+        relit: Option<&Arc<PreviewPicture>>,
+        wake: impl Fn() + Clone + Send + Sync + 'static,
+    ) {
+        self.training.ask(project, shown, wake.clone());
+        self.colors.ask(project, state, wake.clone());
+        self.analysis.ask(project, state, shown, wake.clone());
+        // The timeline marks frames unlike every pose, whichever other panes are visible.
+        let draws = shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review);
+        let still = relit.filter(|_| draws && !state.playing);
+        let cell = state.cell.map(|(case, lamp)| (case, lamp, device));
+        self.review.ask(project, still, cell, wake.clone());
+        if shown.contains(&Pane::Export) {
+            self.accuracy.ask(project, false, wake.clone());
+        }
+        if shown.contains(&Pane::Accuracy) {
+            self.accuracy.ask(project, measuring, wake.clone());
+        }
+        if shown.contains(&Pane::Footage) {
+            let (frame, pose, view) = (state.frame, state.pose, state.footage);
+            (self.footage).ask(project, frame, pose, view, wake.clone());
+            self.matte.ask(project, frame, wake.clone());
+        }
+        (self.footage).ask_thumbnails(project, shown, wake.clone());
+        if let (Some(relit), Some(pixel)) = (relit, state.probed) {
+            self.inspector.ask(&relit.predicted, pixel, shown, wake.clone());
+        }
+        if let (Some(relit), Some(pixel)) = (relit, state.probed)
+            && (state.aims && !state.playing && shown.contains(&Pane::Picture))
+        {
+            let question = AimQuestion {
+                of: relit.predicted.clone(),
+                rig: relit.rig.clone(),
+                pixel: Some(pixel),
+                drag: 0,
+            };
+            self.aim.point(question, wake.clone());
+        }
+        match relit.filter(|_| state.shows_handles() && shown.contains(&Pane::Picture)) {
+            // A frame that is only being played is not worth the work.
+            Some(relit) if !state.playing => self.aim.seek(&relit.predicted, &relit.rig, wake),
+            Some(_) => {}
+            None if state.aims => {}
+            None => self.aim.clear(),
+        }
+    }
+
+    /// Requests the interview frame shown as a backdrop of empty panes: while nothing is trained, and where `waits`
+    /// says that the project needs a calibration or a training.
+    pub fn ask_backdrop(
+        &mut self,
+        project: &Project,
+        state: &State,
+        shown: &[Pane],
+        waits: bool,
+        wake: impl Fn() + Clone + Send + 'static,
+    ) {
+        let picture = waits && shown.contains(&Pane::Picture);
+        let training = self.training.is_empty() && shown.contains(&Pane::Training);
+        if (picture || training) && !shown.contains(&Pane::Footage) {
+            let view = FootageView::default();
+            (self.footage).ask(project, state.frame, state.pose, view, wake);
+        }
+    }
+}
