@@ -89,7 +89,7 @@ fn escape_ends_light_by_the_face_before_a_message() {
     assert!(!note.intersects(hint), "{note:?} {hint:?}");
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(!window.state().state().aims);
+    assert!(!window.state().state().viewport.aims);
     window.get_by_label_contains("notes.txt cannot be used");
     window.key_press(Key::Escape);
     window.run_steps(2);
@@ -104,7 +104,7 @@ fn escape_ends_light_by_the_face_and_a_passing_message_alike() {
     window.get_by_label_contains("saved as you work");
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(!window.state().state().aims);
+    assert!(!window.state().state().viewport.aims);
     assert!(window.query_by_label_contains("saved as you work").is_none());
 }
 
@@ -164,17 +164,17 @@ fn the_lamp_that_falls_under_the_pointer_is_proposed_and_shown_alone() {
     // Esc leaves the solo lamp first, then the mode.
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(window.state().state().solo.is_empty() && window.state().state().aims);
+    assert!(window.state().state().solo.is_empty() && window.state().state().viewport.aims);
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(!window.state().state().aims);
+    assert!(!window.state().state().viewport.aims);
     // Without a picture, a click has no target.
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);
     window.key_press(Key::H);
     window.run_steps(2);
     window.get_by_label_contains("needs the picture");
-    assert!(!window.state().state().aims);
+    assert!(!window.state().state().viewport.aims);
 }
 
 fn pointer_button(window: &mut Window, at: Pos2, button: PointerButton) {

@@ -43,7 +43,8 @@ fn until_studied(window: &mut Window) {
         let study = app.analysis().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| {
             let state = app.state();
-            (state.look.circle.unwrap_or(s.kept), state.photograph) == (s.circle, s.photograph)
+            (state.look.circle.unwrap_or(s.kept), state.shoot.photograph)
+                == (s.circle, s.photograph)
         })
     });
     window.run_steps(2);
@@ -55,7 +56,8 @@ fn until_tried(window: &mut Window) {
     until(window, "relit exemplar", |app| {
         let view = app.analysis().gamma.as_ref().and_then(|v| v.as_ref().ok());
         view.is_some_and(|v| {
-            app.state().look.trial.unwrap_or(v.calibrated) == v.trial && app.state().pose == v.pose
+            app.state().look.trial.unwrap_or(v.calibrated) == v.trial
+                && app.state().shoot.pose == v.pose
         })
     });
     window.run_steps(2);
@@ -149,10 +151,10 @@ fn keys_alone_set_the_circle_and_show_each_lamp() {
         let study = app.analysis().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| s.picture != interview)
     });
-    assert_eq!(window.state().state().photograph, Some(0));
+    assert_eq!(window.state().state().shoot.photograph, Some(0));
     window.key_press(Key::PageUp);
     window.run_steps(2);
-    assert_eq!(window.state().state().photograph, None);
+    assert_eq!(window.state().state().shoot.photograph, None);
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     until_studied(&mut window);
     assert_eq!(study(&window).circle, kept);
@@ -196,10 +198,10 @@ fn a_response_is_tried_wiped_and_kept() {
 
     let picture = window.get_by_label("Interview and relit pose").rect();
     plain_drag(&mut window, picture.center(), Pos2::new(0.0, picture.center().y));
-    assert_eq!(window.state().state().wipe, 0.0);
+    assert_eq!(window.state().state().viewport.wipe, 0.0);
     window.key_press(Key::W);
     window.run_steps(2);
-    assert_eq!(window.state().state().wipe, 0.5);
+    assert_eq!(window.state().state().viewport.wipe, 0.5);
 
     scroll_to(&mut window, "Reset");
     window.get_by_label("Reset").click();

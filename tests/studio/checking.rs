@@ -62,19 +62,19 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
         names.is_some_and(|mut names| names.any(|name| name == "Overcast sky"))
     });
     click_on(&mut window, "Checks: bad");
-    assert_eq!(window.state().state().active, Pane::Checks);
+    assert_eq!(window.state().state().panes.active, Pane::Checks);
     window.get_by_label_contains("do not show 1 of 12 lamps");
     snapshot(&mut window, "studio_checks");
     // The worst finding comes first.
     window.get_all_by_label("Open Probe").next().unwrap().click();
     window.run_steps(3);
     let state = window.state().state();
-    assert_eq!((state.workspace, state.active), (Workspace::Calibrate, Pane::Probe));
+    assert_eq!((state.panes.workspace, state.panes.active), (Workspace::Calibrate, Pane::Probe));
     // The same words there lead back to the checks.
     until_said(&mut window, "do not show 1 of 12 lamps");
     window.get_by_label_contains("do not show 1 of 12 lamps").click();
     window.run_steps(3);
-    assert_eq!(window.state().state().active, Pane::Checks);
+    assert_eq!(window.state().state().panes.active, Pane::Checks);
 
     // A calibration that sees the lamp is checked again.
     found.rig.lamps[3].confidence = 0.9;

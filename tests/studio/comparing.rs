@@ -27,7 +27,7 @@ fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
     let line = window.get_by_label("Wipe").rect().center();
     plain_drag(&mut window, line, line - vec2(100.0, 0.0));
     let state = window.state().state();
-    assert!(state.wipe < 0.4, "{}", state.wipe);
+    assert!(state.viewport.wipe < 0.4, "{}", state.viewport.wipe);
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
     snapshot(&mut window, "studio_wipe");
 
@@ -141,20 +141,20 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
 #[test]
 fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
     let (_folder, mut window) = crate::new_window();
-    assert_eq!(window.state().state().active, Pane::Picture);
+    assert_eq!(window.state().state().panes.active, Pane::Picture);
     click_on(&mut window, "Panels");
     let entry = window.get_by_label("Reset layout").rect().center();
     let light = window.get_by_label("Environment map").rect();
     assert!(entry.x > light.left(), "the menu lies over the light");
     click_on(&mut window, "Reset layout");
     assert!(window.query_by_label("Reset layout").is_none());
-    assert_eq!(window.state().state().active, Pane::Picture);
+    assert_eq!(window.state().state().panes.active, Pane::Picture);
     // With the menu closed, the same place belongs to the pane.
     window.hover_at(entry);
     window.drag_at(entry);
     window.drop_at(entry);
     window.run_steps(2);
-    assert_eq!(window.state().state().active, Pane::Light);
+    assert_eq!(window.state().state().panes.active, Pane::Light);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     window.get_by_label("Scopes").click();
     window.event(egui::Event::PointerMoved(super::MIDDLE));
     window.run_steps(3);
-    let [x, y] = window.state().state().probed.unwrap();
+    let [x, y] = window.state().state().viewport.probed.unwrap();
     assert!((8..56).contains(&x) && (8..56).contains(&y), "{x}, {y}");
     until(&mut window, "the lamps of the pixel", |app| app.texel().is_some());
     snapshot(&mut window, "studio_scopes");
@@ -209,7 +209,7 @@ fn a_command_is_found_by_its_words() {
     window.key_press(Key::Enter);
     window.run_steps(3);
     let state = window.state().state();
-    assert_eq!((state.workspace, state.palette), (Workspace::Calibrate, false));
+    assert_eq!((state.panes.workspace, state.covers.palette), (Workspace::Calibrate, false));
 
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     window.run_steps(2);
@@ -253,7 +253,7 @@ fn keys_show_channels_and_the_compass_turns_the_light() {
 
     window.key_press(Key::Num1);
     window.run_steps(3);
-    let zoom = window.state().state().view.zoom;
+    let zoom = window.state().state().viewport.view.zoom;
     // 64 pixels on 64 points.
     assert!(zoom < 0.2, "{zoom}");
 }
@@ -287,7 +287,7 @@ pub fn read_at(window: &mut super::Window, at: egui::Pos2) -> String {
 fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it() {
     let (_folder, mut window) = crate::shown_window();
     let plain = read_at(&mut window, super::MIDDLE);
-    let [x, y] = window.state().state().probed.unwrap();
+    let [x, y] = window.state().state().viewport.probed.unwrap();
     let [r, g, b] = window.state().relit().unwrap().codes([x, y]).unwrap();
     assert!(plain.contains(&format!("{r:3} {g:3} {b:3}")), "{plain}");
     assert!(plain.contains("linear"), "{plain}");
@@ -326,10 +326,10 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
     let half = 0.5 * window.get_by_label("Relit picture").rect().width();
     let left = super::MIDDLE - vec2(0.5 * half, 0.0);
     read_at(&mut window, left);
-    let pixel = window.state().state().probed.unwrap();
+    let pixel = window.state().state().viewport.probed.unwrap();
     read_at(&mut window, super::MIDDLE);
     read_at(&mut window, left + vec2(half, 0.0));
-    assert_eq!(window.state().state().probed.unwrap(), pixel);
+    assert_eq!(window.state().state().viewport.probed.unwrap(), pixel);
 }
 
 /// Chooses how two pictures are compared.
@@ -374,13 +374,13 @@ fn the_two_pictures_are_switched_while_the_clip_plays() {
     window.key_press(Key::Q);
     until_compared(&mut window);
     window.key_press(Key::Space);
-    until(&mut window, "playing", |app| app.state().playing);
+    until(&mut window, "playing", |app| app.state().playback.playing);
     for second in [false, true, false] {
         let frame = window.state().state().frame;
         window.key_press(Key::Q);
         until(&mut window, "the other picture", move |app| {
             let (state, relit) = (app.state(), app.relit().unwrap());
-            state.playing
+            state.playback.playing
                 && state.compare.second == second
                 && state.frame != frame
                 && relit.second.is_some()
@@ -402,7 +402,7 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
     draw(&mut window, vec2(150.0, 100.0));
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
-    let region = state.region.unwrap();
+    let region = state.viewport.region.unwrap();
     let [columns, rows] = region.size();
     assert!((5..60).contains(&columns) && (5..60).contains(&rows));
 
@@ -436,11 +436,11 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
 
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert_eq!(window.state().state().region, None);
+    assert_eq!(window.state().state().viewport.region, None);
     draw(&mut window, vec2(60.0, 40.0));
-    assert!(window.state().state().region.is_some());
+    assert!(window.state().state().viewport.region.is_some());
     draw(&mut window, vec2(0.0, 0.0));
-    assert_eq!(window.state().state().region, None, "a click ends it");
+    assert_eq!(window.state().state().viewport.region, None, "a click ends it");
     assert_eq!(window.state().state().look.yaw_deg, 0.0);
 }
 
@@ -489,7 +489,7 @@ fn arrow_keys_choose_in_the_list_of_commands_and_it_does_not_jump() {
     window.run_steps(2);
     window.key_press(Key::Enter);
     window.run_steps(3);
-    assert_eq!(window.state().state().workspace, Workspace::Train);
+    assert_eq!(window.state().state().panes.workspace, Workspace::Train);
 }
 
 #[test]

@@ -18,7 +18,7 @@ use std::path::Path;
 /// Waits for the message that the system shows no dialog, which moves the buttons.
 pub fn until_missing(window: &mut Window) {
     until(window, "message about the missing dialog", |app| {
-        let entry = app.state().path.as_ref();
+        let entry = app.state().covers.path.as_ref();
         entry.is_some_and(|entry| entry.missing.is_some())
     });
 }
@@ -70,7 +70,7 @@ fn a_file_is_never_replaced_by_a_drop_and_a_typed_name_asks_first() {
         assert!(window.query_by_label("Replace the file?").is_none());
     }
     until(&mut window, "written file", |_| read() != "mine");
-    assert!(window.state().state().path.is_none());
+    assert!(window.state().state().covers.path.is_none());
 
     // A new name is written at once.
     window.get_by_label("Save…").click();
@@ -184,7 +184,7 @@ fn a_typed_path_stays_when_the_system_closes_its_dialog() {
     let open = |window: &mut Window| {
         window.key_press_modifiers(Modifiers::COMMAND, Key::O);
         window.run_steps(3);
-        assert!(window.state().state().path.is_some());
+        assert!(window.state().state().covers.path.is_some());
     };
     open(&mut window);
     window.event(Event::Text("/film".to_owned()));
@@ -208,10 +208,10 @@ fn a_typed_path_stays_when_the_system_closes_its_dialog() {
     std::fs::remove_file(&close).unwrap();
     open(&mut window);
     window.run_steps(8);
-    assert!(window.state().state().path.is_some());
+    assert!(window.state().state().covers.path.is_some());
     std::thread::sleep(std::time::Duration::from_millis(600));
     std::fs::write(&close, "").unwrap();
-    until(&mut window, "closed field", |app| app.state().path.is_none());
+    until(&mut window, "closed field", |app| app.state().covers.path.is_none());
 }
 
 #[test]
@@ -278,7 +278,7 @@ fn the_first_hit_of_the_palette_is_marked_and_enter_runs_it() {
     }
     window.key_press(Key::Enter);
     window.run_steps(3);
-    assert_eq!(window.state().state().active, afterlight::studio::Pane::Probe);
+    assert_eq!(window.state().state().panes.active, afterlight::studio::Pane::Probe);
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn the_palette_opens_empty_however_it_was_closed() {
             crate::click_at(&mut window, beside, Modifiers::NONE)
         }
         window.run_steps(3);
-        assert!(!window.state().state().palette, "{closes_by_key}");
+        assert!(!window.state().state().covers.palette, "{closes_by_key}");
     }
 }
 

@@ -282,7 +282,7 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     window.get_by_label("Add…").click();
     window.run_steps(2);
     until(&mut window, "message about the missing dialog", |app| {
-        let entry = app.state().path.as_ref();
+        let entry = app.state().covers.path.as_ref();
         entry.is_some_and(|entry| entry.missing.is_some())
     });
     window.get_by_label_contains("No file dialog");
@@ -296,7 +296,7 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     window.key_press(Key::Enter);
     window.run_steps(2);
     until_shown(&mut window);
-    assert!(window.state().state().path.is_none());
+    assert!(window.state().state().covers.path.is_none());
     assert_eq!(window.state().relit().unwrap().environment, "yard");
 
     window.get_by_label("Add…").click();
@@ -317,13 +317,13 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     let copy = yard.with_file_name("drop.exr");
     std::fs::copy(&yard, &copy).unwrap();
     drop_file(&mut window, copy);
-    assert!(window.state().state().path.is_none());
+    assert!(window.state().state().covers.path.is_none());
     assert_eq!(window.state().relit().unwrap().environment, "drop");
     window.get_by_label("Add…").click();
     window.run_steps(2);
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(window.state().state().path.is_none());
+    assert!(window.state().state().covers.path.is_none());
 }
 
 /// A window of a person on the project in `folder`.
@@ -359,7 +359,7 @@ fn a_favourite_is_first_in_every_project_of_a_person() {
     // The shortcut, while the pane is active, marks the current environment.
     window.get_by_label("sky").click();
     until_shown(&mut window);
-    assert_eq!(window.state().state().active, Pane::Environments);
+    assert_eq!(window.state().state().panes.active, Pane::Environments);
     window.key_press(Key::S);
     window.run_steps(3);
     super::snapshot(&mut window, "studio_favourites");

@@ -291,7 +291,7 @@ fn keys_alone_lead_through_an_export() {
     assert_eq!((range, order.size), (Some((1, 2)), Some(24)));
     assert_eq!(order.background, Some(Background::None));
     let state = window.state().state();
-    assert!(state.panels == Shown::All && !state.playing);
+    assert!(state.panes.shown == Shown::All && !state.playback.playing);
     tab_to(&mut window, Role::Button, "Add to queue");
     press(&mut window, Key::Enter);
     until_exported(&mut window, 1);
@@ -406,7 +406,7 @@ fn an_export_by_a_configuration_is_what_the_command_line_writes_whatever_is_look
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);
-    assert!(window.state().state().viewing.is_neutral());
+    assert!(window.state().state().display.viewing.is_neutral());
     export(&mut window, "view", 3);
     assert!(plain.0 != contents(&file("view.0000.png")).0);
 
@@ -849,10 +849,10 @@ fn a_measured_cell_is_shown_beside_its_truth() {
     window.event(Event::PointerMoved(photograph.center()));
     window.event(Event::Zoom(2.0));
     window.run_steps(3);
-    assert!(window.state().state().view.zoom > 1.5);
+    assert!(window.state().state().viewport.view.zoom > 1.5);
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(window.state().state().cell.is_none());
+    assert!(window.state().state().review.cell.is_none());
     window.get_by_label("Relit picture");
 }
 
@@ -874,7 +874,7 @@ fn an_export_is_sent_to_a_farm_into_a_folder_that_is_typed() {
         window.get_by_label("Slurm…").click();
         window.run_steps(2);
         until(&mut window, "message about the missing dialog", |app| {
-            let entry = app.state().path.as_ref();
+            let entry = app.state().covers.path.as_ref();
             entry.is_some_and(|entry| entry.missing.is_some())
         });
         window.event(Event::Text(folder.path().display().to_string()));

@@ -102,7 +102,7 @@ fn mattes_that_a_shoot_lacks_are_listed_and_made_by_a_button() {
     window.run_steps(3);
     window.get_by_label("Action needed").click();
     window.run_steps(3);
-    assert!(!window.state().state().machine);
+    assert!(!window.state().state().covers.machine);
     window.get_by_label("Make the mattes").click();
     until(&mut window, "mattes", needs(Some(Need::Calibration)));
     let made = window

@@ -215,13 +215,13 @@ fn the_keys_that_open_the_lists_close_them_and_no_other_passes() {
     let (_folder, mut window) = crate::new_window();
     window.key_press(Key::Questionmark);
     window.run_steps(2);
-    assert!(window.state().state().keys);
+    assert!(window.state().state().covers.keys);
     window.key_press(Key::Space);
     window.key_press(Key::ArrowRight);
     window.run_steps(2);
     let state = window.state().state();
-    assert!(!state.playing && state.frame == 0 && state.panels == Shown::All);
+    assert!(!state.playback.playing && state.frame == 0 && state.panes.shown == Shown::All);
     window.key_press(Key::Questionmark);
     window.run_steps(2);
-    assert!(!window.state().state().keys);
+    assert!(!window.state().state().covers.keys);
 }

@@ -203,7 +203,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
     assert!(keys_of(&window, 2).is_empty());
 
     // Keys go to the pane of the last click.
-    assert_eq!(window.state().state().active, Pane::Light);
+    assert_eq!(window.state().state().panes.active, Pane::Light);
     assert_eq!(copied(&mut window), None, "no light is chosen");
     click(&mut window, "Settings of Light 1");
     let text = copied(&mut window).unwrap();
@@ -234,7 +234,7 @@ fn a_light_is_duplicated_copied_pasted_and_removed_with_its_keys() {
     // In the timeline, the same keys apply to its lanes.
     click(&mut window, "Settings of Light 1");
     click_on(&mut window, "Light 1 azimuth key at frame 0");
-    assert_eq!(window.state().state().active, Pane::Timeline);
+    assert_eq!(window.state().state().panes.active, Pane::Timeline);
     let key = copied(&mut window).unwrap();
     assert!(key.contains("lights.1.yaw") && !key.contains("pitch_deg"), "{key}");
     window.event(Event::Paste(text));
@@ -272,11 +272,11 @@ fn lights_are_added_duplicated_and_removed_by_their_commands() {
     window.run_steps(4);
     until_shown(&mut window);
     assert_eq!(ids(&window), [1, 2]);
-    assert!(!window.state().state().doubts, "Ctrl+D is not D");
+    assert!(!window.state().state().viewport.doubts, "Ctrl+D is not D");
     run(&mut window, "remove light");
     assert_eq!(ids(&window), [1]);
     run(&mut window, "light by the face");
-    assert!(window.state().state().aims);
+    assert!(window.state().state().viewport.aims);
 }
 
 #[test]
@@ -308,7 +308,7 @@ fn a_handle_on_picture_or_sphere_is_moved_by_the_arrow_keys_and_removed() {
         undo(&mut window);
         assert!(to(&window).distance(before) < 1e-5, "a press is one step");
     }
-    assert_eq!(window.state().state().active, Pane::Picture);
+    assert_eq!(window.state().state().panes.active, Pane::Picture);
     click_on(&mut window, "Light 1 on the picture");
     press(&mut window, Key::Delete, Modifiers::NONE);
     assert!(lights(&window).is_empty());

@@ -85,7 +85,7 @@ fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
         if app.relit().unwrap().scene.frame != frame {
             between_frames(&window);
         }
-        if app.state().playing {
+        if app.state().playback.playing {
             shown.push(frame);
         }
     }
@@ -133,7 +133,7 @@ pub fn enter(window: &mut Window, place: usize) {
     const KEYS: [Key; 5] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
     window.key_press_modifiers(Modifiers::COMMAND, KEYS[place]);
     window.run_steps(3);
-    assert_eq!(window.state().state().workspace, Workspace::ALL[place]);
+    assert_eq!(window.state().state().panes.workspace, Workspace::ALL[place]);
 }
 
 /// Opens a pane from the palette.
@@ -144,8 +144,8 @@ pub fn open(window: &mut Window, pane: Pane) {
     window.run_steps(2);
     window.key_press(Key::Enter);
     window.run_steps(3);
-    assert!(!window.state().state().palette);
-    assert_eq!(window.state().state().active, pane);
+    assert!(!window.state().state().covers.palette);
+    assert_eq!(window.state().state().panes.active, pane);
 }
 
 #[test]

@@ -43,7 +43,7 @@ fn all_frames(window: &mut Window) -> Vec<Vec<u8>> {
 /// Plays the clip until `check` has accepted five different frames.
 fn play(window: &mut Window, check: impl Fn(&PreviewPicture) -> bool) {
     window.key_press(Key::Space);
-    until(window, "playing", |app| app.state().playing);
+    until(window, "playing", |app| app.state().playback.playing);
     let seen = std::cell::RefCell::new(std::collections::BTreeSet::new());
     until(window, "five frames", |app: &StudioApp| {
         let relit = app.relit().unwrap();
@@ -52,9 +52,9 @@ fn play(window: &mut Window, check: impl Fn(&PreviewPicture) -> bool) {
         }
         seen.borrow().len() >= 5
     });
-    assert!(window.state().state().playing);
+    assert!(window.state().state().playback.playing);
     window.key_press(Key::Space);
-    until(window, "rest", |app| !app.state().playing);
+    until(window, "rest", |app| !app.state().playback.playing);
 }
 
 #[test]

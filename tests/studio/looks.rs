@@ -330,7 +330,7 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     open_looks(&mut window);
     store(&mut window, "Any", "Store");
     choose(&mut window, "Any", "Save look…");
-    until(&mut window, "field for a path", |app| app.state().path.is_some());
+    until(&mut window, "field for a path", |app| app.state().covers.path.is_some());
     let typed = file.display().to_string();
     window.event(egui::Event::Text(typed));
     window.run_steps(2);
@@ -431,7 +431,7 @@ fn zoom_and_pan_are_those_of_all_four() {
     super::plain_drag(&mut window, place.center(), place.center() + egui::vec2(20.0, 8.0));
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
-    assert!(state.view.pan[0] > 5.0, "{:?}", state.view.pan);
+    assert!(state.viewport.view.pan[0] > 5.0, "{:?}", state.viewport.view.pan);
     assert!(state.four.on, "a drag applies no look");
     window.key_press(Key::Escape);
     window.run_steps(2);
@@ -460,7 +460,7 @@ fn what_is_set_while_the_clip_plays_is_saved_and_can_be_undone_after_the_window_
     window.run_steps(2);
     super::plain_drag(&mut window, super::MIDDLE, super::MIDDLE + egui::vec2(37.0, 0.0));
     window.run_steps(2);
-    assert!(window.state().state().playing);
+    assert!(window.state().state().playback.playing);
     let set = window.state().state().look.clone();
     assert_ne!(set, before);
     window.run_steps(3);

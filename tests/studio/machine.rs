@@ -80,7 +80,7 @@ fn the_sentence_of_the_device_opens_what_the_machine_can_do() {
     window.key_press(Key::Escape);
     window.run();
     assert!(window.query_by_label("Measure this machine").is_none());
-    assert!(!window.state().state().machine);
+    assert!(!window.state().state().covers.machine);
 
     // It leads to the passes of the picture, which stays beside them.
     let picture = window.get_by_label("Relit picture").rect();
@@ -88,7 +88,7 @@ fn the_sentence_of_the_device_opens_what_the_machine_can_do() {
     window.run();
     window.get_by_label("Render passes").click();
     window.run();
-    assert!(!window.state().state().machine);
+    assert!(!window.state().state().covers.machine);
     window.get_by_label("Relighting group");
     assert_eq!(window.get_by_label("Relit picture").rect(), picture);
 }

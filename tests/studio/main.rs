@@ -353,10 +353,10 @@ fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
     assert!(after_shift < after_ctrl - 10.0, "{after_shift}");
     drag(&mut window, MIDDLE, MIDDLE + vec2(30.0, 20.0), PointerButton::Middle, Modifiers::NONE);
     assert_eq!(window.state().state().look.yaw_deg, after_shift);
-    assert_ne!(window.state().state().view.pan, [0.0; 2]);
+    assert_ne!(window.state().state().viewport.view.pan, [0.0; 2]);
     window.key_press(Key::F);
     window.run();
-    assert_eq!(window.state().state().view.pan, [0.0; 2]);
+    assert_eq!(window.state().state().viewport.view.pan, [0.0; 2]);
 }
 
 #[test]
@@ -371,10 +371,10 @@ fn play_goes_through_the_frames_and_around() {
         window.step();
         shown.extend(window.state().relit().map(|r| r.scene.frame));
     }
-    assert!(window.state().state().playing);
+    assert!(window.state().state().playback.playing);
     window.key_press(Key::Space);
     window.run();
-    assert!(!window.state().state().playing);
+    assert!(!window.state().state().playback.playing);
     for (key, frame) in [(Key::End, clay::FRAMES - 1), (Key::ArrowLeft, clay::FRAMES - 2)] {
         window.key_press(key);
         // The window handles one event per step, and a release may still be pending.
@@ -448,7 +448,7 @@ fn exposure_background_and_the_reset_of_the_view() {
     window.key_press(Key::E);
     window.key_press_modifiers(Modifiers::SHIFT, Key::E);
     window.run();
-    assert_eq!(window.state().state().viewing.exposure_stops, 0.5);
+    assert_eq!(window.state().state().display.viewing.exposure_stops, 0.5);
     assert_eq!(window.state().state().look.exposure_stops, 0.0);
     for (name, background, corner) in [
         // Light of 0.1, and half a stop more, in sRGB codes.
@@ -469,7 +469,7 @@ fn exposure_background_and_the_reset_of_the_view() {
     }
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     until_shown(&mut window);
-    assert!(window.state().state().viewing.is_neutral());
+    assert!(window.state().state().display.viewing.is_neutral());
     assert_eq!(window.state().state().look.background, Background::None);
 }
 

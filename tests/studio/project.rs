@@ -89,7 +89,7 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
     assert_eq!((settings.name.as_str(), settings.size), ("Anna", 64));
     assert_eq!((settings.shoot.lamps.len(), settings.shoot.other_lamps.len()), (3, 3));
     assert_eq!(window.state().project().unwrap().settings.name, "Anna");
-    assert_eq!(format!("{:?}", window.state().state().workspace), "Calibrate");
+    assert_eq!(format!("{:?}", window.state().state().panes.workspace), "Calibrate");
 }
 
 #[test]
@@ -290,7 +290,7 @@ fn a_project_that_is_not_calibrated_says_so_over_its_frame_and_offers_it() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
     window.run_steps(3);
     click_on(&mut window, "Action needed");
-    assert_eq!(window.state().state().workspace, Workspace::Relight);
+    assert_eq!(window.state().state().panes.workspace, Workspace::Relight);
     window.get_by_label("Calibrate").click();
     until(&mut window, "calibration", |app| app.status().job.is_some());
 }

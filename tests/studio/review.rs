@@ -186,18 +186,18 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     let choose = |window: &mut Window| {
         let at = in_map(window, cell.0, cell.1);
         click_at(window, at, Modifiers::NONE);
-        assert_eq!(window.state().state().chosen, Some(cell));
+        assert_eq!(window.state().state().review.chosen, Some(cell));
     };
     choose(&mut window);
-    assert_eq!(window.state().state().active, Pane::Review);
+    assert_eq!(window.state().state().panes.active, Pane::Review);
     for (key, mark) in
         [(Key::Num1, Mark::Good), (Key::Num2, Mark::Doubtful), (Key::Num3, Mark::Bad)]
     {
         window.key_press(key);
         until_marked(&mut window, &project, ("frame_005", "olat_10"), mark);
         let state = window.state().state();
-        assert_eq!(state.chosen, Some(cell), "the selection stays");
-        assert_eq!(state.view.zoom, 1.0, "1 does not zoom here");
+        assert_eq!(state.review.chosen, Some(cell), "the selection stays");
+        assert_eq!(state.viewport.view.zoom, 1.0, "1 does not zoom here");
     }
     // Digits in a note are not verdicts.
     window.get_by_label("Note").focus();
@@ -216,7 +216,7 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     let place = order.iter().position(|&one| one == cell).unwrap();
     let goes = |window: &mut Window, to: usize| {
         window.run_steps(3);
-        assert_eq!(window.state().state().chosen, Some(order[place + to]));
+        assert_eq!(window.state().state().review.chosen, Some(order[place + to]));
     };
     choose(&mut window);
     window.key_press(Key::N);
@@ -259,7 +259,7 @@ fn the_strip_has_the_worst_first_and_leads_to_its_worst_lamp() {
         window.run_steps(3);
         let lamp = review.worst_lamp(Metric::Flip, case).unwrap();
         let state = window.state().state();
-        assert_eq!(state.chosen, Some((case, lamp)));
+        assert_eq!(state.review.chosen, Some((case, lamp)));
         assert_eq!(state.solo, [lamp]);
         if let Case::Frame(frame) = review.cases[case].case {
             assert_eq!(state.frame, frame);
@@ -315,7 +315,7 @@ fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
     window.run_steps(2);
     assert_eq!(drawn(&window), all);
     click(&mut window, all[2]);
-    assert_eq!(window.state().state().enlarged, Some(CellPicture::Difference));
+    assert_eq!(window.state().state().review.enlarged, Some(CellPicture::Difference));
     click(&mut window, all[2]);
     assert_eq!(drawn(&window), all);
     // The gain is shared with the viewer.
@@ -326,10 +326,10 @@ fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
     window.run_steps(3);
     click_on(&mut window, "× 16");
     window.get_by_role_and_label(Role::Image, "difference (FLIP × 16)");
-    assert_eq!(window.state().state().gain, 16.0);
+    assert_eq!(window.state().state().display.gain, 16.0);
     window.key_press(Key::Escape);
     window.run_steps(2);
-    assert!(window.state().state().cell.is_none());
+    assert!(window.state().state().review.cell.is_none());
 }
 
 #[test]
@@ -452,7 +452,7 @@ fn where_errors_are_expected_lies_over_the_picture_and_the_worst_lamp_comes_firs
     assert_eq!(window.state().state().solo, [lamps - 1]);
     window.get_by_label(&format!("Solo: {name} ×"));
     click_on(&mut window, "Show expected errors over the picture");
-    assert!(window.state().state().doubts);
+    assert!(window.state().state().viewport.doubts);
     window.get_by_label("Errors ×");
     snapshot(&mut window, "studio_expected_errors");
 }
@@ -589,28 +589,28 @@ fn a_cell_stays_in_the_review_and_ends_under_another_environment() {
         window.get_by_label(&worst).click_accesskit();
         until(window, "the cell's pictures", |app| {
             let pictures = app.review().cell.as_ref();
-            app.state().cell.is_some() && pictures.is_some_and(Result::is_ok)
+            app.state().review.cell.is_some() && pictures.is_some_and(Result::is_ok)
         });
         window.run_steps(4);
         assert!(is_drawn(window));
         window.key_press(Key::Q);
         window.run_steps(3);
         let state = window.state().state();
-        assert!(state.cell.is_some() && state.enlarged.is_some());
+        assert!(state.review.cell.is_some() && state.review.enlarged.is_some());
     };
     for workspace in [Key::Num3, Key::Num5] {
         cell(&mut window);
         show(&mut window, workspace);
         let state = window.state().state();
-        assert_eq!((state.cell, state.enlarged), (None, None));
+        assert_eq!((state.review.cell, state.review.enlarged), (None, None));
         assert!(!is_drawn(&window));
         window.get_by_label("Relit picture");
     }
     cell(&mut window);
     show(&mut window, Key::Num4);
-    assert!(window.state().state().cell.is_some(), "the workspace was open already");
+    assert!(window.state().state().review.cell.is_some(), "the workspace was open already");
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(4);
     let state = window.state().state();
-    assert_eq!((state.cell, state.enlarged), (None, None));
+    assert_eq!((state.review.cell, state.review.enlarged), (None, None));
 }

@@ -197,7 +197,7 @@ fn the_worst_lamp_is_found() {
     hand.click("Workspace Review");
     let (case, lamp) = kept.worst(afterlight::evaluation::review::Metric::default())[0];
     hand.click("Next worst");
-    assert_eq!(hand.window.state().state().cell, Some((case, lamp)));
+    assert_eq!(hand.window.state().state().review.cell, Some((case, lamp)));
     hand.done("Find the worst lamp");
 }
 

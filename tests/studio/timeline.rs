@@ -178,7 +178,7 @@ fn a_project_that_is_opened_shows_all_its_frames() {
         matches!(app.status().phase, Phase::Blocked(_))
     });
     window.run_steps(3);
-    assert_eq!(window.state().state().frames, LONG);
+    assert_eq!(window.state().state().playback.frames, LONG);
     assert_eq!(sight(&window), None);
 }
 
@@ -192,7 +192,7 @@ fn the_current_frame_stays_in_sight_while_the_clip_plays() {
     assert_eq!(sight(&window).unwrap().1, last);
     window.key_press(Key::Space);
     until(&mut window, "a frame that was out of sight", |app| app.state().frame > last + 1);
-    assert!(window.state().state().playing);
+    assert!(window.state().state().playback.playing);
     let frame = window.state().state().frame;
     let (first, last) = sight(&window).unwrap();
     assert!((first..=last).contains(&frame), "{frame}: {first} to {last}");

@@ -283,7 +283,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
     window.get_by_label_contains("2 steps skipped: NaN or infinite values");
     window.key_press(Key::PageDown);
     window.run_steps(2);
-    assert_eq!(window.state().state().trained_lamp, 1);
+    assert_eq!(window.state().state().shoot.trained_lamp, 1);
     window.get_by_label("Pause").click();
     window.run_steps(2);
     window.get_by_label_contains("paused, 37 % done");

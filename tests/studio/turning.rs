@@ -146,7 +146,7 @@ fn a_drag_moves_the_wipe_and_not_the_light_before_the_second_picture_is_there() 
     assert!(window.state().relit().unwrap().second.is_none());
     let state = window.state().state();
     assert_eq!(state.look.yaw_deg, 0.0, "the light stays");
-    assert!(state.wipe != 0.5, "the line follows");
+    assert!(state.viewport.wipe != 0.5, "the line follows");
     drop(go_on);
     until_labelled(&mut window, "Wipe");
 }

@@ -63,7 +63,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
 
     window.key_press_modifiers(Modifiers::SHIFT, Key::E);
     window.run_steps(4);
-    assert_eq!(window.state().state().viewing.exposure_stops, 0.5);
+    assert_eq!(window.state().state().display.viewing.exposure_stops, 0.5);
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
     until_shown(&mut window);
@@ -86,10 +86,10 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     until_shown(&mut window);
     let plain = picture(&window);
     drag_number(&mut window, "γ", 60.0);
-    assert!(window.state().state().viewing.gamma > 1.2);
+    assert!(window.state().state().display.viewing.gamma > 1.2);
     assert!(brightness(&picture(&window)) > brightness(&plain));
     drag_number(&mut window, "Exp", -50.0);
-    assert!(window.state().state().viewing.exposure_stops < -0.3);
+    assert!(window.state().state().display.viewing.exposure_stops < -0.3);
     // A double-click resets a number.
     for name in ["γ", "Exp"] {
         let at = window.get_by_role_and_label(Role::SpinButton, name).rect();
@@ -106,7 +106,7 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
         window.run_steps(50);
     }
     until_shown(&mut window);
-    let viewing = &window.state().state().viewing;
+    let viewing = &window.state().state().display.viewing;
     assert!(viewing.is_neutral(), "{viewing:?}");
     assert_eq!(picture(&window), plain);
 
@@ -123,7 +123,7 @@ fn gamma_exposure_and_curve_are_set_above_the_picture_and_reset() {
     window.get_by_label("viewing Filmic: not exported");
     press(&mut window, Key::R, 1);
     let red = Inspection::Channel(Channel::Red);
-    assert_eq!(window.state().state().inspection, red);
+    assert_eq!(window.state().state().display.inspection, red);
     window.get_by_label("viewing red channel, Filmic: not exported");
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
@@ -147,7 +147,7 @@ fn menu(window: &mut Window, entry: &str) {
 pub fn look_through_view(window: &mut Window) {
     menu(window, VIEW);
     window.get_by_label(VIEW).click();
-    until(window, "table of the view", |app| app.state().viewing.through.is_some());
+    until(window, "table of the view", |app| app.state().display.viewing.through.is_some());
     until_shown(window);
 }
 
@@ -168,7 +168,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     window.get_by_label("Rec.1886 Rec.709 - Display");
     snapshot(&mut window, "studio_color_views");
     window.get_by_label(VIEW).click();
-    let is_through = |app: &StudioApp| app.state().viewing.through.is_some();
+    let is_through = |app: &StudioApp| app.state().display.viewing.through.is_some();
     until(&mut window, "table of the view", is_through);
     until_shown(&mut window);
     // The same light through the configuration itself, pixel by pixel.
@@ -193,7 +193,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     window.get_by_label("Filmic").click();
     until_shown(&mut window);
     let state = window.state().state();
-    assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
+    assert_eq!((&state.display.color_view, &state.display.viewing.through), (&None, &None));
     window.get_by_label("viewing Filmic: not exported");
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     window.run_steps(4);
@@ -236,7 +236,7 @@ fn a_configuration_that_another_program_chooses_shows_up_when_the_window_is_back
     choose(&mut window, None);
     until_shown(&mut window);
     let state = window.state().state();
-    assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
+    assert_eq!((&state.display.color_view, &state.display.viewing.through), (&None, &None));
     assert_eq!(picture(&window), plain);
 }
 
@@ -256,7 +256,7 @@ fn a_viewing_exposure_changes_no_exported_file() {
         window.get_by_label("Workspace Relight").click();
         window.run_steps(2);
     }
-    assert_eq!(window.state().state().viewing.exposure_stops, 1.5);
+    assert_eq!(window.state().state().display.viewing.exposure_stops, 1.5);
     assert_eq!(files[0], files[1]);
 }
 
@@ -313,17 +313,17 @@ fn a_clip_plays_around_its_range_or_stops_at_its_end() {
     }
     window.get_by_label("Loop").click();
     window.run_steps(2);
-    assert!(!window.state().state().loops);
+    assert!(!window.state().state().playback.loops);
     window.key_press(Key::Space);
-    until(&mut window, "playing", |app| app.state().playing);
-    until(&mut window, "the end of the range", |app| !app.state().playing);
+    until(&mut window, "playing", |app| app.state().playback.playing);
+    until(&mut window, "the end of the range", |app| !app.state().playback.playing);
     assert_eq!(window.state().state().frame, 2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::L);
     window.run_steps(4);
     window.key_press(Key::Space);
     for wanted in [1, 0, 2] {
         until(&mut window, "the range again and again", move |app| {
-            app.state().playing && app.state().frame == wanted
+            app.state().playback.playing && app.state().frame == wanted
         });
     }
 }

@@ -1,32 +1,39 @@
 //! Commands of the user. Panels emit commands; the application applies them. The handler of each group matches it
 //! exhaustively: a command without a handler does not compile.
 
+pub use crate::panels::accuracy::command::AccuracyCommand;
+pub use crate::panels::environments::command::EnvironmentsCommand;
+pub use crate::panels::export::command::ExportCommand;
+pub use crate::panels::footage::command::MatteCommand;
+pub use crate::panels::light::command::LightsCommand;
+pub use crate::panels::looks::command::LooksCommand;
+pub use crate::panels::machine::command::MachineCommand;
+pub use crate::panels::probe::command::CalibrationCommand;
+pub use crate::panels::project::command::ProjectCommand;
+pub use crate::panels::review::command::ReviewCommand;
+pub use crate::panels::timeline::command::TimelineCommand;
+pub use crate::panels::training::command::TrainingCommand;
+pub use crate::panels::viewport::command::AimCommand;
+
 use super::comparison::{CellPicture, CompareSettings};
-use super::export_options::ExportOptions;
-use super::footage_reader::{FootageView, Thumbnail};
-use super::four_looks::FourSlot;
 use super::layout::{Pane, Workspace};
 use super::look::{CopiedLight, Group};
+use super::panels::footage::reader::FootageView;
+use super::panels::training::query::TrainChoice;
 use super::region::Region;
 use super::stored_look::StoredLook;
-use super::stored_looks::LookId;
-use super::training::TrainChoice;
-use super::wizard::Plan;
 use calibration::{Circle, Trial};
 use color_config::ColorChoice;
-use evaluation::review::{Mark, MarkedOlat, Metric};
+use evaluation::review::Metric;
 use farm::Engine;
 use footage::candidate::Slot;
-use footage::{BrushSide, LampSettings, Stroke};
 use glam::Vec3;
 use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Keyframes;
-use project::Framing;
 use scene::{Background, Effects, Inspection, Setting, Viewing};
 use std::path::PathBuf;
 use std::sync::Arc;
-use tradeoff::TradeoffSettings;
 use worker::Need;
 
 /// A command, grouped by its handler.
@@ -116,17 +123,6 @@ pub struct AimedLight {
     pub pixel: [usize; 2],
     /// Unit vector from the subject towards the light.
     pub direction: Vec3,
-}
-
-/// Places lights by the point on which they should fall.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AimCommand {
-    /// Let a press on the picture place a light, or let it turn the environment again.
-    Toggle,
-    /// The pointer was pressed: the drag moves the light with this index, or places a new one.
-    Begin(Option<usize>),
-    /// The pointer is over this column and row of the picture; None outside it.
-    At(Option<[usize; 2]>),
 }
 
 /// Changes the view. Not undoable.
@@ -259,221 +255,6 @@ pub enum WindowCommand {
     /// Close the last message of a job.
     DismissMessage,
     ClearLog,
-}
-
-/// Measures the performance of this machine.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MachineCommand {
-    /// Measure for at most this many minutes.
-    Measure(f64),
-    /// Write the report to this file.
-    Save(PathBuf),
-}
-
-/// Stores looks, applies them, and compares them side by side.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LooksCommand {
-    /// Store the current look under this name. A look of this name gets a new version.
-    Store(String),
-    /// Store the current look as a new version of this look.
-    Update(LookId),
-    /// Apply a version of a look, by number; None for the newest.
-    Apply(LookId, Option<u32>),
-    Rename(LookId, String),
-    Duplicate(LookId),
-    /// Remove a look from its shelf; it can be restored.
-    Remove(LookId),
-    /// Restore a removed look.
-    BringBack(LookId),
-    /// Move a look to the shelf for all projects, or from there to this project.
-    Copy(LookId),
-    /// Ask for the file to write a look to.
-    SaveAs(LookId),
-    /// Write the look to this file.
-    Write(PathBuf),
-    /// Apply the look in a file, and store it under the file's name.
-    Load(PathBuf),
-    /// Show four looks side by side, or the single picture again.
-    ToggleFour,
-    /// Show this in one of the four slots, 0 to 3 from the upper left.
-    Place(usize, FourSlot),
-    /// Apply the look in one of the four slots.
-    Pick(usize),
-}
-
-/// Navigates the timeline, and changes its keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TimelineCommand {
-    /// Show all frames.
-    ShowAll,
-    /// Go to the next key of the selected lane, or of all lanes if none is selected; to the previous one if negative.
-    StepKey(isize),
-    /// Select all keys of the curve or of the lanes.
-    SelectAll,
-    /// Move the selected keys by this many frames.
-    Nudge(isize),
-}
-
-/// Changes the list of environments.
-#[derive(Clone, Debug, PartialEq)]
-pub enum EnvironmentsCommand {
-    /// Light the subject with the entry this many places further in the visible list, which wraps around.
-    Step(isize),
-    /// Read this entry's panorama: its row is seen, or reading failed before.
-    Read(usize),
-    /// Add an entry to the favourites or remove it; None for the current environment.
-    ToggleFavourite(Option<usize>),
-    /// List only entries that contain each of these words.
-    Search(String),
-    /// Stop watching the folder that holds this one.
-    Unwatch(PathBuf),
-}
-
-/// Adds, copies and removes lights placed by hand. Each command is one undo step. The selected light is
-/// [`super::State::chosen_light`].
-#[derive(Clone, Debug, PartialEq)]
-pub enum LightsCommand {
-    /// Add a softbox and select it.
-    Add,
-    /// Duplicate the selected light with its keys, and select the copy.
-    Duplicate,
-    /// Copy the selected light with its keys to the clipboard.
-    Copy,
-    /// Add the light in this clipboard text, and select it.
-    Paste(String),
-    /// Remove the selected light with its keys.
-    Remove,
-    /// Rename the group with this index.
-    RenameGroup(usize, String),
-    /// Remove the group with this index; its lights stay.
-    RemoveGroup(usize),
-}
-
-/// Calibrates, by hand or by a fit.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CalibrationCommand {
-    /// Use the outline detected in the photographs.
-    FindCircle,
-    /// Move the outline and enlarge its radius, in pixels of the photograph.
-    NudgeCircle { by: [f64; 2], radius: f64 },
-    /// Change the trial response by these differences of γ1, γ2 and the exposure.
-    NudgeTrial([f32; 3]),
-    /// Calibrate with the values set by hand; the rest is fitted.
-    Start,
-}
-
-/// Trains the network.
-#[derive(Clone, Debug, PartialEq)]
-pub enum TrainingCommand {
-    /// Train with the current settings: from the start, or from the checkpoint.
-    Start { fresh: bool },
-    /// Restore the saved checkpoint of this name.
-    GoBack(String),
-    /// Read the list of checkpoints.
-    ListCheckpoints,
-}
-
-/// Compares the network with the truth.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ReviewCommand {
-    /// Measure against the truth in this folder, or in the last folder used.
-    Measure(Option<PathBuf>),
-    /// Write the review as a page.
-    Report(PathBuf),
-    /// Save a verdict and a note.
-    Mark(Box<MarkedOlat>),
-    /// Give the selected cell a verdict.
-    Verdict(Mark),
-    /// Select a cell by its indices of case and lamp in the review, and show it beside its truth.
-    Choose((usize, usize)),
-    /// Select the worst cell without a verdict that follows the selected one.
-    NextWorst,
-    /// Estimate the errors of all frames, and find those unlike every pose.
-    Trust,
-}
-
-/// Measures the time that accuracy costs, and chooses a rung.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AccuracyCommand {
-    /// Start or resume the measurement.
-    Measure(Box<TradeoffSettings>),
-    /// Use the network of this rung.
-    Apply(String),
-    /// Read these pictures of rungs.
-    Draw(Vec<String>),
-}
-
-/// Paints mattes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MatteCommand {
-    /// Start or stop painting.
-    Tool(bool),
-    ToggleTool,
-    /// Set the brush to keep or to remove.
-    Side(BrushSide),
-    SwapSide,
-    /// Set the brush's radius, in pixels of the plate.
-    Radius(f32),
-    /// Enlarge the brush by this many steps; shrink it if negative.
-    StepRadius(i32),
-    /// Add a stroke.
-    Stroke(Box<Stroke>),
-    /// Remove the strokes of this frame.
-    Clear(usize),
-    /// Make all mattes that are not in the shoot.
-    MakeAll,
-}
-
-/// Exports clips and stills.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ExportCommand {
-    /// Change the options of the next export.
-    Options(Box<ExportOptions>),
-    /// Use this file as the export's name.
-    Destination(PathBuf),
-    /// Add an export with the current settings to the queue.
-    Add,
-    /// Write an export with the current settings as a farm job for this engine, into a new folder in this one.
-    Farm(Engine, PathBuf),
-    /// Remove an export from the queue; a running one is asked to stop.
-    Withdraw(u64),
-    /// Write a waiting export before all others that wait.
-    WriteNext(u64),
-    /// Write an export that failed or was stopped again.
-    Retry(u64),
-    /// Show a folder in the system's file manager.
-    OpenFolder(PathBuf),
-}
-
-/// Opens, creates and changes projects.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ProjectCommand {
-    /// Open the project in a folder. Asks first if work would end.
-    Open(PathBuf),
-    /// Open the project that the question was about; work ends.
-    Leave,
-    /// Reread the open project.
-    Reopen,
-    /// Remove a folder from the recent projects; the disk is unchanged.
-    Forget(PathBuf),
-    /// Plan a project, for the shoot in a folder if known.
-    New(Option<PathBuf>),
-    /// Change the plan for a project; None discards it.
-    Plan(Option<Box<Plan>>),
-    /// Add files or folders of a shoot to the plan, as parts of this kind, or guess the kind.
-    Bring(Vec<PathBuf>, Option<Slot>),
-    /// Make the planned project and open it.
-    Make,
-    /// Make the demo in this folder and open its project.
-    MakeDemo(PathBuf),
-    /// Set the new folder of the project's shoot.
-    Locate(PathBuf),
-    /// Change the crop to this square. Results with another crop are put aside.
-    Reframe(Framing),
-    /// Correct the shoot's lamps. Results with the lamps before are put aside.
-    CorrectLamps(LampSettings),
-    /// Read these thumbnails, which this pane has room for.
-    Thumbnails(Pane, Vec<Thumbnail>),
 }
 
 /// Commands for jobs.

@@ -1,7 +1,7 @@
 //! Options of the next export.
 
-use super::environment_library::PanoramaState;
 use super::look::LookSettings;
+use super::panels::environments::library::PanoramaState;
 use super::status::Phase;
 use color_config::ColorChoice;
 use compositor::Storage;

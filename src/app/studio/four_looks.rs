@@ -1,10 +1,6 @@
-//! Four looks side by side: their slots and the pictures that these need.
+//! Four looks side by side: the slots.
 
-use super::environment_library::{EnvironmentEntry, light_of};
-use super::look::LookSettings;
-use super::state::State;
-use super::stored_looks::{LookId, StoredLooks};
-use worker::{LookView, Origin};
+use super::stored_looks::LookId;
 
 /// Content of one of the four slots.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,22 +14,6 @@ pub enum FourSlot {
 }
 
 impl FourSlot {
-    /// The environment of the slot's look.
-    pub fn environment(&self, state: &State, stored: &StoredLooks) -> Option<Origin> {
-        let origin = |look: &LookSettings| {
-            let listed = look.environments.get(look.environment)?;
-            Some(listed.origin.clone())
-        };
-        match self {
-            FourSlot::Empty => None,
-            FourSlot::Present => origin(&state.look),
-            FourSlot::Stored(id, number) => {
-                let version = stored.version(id, *number)?;
-                origin(&version.look.in_window(&state.look, state.frame)?)
-            }
-        }
-    }
-
     /// Follows the renaming of a look.
     pub fn rename(&mut self, from: &LookId, to: &LookId) {
         if let Self::Stored(id, _) = self
@@ -84,73 +64,9 @@ impl FourLooks {
         }
     }
 
-    /// The environments of the visible looks.
-    pub fn environments(&self, state: &State, stored: &StoredLooks) -> Vec<Origin> {
-        let shown = self.slots.iter().filter(|_| self.on);
-        shown.filter_map(|slot| slot.environment(state, stored)).collect()
-    }
-
     /// Follows the renaming of a look.
     pub fn rename(&mut self, from: &LookId, to: &LookId) {
         self.slots.iter_mut().for_each(|slot| slot.rename(from, to));
-    }
-}
-
-/// Picture for a slot.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FourPicture {
-    /// Empty slot.
-    Empty,
-    /// The environment is still being read.
-    Waiting,
-    /// Reason for the absence of a picture.
-    Missing(String),
-    View(Box<LookView>),
-}
-
-impl FourPicture {
-    /// Picture for a slot, given the stored looks.
-    pub fn new(
-        slot: &FourSlot,
-        state: &State,
-        stored: &StoredLooks,
-        environments: &[EnvironmentEntry],
-    ) -> Self {
-        match slot {
-            FourSlot::Empty => Self::Empty,
-            FourSlot::Present => Self::view(&state.look, state, environments),
-            FourSlot::Stored(id, number) => {
-                let Some(version) = stored.version(id, *number) else {
-                    return Self::Missing(if stored.is_busy() {
-                        "Reading the looks".to_owned()
-                    } else {
-                        format!("{} was removed", slot.name())
-                    });
-                };
-                match version.look.in_window(&state.look, state.frame) {
-                    Some(look) => Self::view(&look, state, environments),
-                    None => Self::Missing(format!(
-                        "Environment \u{201c}{}\u{201d} is not in the list. Click the look in Looks to add it.",
-                        version.look.environment.name
-                    )),
-                }
-            }
-        }
-    }
-
-    fn view(look: &LookSettings, state: &State, environments: &[EnvironmentEntry]) -> Self {
-        let Some(entry) = environments.get(look.environment) else {
-            return Self::Missing("No environment".to_owned());
-        };
-        match light_of(environments, &entry.listed.origin) {
-            Some(environment) => {
-                Self::View(Box::new(LookView { scene: state.scene_of(look), environment }))
-            }
-            None if entry.panorama.is_failed() => {
-                Self::Missing(format!("{} cannot be read", entry.listed.name))
-            }
-            None => Self::Waiting,
-        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Layout of the window: a tree of panes for each workspace. Dragging tabs and borders rearranges it.
 
+pub use super::panels::Pane;
+
 use egui_tiles::{Behavior, Container, Linear, LinearDir, Tabs, Tile, TileId, Tiles, Tree};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
@@ -25,29 +27,6 @@ const NARROW_FOLDED: f32 = 131.0;
 /// Least width and height of the main pane in points, or half the room. The panes beside it shrink first.
 const LEAST: [f32; 2] = [400.0, 240.0];
 
-/// A slot for one panel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Pane {
-    Project,
-    Footage,
-    Probe,
-    Gamma,
-    Training,
-    Picture,
-    Timeline,
-    Environments,
-    Light,
-    Effects,
-    Scopes,
-    Lamps,
-    Review,
-    Export,
-    Checks,
-    Log,
-    Accuracy,
-    Looks,
-}
-
 /// A layout of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Workspace {
@@ -64,56 +43,8 @@ pub enum Workspace {
     Export,
 }
 
-impl Pane {
-    /// All workspaces, in the order of the menu.
-    pub const ALL: [Self; 18] = [
-        Self::Project,
-        Self::Footage,
-        Self::Probe,
-        Self::Gamma,
-        Self::Training,
-        Self::Picture,
-        Self::Timeline,
-        Self::Environments,
-        Self::Looks,
-        Self::Light,
-        Self::Effects,
-        Self::Scopes,
-        Self::Lamps,
-        Self::Review,
-        Self::Accuracy,
-        Self::Export,
-        Self::Checks,
-        Self::Log,
-    ];
-
-    /// Label of its tab.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Project => "Project",
-            Self::Footage => "Footage",
-            Self::Probe => "Probe",
-            Self::Gamma => "Gamma",
-            Self::Training => "Training",
-            Self::Picture => "Picture",
-            Self::Timeline => "Timeline",
-            Self::Environments => "Environments",
-            Self::Looks => "Looks",
-            Self::Light => "Light",
-            Self::Effects => "Render passes",
-            Self::Scopes => "Scopes",
-            Self::Lamps => "Lamps",
-            Self::Review => "Measurements",
-            Self::Accuracy => "Accuracy",
-            Self::Export => "Export",
-            Self::Checks => "Checks",
-            Self::Log => "Log",
-        }
-    }
-}
-
 impl Workspace {
-    /// All panes, in the order of a production.
+    /// All workspaces, in the order of a production.
     pub const ALL: [Self; 5] =
         [Self::Calibrate, Self::Train, Self::Relight, Self::Review, Self::Export];
 
@@ -235,6 +166,11 @@ impl Default for Layout {
 }
 
 impl Layout {
+    /// No layouts, in place of those that are being drawn.
+    pub fn absent() -> Self {
+        Self { trees: Vec::new() }
+    }
+
     /// The same, with the original layout for each workspace that is missing or has lost its main panes.
     pub fn mended(mut self) -> Self {
         let whole = |workspace: Workspace, tree: &Tree<Pane>| {

@@ -1,39 +1,25 @@
 //! The studio: a window with the relit frame, the timeline and the light. Panels emit [`Command`]s, [`StudioApp`]
 //! applies them. Pictures come from [`worker`], and the window never waits for it.
 
-mod accuracy;
 mod app;
-mod calibration_analysis;
-mod color_views;
 mod command;
 mod comparison;
-mod destination_check;
-mod environment_groups;
-mod environment_library;
 mod environment_list;
 mod export_options;
 mod favourites;
-mod footage_reader;
 mod four_looks;
 mod history;
 mod icons;
-mod key_selection;
 mod keys;
 mod layout;
-mod light_aim;
 mod look;
 mod look_name;
 mod look_shelf;
-mod matte_painting;
-mod network_review;
 mod palette;
 mod panel_context;
 mod panels;
-mod pixel_inspector;
 mod pointer_order;
 mod preferences;
-mod project_check;
-mod recents;
 mod region;
 mod saved_history;
 mod saved_look;
@@ -43,40 +29,42 @@ mod status;
 mod stored_look;
 mod stored_looks;
 mod theme;
-mod training;
-mod wizard;
 mod workspace_view;
 
 pub use app::{ProjectHandover, StudioApp};
-pub use calibration_analysis::CalibrationAnalysis;
 pub use command::{
     CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand,
     LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TimelineCommand,
     TrainingCommand, ViewCommand, WindowCommand,
 };
 pub use comparison::{CellPicture, CompareMode, CompareSettings, GAINS, Reference};
-pub use environment_library::{EnvironmentEntry, PanoramaState};
 pub use environment_list::{ListedEnvironment, Owner};
 pub use export_options::ExportOptions;
-pub use footage_reader::{FootageReader, FootageView, MatteView, Thumbnail};
-pub use four_looks::{FourLooks, FourPicture, FourSlot};
+pub use four_looks::{FourLooks, FourSlot};
 pub use layout::{Layout, Pane, Workspace};
 pub use look::{Group, LookSettings};
 pub use look_name::LookName;
 pub use look_shelf::{LookVersion, ShelvedLook};
-pub use matte_painting::MattePainting;
-pub use network_review::NetworkReview;
+pub use panels::checks::query::ProjectCheck;
+pub use panels::environments::library::{EnvironmentEntry, PanoramaState};
+pub use panels::footage::painting::MattePainting;
+pub use panels::footage::reader::{FootageReader, FootageView, MatteView, Thumbnail};
+pub use panels::probe::query::CalibrationAnalysis;
+pub use panels::project::plan::{Plan, Wizard};
+pub use panels::project::recents::{Recent, Recents};
+pub use panels::review::query::NetworkReview;
+pub use panels::training::query::{TrainChoice, Training};
+pub use panels::viewport::four_pictures::FourPicture;
 pub use preferences::Preferences;
-pub use project_check::ProjectCheck;
-pub use recents::{Recent, Recents};
 pub use region::Region;
 pub use saved_look::SavedLook;
-pub use state::{Shown, State, View};
+pub use state::{
+    Covers, Display, LampCounts, Panes, Playback, ReviewView, ShootView, Shown, State, View,
+    ViewportView,
+};
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};
 pub use stored_look::StoredLook;
 pub use stored_looks::{LookId, Shelf, StoredLooks};
-pub use training::{TrainChoice, Training};
-pub use wizard::{Plan, Wizard};
 
 use base::error::{Error, Result};
 use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};

@@ -3,12 +3,12 @@
 use super::command::{
     Command, Dialog, JobCommand, LightsCommand, LookCommand, LooksCommand, WindowCommand,
 };
-use super::environment_library::EnvironmentEntry;
 use super::environment_list::Owner;
 use super::keys;
 use super::layout::Pane;
 use super::look::Group;
 use super::panel_context::PanelContext;
+use super::panels::environments::library::EnvironmentEntry;
 use super::stored_looks::Shelf;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
@@ -115,10 +115,8 @@ impl Palette {
 }
 
 fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
-    let bound = keys::listed(ctx, context.state.active).into_iter().map(|listed| PaletteEntry {
-        label: listed.label.to_owned(),
-        key: listed.key,
-        command: listed.command,
+    let bound = keys::listed(ctx, context.state.panes.active).into_iter().map(|listed| {
+        PaletteEntry { label: listed.label.to_owned(), key: listed.key, command: listed.command }
     });
     let others = OTHERS.map(|(label, command)| entry(label.to_owned(), command));
     let panes = Pane::ALL.map(|pane| {
@@ -126,7 +124,7 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
         entry(format!("Panel: {}", pane.name()), show)
     });
     let listed = |(_, entry): &(usize, &EnvironmentEntry)| entry.listed.owner != Owner::Folder;
-    let environments = context.environments.iter().enumerate().filter(listed);
+    let environments = context.environments().iter().enumerate().filter(listed);
     let environments =
         environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.name), e.choose(i)));
     let looks = context.looks.ids().map(|id| {

@@ -1,101 +1,82 @@
 //! Input of the panels. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps only
 //! the state of its drawing, reads everything else here, and makes changes only by commands.
 
-use super::accuracy::Accuracy;
-use super::color_views::ColorViews;
-use super::destination_check::ExistingFiles;
-use super::environment_library::{EnvironmentEntry, Scan};
-use super::footage_reader::FootageReader;
+use super::app::{Autosave, Preview, Session};
 use super::layout::Pane;
-use super::matte_painting::MattePainting;
-use super::network_review::NetworkReview;
+use super::panels::environments::library::{EnvironmentEntry, EnvironmentLibrary};
+use super::panels::export::exports::Exports;
+use super::panels::project::picker::ProjectPicker;
+use super::panels::readers::Readers;
 use super::panels::{lamp_title, with_lamp_titles};
-use super::project_check::ProjectCheck;
-use super::recents::Recents;
 use super::state::State;
 use super::status::{Phase, Status};
 use super::stored_looks::StoredLooks;
-use super::training::Training;
-use super::wizard::Wizard;
-use benchmark::MachineReport;
-use export::Destination;
-use light::aim::NoAim;
 use light::highlight::Highlights;
 use project::Project;
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use tradeoff::Against;
-use worker::{Export, GammaView, PreviewPicture, ProbeView};
+use worker::PreviewPicture;
 
 /// Everything that panels can show.
 #[derive(Clone, Copy)]
 pub struct PanelContext<'a> {
-    pub project: Option<&'a Project>,
+    /// The open project, and its write lock.
+    pub session: &'a Session,
     pub state: &'a State,
-    /// The folded headings.
-    pub folded: &'a BTreeSet<String>,
-    /// Folders whose panoramas are listed in every project.
-    pub watched: &'a BTreeSet<PathBuf>,
-    /// Their newest scan; None before the first.
-    pub scan: Option<&'a Scan>,
     pub status: &'a Status,
-    pub environments: &'a [EnvironmentEntry],
-    /// The visible panes.
-    pub shown: &'a [Pane],
-    /// The newest picture.
-    pub relit: Option<&'a Arc<PreviewPicture>>,
-    /// Frames shown per second during playback; None while nothing plays.
-    pub played: Option<f64>,
-    /// Light of the probed pixel under each lamp at full power.
-    pub texel: Option<&'a [[f32; 3]]>,
-    /// Reason that a click on the picture placed no light.
-    pub no_aim: Option<NoAim>,
-    /// Positions of the lights in the newest picture's frame, once known.
-    pub highlights: Option<&'a Highlights>,
-    /// Index of the lamp that falls on the point under the pointer, while placing lights by the face.
-    pub proposed: Option<usize>,
-    /// The export queue.
-    pub exports: &'a [Export],
-    /// Number of existing files of the next export.
-    pub existing_files: Option<&'a ExistingFiles>,
-    /// Destination of the next export if it replaces no files.
-    pub export_to: &'a Destination,
-    /// Analysis of the mirror balls, or the reason they cannot be read.
-    pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
-    /// Fit of the trial response, or the reason it is unknown.
-    pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
-    /// The current frame under every lamp, and the network's distance from the truth.
-    pub review: &'a NetworkReview,
-    /// Time and accuracy of each rung.
-    pub accuracy: &'a Accuracy,
-    /// Performance of this machine, as measured so far.
-    pub machine: Option<&'a MachineReport>,
-    /// State of the project check.
-    pub check: &'a ProjectCheck,
-    /// The network's training.
-    pub training: &'a Training,
-    /// Reason the project is read-only: another process holds its lock.
-    pub read_only: Option<&'a str>,
-    /// The recent projects.
-    pub recents: &'a Recents,
-    /// The plan for a new project.
-    pub wizard: &'a Wizard,
-    /// The footage as filmed.
-    pub footage: &'a FootageReader,
-    /// Strokes on mattes, and the resulting matte of the current frame.
-    pub matte: &'a MattePainting,
+    /// The environments, and their panoramas.
+    pub library: &'a EnvironmentLibrary,
     /// Stored looks of the project and of the person.
     pub looks: &'a StoredLooks,
-    /// Views of the OpenColorIO configuration, for viewing and for exports.
-    pub color_views: &'a ColorViews,
-    /// Reason that a change is not on disk.
-    pub unsaved: Option<&'a str>,
-    /// True if a change is being written for a long time.
-    pub saving: bool,
+    /// The newest picture.
+    pub preview: &'a Preview,
+    /// Calibration, review, training, footage and other facts about the project.
+    pub readers: &'a Readers,
+    /// The export queue, and the existing files of the next export.
+    pub exports: &'a Exports,
+    /// The recent projects, and the plan for a new one.
+    pub picker: &'a ProjectPicker,
+    /// The person's preferences, and the pending saves.
+    pub autosave: &'a Autosave,
 }
 
-impl PanelContext<'_> {
+impl<'a> PanelContext<'a> {
+    /// The open project.
+    pub fn project(&self) -> Option<&'a Project> {
+        self.session.project.as_ref()
+    }
+
+    /// Reason the project is read-only: another process holds its lock.
+    pub fn read_only(&self) -> Option<&'a str> {
+        self.session.read_only.as_deref()
+    }
+
+    /// The list of environments.
+    pub fn environments(&self) -> &'a [EnvironmentEntry] {
+        self.library.entries()
+    }
+
+    /// The newest picture.
+    pub fn relit(&self) -> Option<&'a Arc<PreviewPicture>> {
+        self.preview.relit.as_ref()
+    }
+
+    /// Positions of the lights in the newest picture's frame, once known.
+    pub fn highlights(&self) -> Option<&'a Highlights> {
+        self.readers.aim.highlights(&self.relit()?.predicted)
+    }
+
+    /// Reason a look, a verdict or a stroke is not on disk.
+    pub fn unsaved(&self) -> Option<&'a str> {
+        self.autosave.unsaved().or(self.readers.unsaved())
+    }
+
+    /// True if the pane is visible.
+    pub fn shows(&self, pane: Pane) -> bool {
+        self.state.panes.shows(pane)
+    }
+
     /// True while pictures can be made. Otherwise the viewport shows the reason, or the work in progress.
     pub fn is_live(&self) -> bool {
         matches!(self.status.phase, Phase::Ready { .. })
@@ -103,34 +84,34 @@ impl PanelContext<'_> {
 
     /// The truth for measurements: that of the last measurement, or the shoot's.
     pub fn accuracy_truth(&self) -> Option<PathBuf> {
-        let measured = self.accuracy.measured().map(|ledger| &ledger.against);
+        let measured = self.readers.accuracy.measured().map(|ledger| &ledger.against);
         let used = measured.and_then(|against| match against {
             Against::Truth(folder) => Some(folder.clone()),
             Against::Pose(_) => None,
         });
-        used.or_else(|| self.review.truth())
+        used.or_else(|| self.readers.review.truth())
     }
 
     /// True if a visible pane shows the running job with its buttons.
     pub fn job_has_pane(&self) -> bool {
-        self.training.running && self.shown.contains(&Pane::Training)
+        self.readers.training.running && self.shows(Pane::Training)
     }
 
     /// True if a visible pane shows the refusal.
     pub fn refusal_has_pane(&self) -> bool {
-        self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
+        self.shows(Pane::Picture) || self.shows(Pane::Project)
     }
 
     /// Name of a lamp for people.
     pub fn lamp_title(&self, lamp: usize) -> String {
-        let lamps = self.project.map(|project| &project.settings.shoot.lamps);
+        let lamps = self.project().map(|project| &project.settings.shoot.lamps);
         let name = lamps.and_then(|lamps| lamps.get(lamp));
         name.map_or_else(|| format!("lamp {lamp}"), |name| lamp_title(name))
     }
 
     /// A sentence with the titles of the lamps in place of their names.
     pub fn with_lamp_titles(&self, sentence: &str) -> String {
-        let lamps = self.project.map(|project| project.settings.shoot.lamps.as_slice());
+        let lamps = self.project().map(|project| project.settings.shoot.lamps.as_slice());
         with_lamp_titles(sentence, lamps.unwrap_or_default())
     }
 
@@ -144,7 +125,7 @@ impl PanelContext<'_> {
     }
 
     /// The current environment of the list, if there is one.
-    pub fn environment(&self) -> Option<&EnvironmentEntry> {
-        self.environments.get(self.state.look.environment)
+    pub fn environment(&self) -> Option<&'a EnvironmentEntry> {
+        self.environments().get(self.state.look.environment)
     }
 }

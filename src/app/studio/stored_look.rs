@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use worker::Origin;
 
+/// Ending of look files.
+pub const ENDING: &str = ".look.json";
+
 /// Newest file version known to this program.
 const FORM: u32 = 1;
 /// Largest size of such a file in bytes. A look with a thousand keys has a tenth of that.

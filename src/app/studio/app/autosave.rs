@@ -22,7 +22,7 @@ const SLOW: Duration = Duration::from_millis(500);
 pub struct Autosave {
     preferences: Preferences,
     /// The layout was changed, by a command or by a drag still in progress.
-    pub layout_edited: bool,
+    layout_edited: bool,
     look: SavedLook,
     /// Numbers of undo and redo steps at the last save of the look.
     steps: [usize; 2],
@@ -43,9 +43,15 @@ impl Autosave {
         }
     }
 
-    /// The layouts of panes.
-    pub fn layout(&mut self) -> &mut Layout {
-        self.preferences.layout()
+    /// Takes out the layouts of panes, to draw them beside the preferences. [`Self::return_layout`] puts them back.
+    pub fn lend_layout(&mut self) -> Layout {
+        std::mem::replace(self.preferences.layout(), Layout::absent())
+    }
+
+    /// Puts back the layouts of panes. `edited`: they were changed.
+    pub fn return_layout(&mut self, layout: Layout, edited: bool) {
+        *self.preferences.layout() = layout;
+        self.layout_edited |= edited;
     }
 
     /// Changes the layouts of panes.

@@ -13,16 +13,16 @@ impl StudioApp {
         if !self.ctx.input(|input| input.viewport().close_requested()) {
             return;
         }
-        if self.state.closing.is_empty() {
-            self.state.closing = self.would_end();
-            if !self.state.closing.is_empty() {
+        if self.state.covers.closing.is_empty() {
+            self.state.covers.closing = self.would_end();
+            if !self.state.covers.closing.is_empty() {
                 self.ctx.send_viewport_cmd(ViewportCommand::CancelClose);
             }
         }
     }
 
     /// Work that closing or opening another project would end, one sentence each.
-    pub(super) fn would_end(&self) -> Vec<String> {
+    pub(crate) fn would_end(&self) -> Vec<String> {
         // A job may have ended while its last report is still on the way.
         let job = self.status.job.as_ref();
         let job = job.filter(|_| self.session.idle().is_err());

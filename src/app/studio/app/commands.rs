@@ -4,7 +4,7 @@ use super::StudioApp;
 use crate::command::{Command, Dialog, LookCommand, ViewCommand};
 
 impl StudioApp {
-    pub(super) fn apply(&mut self, command: Command) {
+    pub(crate) fn apply(&mut self, command: Command) {
         // Others may refer to the environment that was tried.
         if !matches!(command, Command::Look(_) | Command::Environments(_) | Command::Window(_)) {
             self.state.keep_tried();
@@ -67,11 +67,11 @@ impl StudioApp {
             Command::Dialog(dialog) => self.open_dialog(dialog),
             Command::NewFile(dialog, path) => self.take_new_file(dialog, path),
             Command::Chosen(Dialog::Environments | Dialog::EnvironmentFolder, paths) => {
-                self.state.path = None;
+                self.state.covers.path = None;
                 self.add_environments(paths);
             }
             Command::Chosen(dialog, paths) => {
-                self.state.path = None;
+                self.state.covers.path = None;
                 if let Some(command) = self.command_for(dialog, paths) {
                     self.apply(command);
                 }
@@ -80,7 +80,7 @@ impl StudioApp {
     }
 
     /// Shows the reason if something could not be done.
-    pub(super) fn refuse_unless(&mut self, done: Result<(), String>) {
+    pub(crate) fn refuse_unless(&mut self, done: Result<(), String>) {
         if let Err(sentence) = done {
             self.status.refuse(sentence);
         }

@@ -1,15 +1,14 @@
 //! System file dialogs, each with a text field for a typed path: some systems have no dialogs.
 
 use super::StudioApp;
-use super::drops::folder_of;
-use super::looks::ENDING;
 use crate::command::{
     Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
     ReviewCommand, ViewCommand,
 };
 use crate::comparison::{CompareSettings, Reference};
+use crate::panels::project::plan::{Plan, folder_of};
 use crate::state::{PathEntry, Wanted};
-use crate::wizard::Plan;
+use crate::stored_look::ENDING;
 use base::FileFormat;
 use base::files::plain;
 use rfd::FileDialog;
@@ -125,7 +124,7 @@ impl StudioApp {
         while let Ok((number, ended)) = self.dialogs.ended.try_recv() {
             // The path may have been typed meanwhile, and another dialog opened.
             let is_shown = |entry: &&mut PathEntry| entry.number == number;
-            let Some(entry) = self.state.path.as_mut().filter(is_shown) else {
+            let Some(entry) = self.state.covers.path.as_mut().filter(is_shown) else {
                 continue;
             };
             match ended {
@@ -134,7 +133,7 @@ impl StudioApp {
                 Ended::Closed if self.view.path_is_typed(entry) => {
                     entry.missing = Some("The system dialog was closed.".to_owned());
                 }
-                Ended::Closed => self.state.path = None,
+                Ended::Closed => self.state.covers.path = None,
                 Ended::Missing(why) => {
                     entry.missing = Some(why.unwrap_or_else(|| {
                         "No file dialog on this system. Type a path below.".to_owned()
@@ -153,7 +152,7 @@ impl StudioApp {
             move |app, found| {
                 // The lookup of a file cannot fail.
                 let (is_there, path) = found.unwrap_or_default();
-                let entry = app.state.path.as_mut();
+                let entry = app.state.covers.path.as_mut();
                 let Some(entry) = entry.filter(|entry| entry.dialog == dialog) else {
                     // The field was closed meanwhile.
                     return;
@@ -168,7 +167,7 @@ impl StudioApp {
     }
 
     /// Shows the system's dialog with the path field beside it.
-    pub(super) fn open_dialog(&mut self, dialog: Dialog) {
+    pub(crate) fn open_dialog(&mut self, dialog: Dialog) {
         let Some(ask) = self.ask_for(dialog) else {
             return;
         };
@@ -178,7 +177,7 @@ impl StudioApp {
         });
         let (title, wanted) = (ask.title, ask.wanted);
         let number = self.dialogs.show(move || ask.show());
-        self.state.path = Some(PathEntry {
+        self.state.covers.path = Some(PathEntry {
             dialog,
             number,
             title,

@@ -1,20 +1,18 @@
 //! Files and folders dropped onto the window.
 
 use super::StudioApp;
-use super::environments::is_panorama;
-use super::looks::ENDING;
 use crate::command::{Command, Dialog, LookCommand, LooksCommand, ProjectCommand};
 use crate::layout::Pane;
+use crate::panels::environments::library::is_panorama;
+use crate::panels::project::plan::{FILES, folder_of};
 use crate::state::Wanted;
 use crate::status::Phase;
+use crate::stored_look::ENDING;
 use base::files::{plain, shown};
 use base::{FileFormat, has_extension};
 use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
 use worker::Need;
-
-/// Files that identify the folder of a project or a shoot.
-const FILES: [&str; 2] = ["project.toml", "manifest.json"];
 
 impl StudioApp {
     /// Emits the commands for dropped panoramas, projects and shoots.
@@ -22,7 +20,7 @@ impl StudioApp {
         let dropped = self.ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
         let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         // While a dialog is open, a drop is its answer.
-        if let Some(entry) = self.state.path.as_mut().filter(|_| !paths.is_empty()) {
+        if let Some(entry) = self.state.covers.path.as_mut().filter(|_| !paths.is_empty()) {
             if entry.wanted != Wanted::NewFile {
                 return out.push(Command::Chosen(entry.dialog, paths));
             }
@@ -49,7 +47,8 @@ impl StudioApp {
             let is_file = FILES.iter().any(|name| path.ends_with(name));
             is_file || is_shoot(path) || path.join("project.toml").exists()
         };
-        let is_planned = self.picker.wizard.plan().is_some() && self.shown.contains(&Pane::Project);
+        let is_planned =
+            self.picker.wizard.plan().is_some() && self.state.panes.shows(Pane::Project);
         let is_part = |path: &PathBuf| movies::is_movie(path) || (is_planned && is_part(path));
         if paths.is_empty() || paths.iter().any(is_whole) || !paths.iter().all(is_part) {
             return Some(paths);
@@ -96,14 +95,6 @@ impl StudioApp {
             shown(&path)
         ));
         None
-    }
-}
-
-/// Folder of a project or a shoot, given one of its files; any other path unchanged.
-pub(super) fn folder_of(path: PathBuf) -> PathBuf {
-    match path.parent() {
-        Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
-        _ => path,
     }
 }
 

@@ -33,7 +33,7 @@ impl Errands {
 impl StudioApp {
     /// Runs `act` on its own thread once the open project's environment list is on disk, then calls `then` with the
     /// result on this thread.
-    pub(super) fn errand<T: Send + 'static>(
+    pub(crate) fn errand<T: Send + 'static>(
         &mut self,
         act: impl FnOnce() -> Result<T> + Send + 'static,
         then: impl FnOnce(&mut Self, Result<T>) + Send + 'static,
@@ -52,7 +52,7 @@ impl StudioApp {
     }
 
     /// The same for the open project: `then` is dropped if another project is open by then.
-    pub(super) fn errand_here<T: Send + 'static>(
+    pub(crate) fn errand_here<T: Send + 'static>(
         &mut self,
         act: impl FnOnce() -> Result<T> + Send + 'static,
         then: impl FnOnce(&mut Self, Result<T>) + Send + 'static,

@@ -1,65 +1,53 @@
 //! The application: takes in the threads' reports, draws the panels, applies their commands and requests the picture of
 //! the current state.
 
-mod accuracy;
-mod aiming;
 mod autosave;
 mod closing;
 mod commands;
 mod dialogs;
 mod drops;
-mod environments;
 mod errands;
-mod exports;
 mod gpu_lost;
 mod jobs;
-mod lights;
-mod looks;
-mod machine;
-mod painting;
-mod picker;
 mod preview;
-mod projects;
-mod readers;
-mod review;
 mod session;
 mod view;
 mod window;
 
+pub(crate) use autosave::Autosave;
 pub use gpu_lost::ProjectHandover;
+pub(crate) use preview::Preview;
+pub(crate) use session::Session;
 
-use super::calibration_analysis::CalibrationAnalysis;
 use super::command::{Command, WindowCommand};
-use super::environment_library::{EnvironmentEntry, EnvironmentLibrary, Scan};
-use super::footage_reader::FootageReader;
 use super::layout::Pane;
-use super::matte_painting::MattePainting;
-use super::network_review::NetworkReview;
 use super::panel_context::PanelContext;
+use super::panels::checks::query::ProjectCheck;
+use super::panels::environments::library::{EnvironmentEntry, EnvironmentLibrary, Scan};
+use super::panels::export::exports::Exports;
+use super::panels::footage::painting::MattePainting;
+use super::panels::footage::reader::FootageReader;
+use super::panels::machine::query::Machine;
+use super::panels::probe::query::CalibrationAnalysis;
+use super::panels::project::picker::ProjectPicker;
+use super::panels::project::plan::Wizard;
+use super::panels::project::recents::Recents;
+use super::panels::readers::Readers;
+use super::panels::review::query::NetworkReview;
+use super::panels::training::query::Training;
 use super::pointer_order::PointerOrder;
 use super::preferences::Preferences;
-use super::project_check::ProjectCheck;
-use super::recents::Recents;
 use super::state::State;
 use super::status::{Phase, Status};
 use super::stored_looks::{LookId, StoredLooks};
-use super::training::Training;
-use super::wizard::Wizard;
 use super::{keys, theme};
-use autosave::Autosave;
 use base::progress::Report;
 use dialogs::Dialogs;
 use eframe::egui_wgpu::RenderState;
 use egui::{Context, InputState, UserAttentionType};
 use errands::Errands;
-use exports::Exports;
 use gpu::{DeviceChoice, Gpu};
-use machine::Machine;
-use picker::ProjectPicker;
-use preview::Preview;
 use project::Project;
-use readers::Readers;
-use session::Session;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -68,30 +56,28 @@ use worker::{Blocked, Event, Export, PreviewPicture, Query, Source, Worker};
 
 /// The window's contents.
 pub struct StudioApp {
-    ctx: Context,
-    device: DeviceChoice,
-    state: State,
-    status: Status,
-    session: Session,
-    library: EnvironmentLibrary,
+    pub(crate) ctx: Context,
+    pub(crate) device: DeviceChoice,
+    pub(crate) state: State,
+    pub(crate) status: Status,
+    pub(crate) session: Session,
+    pub(crate) library: EnvironmentLibrary,
     /// Scan of the watched folders.
-    folders: Query<BTreeSet<PathBuf>, Scan>,
-    preview: Preview,
-    readers: Readers,
-    exports: Exports,
-    picker: ProjectPicker,
-    dialogs: Dialogs,
-    errands: Errands,
-    machine: Machine,
-    autosave: Autosave,
-    looks: StoredLooks,
+    pub(crate) folders: Query<BTreeSet<PathBuf>, Scan>,
+    pub(crate) preview: Preview,
+    pub(crate) readers: Readers,
+    pub(crate) exports: Exports,
+    pub(crate) picker: ProjectPicker,
+    pub(crate) dialogs: Dialogs,
+    pub(crate) errands: Errands,
+    pub(crate) machine: Machine,
+    pub(crate) autosave: Autosave,
+    pub(crate) looks: StoredLooks,
     /// The look to write once a file is chosen for it.
-    saved_as: Option<LookId>,
-    view: WindowView,
-    /// The panes drawn in the last frame.
-    shown: Vec<Pane>,
+    pub(crate) saved_as: Option<LookId>,
+    pub(crate) view: WindowView,
     /// Slot that receives the project when the window can no longer be drawn.
-    handover: Option<ProjectHandover>,
+    pub(crate) handover: Option<ProjectHandover>,
 }
 
 /// True if the event deserves the attention of an absent person: work has ended or is blocked.
@@ -107,7 +93,7 @@ fn is_pressed(input: &InputState) -> bool {
 
 /// Commands that keys can give while something covers the window: they close it.
 fn closing_keys(state: &State) -> Vec<WindowCommand> {
-    let keys = state.keys.then_some(WindowCommand::ToggleKeys);
+    let keys = state.covers.keys.then_some(WindowCommand::ToggleKeys);
     keys.into_iter().chain([WindowCommand::Dismiss]).collect()
 }
 
@@ -192,7 +178,6 @@ impl StudioApp {
             saved_as: None,
             autosave: Autosave::new(preferences, wake),
             view: WindowView::default(),
-            shown: Vec::new(),
             handover: None,
         };
         app.scan_folders();
@@ -284,7 +269,7 @@ impl StudioApp {
         self.library.entries()
     }
 
-    fn wake(&self) -> impl Fn() + Clone + Send + Sync + 'static {
+    pub(crate) fn wake(&self) -> impl Fn() + Clone + Send + Sync + 'static {
         let ctx = self.ctx.clone();
         move || ctx.request_repaint()
     }
@@ -330,7 +315,7 @@ impl StudioApp {
                 continue;
             }
             if matches!(event, Event::Opening | Event::Failed { .. }) {
-                self.state.playing = false;
+                self.state.playback.playing = false;
             }
             if event == Event::Opening {
                 // Pictures of an older network are stale.
@@ -346,66 +331,33 @@ impl StudioApp {
         }
         self.readers.training.show(worker.pictures());
         self.preview.show(worker.relit());
-        self.state.lamps = self.preview.lamps();
+        self.state.lamps.rig = self.preview.lamps();
         self.exports.receive(worker.exports());
     }
 
     /// Draws the window.
     fn draw(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
-        let unsaved = self.unsaved().map(str::to_owned);
-        let saving = self.autosave.saving();
-        if saving.is_some() {
+        if self.autosave.saving().is_some() {
             ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
         }
-        let folded = self.autosave.folded().clone();
-        let watched = self.autosave.watched().clone();
-        let root = self.session.project.as_ref().map(|project| &project.root);
-        let export_to = root.map(|root| {
-            let to = self.state.export_options.to(root);
-            self.exports.goes_to(&to, self.state.numbers())
-        });
-        let export_to = export_to.unwrap_or_default();
+        let mut layout = self.autosave.lend_layout();
         let context = PanelContext {
-            folded: &folded,
-            watched: &watched,
-            scan: self.library.scan(),
-            project: self.session.project.as_ref(),
+            session: &self.session,
             state: &self.state,
             status: &self.status,
-            environments: self.library.entries(),
-            shown: &self.shown,
-            relit: self.preview.relit.as_ref(),
-            played: self.preview.played(self.ctx.input(|input| input.time)),
-            texel: self.readers.inspector.texel(),
-            no_aim: self.readers.aim.refusal(),
-            proposed: self.readers.aim.proposed(),
-            highlights: (self.preview.relit.as_ref())
-                .and_then(|relit| self.readers.aim.highlights(&relit.predicted)),
-            exports: &self.exports.queue,
-            existing_files: self.exports.destination.found(),
-            export_to: &export_to,
-            probe: self.readers.analysis.probe.as_ref(),
-            gamma: self.readers.analysis.gamma.as_ref(),
-            review: &self.readers.review,
-            accuracy: &self.readers.accuracy,
-            machine: self.machine.report.as_ref(),
-            check: &self.readers.check,
-            training: &self.readers.training,
-            read_only: self.session.read_only.as_deref(),
-            recents: &self.picker.recents,
-            wizard: &self.picker.wizard,
-            footage: &self.readers.footage,
-            matte: &self.readers.matte,
+            library: &self.library,
             looks: &self.looks,
-            color_views: &self.readers.colors,
-            unsaved: unsaved.as_deref(),
-            saving: saving.unwrap_or(false),
+            preview: &self.preview,
+            readers: &self.readers,
+            exports: &self.exports,
+            picker: &self.picker,
+            autosave: &self.autosave,
         };
-        let layout = self.autosave.layout();
-        let drawn = self.view.ui(ui, &context, layout, commands);
-        self.autosave.layout_edited |= drawn.layout_edited;
-        self.shown = drawn.panes;
-        self.activate_shown();
+        let report = self.machine.report.as_ref();
+        let drawn = self.view.ui(ui, &context, report, &mut layout, commands);
+        self.autosave.return_layout(layout, drawn.layout_edited);
+        self.state.panes.drawn = drawn.panes;
+        self.state.panes.activate_drawn();
     }
 
     /// Requests from the threads whatever is visible and not known yet.
@@ -414,17 +366,23 @@ impl StudioApp {
         if let Some(worker) = &self.session.worker {
             let (library, state) = ((&self.library, &self.looks), &self.state);
             let root = self.session.project.as_ref().map(|project| &*project.root);
-            (self.preview).ask((worker, root), &self.shown, library, state, &mut self.status);
+            (self.preview).ask(
+                (worker, root),
+                &self.state.panes.drawn,
+                library,
+                state,
+                &mut self.status,
+            );
         }
-        if self.shown.contains(&Pane::Project) || self.session.project.is_some() {
+        if self.state.panes.shows(Pane::Project) || self.session.project.is_some() {
             self.picker.ask(&self.autosave, wake.clone());
         }
         // The project menu shows first frames too.
-        if self.shown.contains(&Pane::Project) || egui::Popup::is_any_open(&self.ctx) {
+        if self.state.panes.shows(Pane::Project) || egui::Popup::is_any_open(&self.ctx) {
             self.picker.recents.draw(&self.ctx, wake.clone());
         }
         if let Some(project) = &self.session.project {
-            if self.shown.contains(&Pane::Export) {
+            if self.state.panes.shows(Pane::Export) {
                 self.exports.ask(&self.state, &project.root, self.wake());
             }
             let relit = self.preview.relit.as_ref();
@@ -432,14 +390,20 @@ impl StudioApp {
             (self.readers).ask(
                 project,
                 &self.state,
-                &self.shown,
+                &self.state.panes.drawn,
                 (measuring, self.device),
                 relit,
                 wake.clone(),
             );
             let waits = self.status.phase.waits_for_job();
-            (self.readers).ask_backdrop(project, &self.state, &self.shown, waits, wake.clone());
-            let still = !self.state.playing && !self.ctx.input(|i| i.pointer.any_down());
+            (self.readers).ask_backdrop(
+                project,
+                &self.state,
+                &self.state.panes.drawn,
+                waits,
+                wake.clone(),
+            );
+            let still = !self.state.playback.playing && !self.ctx.input(|i| i.pointer.any_down());
             if still && self.status.phase != Phase::Opening {
                 let environments = self.library.entries();
                 (self.readers.check).ask(project, &self.state, environments, wake);
@@ -482,10 +446,10 @@ impl eframe::App for StudioApp {
         self.ask_before_closing();
         let mut commands = Vec::new();
         commands.extend(self.chosen());
-        let hovered = self.shown.contains(&Pane::Timeline) && self.view.is_over_timeline();
+        let hovered = self.state.panes.shows(Pane::Timeline) && self.view.is_over_timeline();
         let hovered = hovered.then_some(Pane::Timeline);
-        let covered = self.state.is_covered().then(|| closing_keys(&self.state));
-        let panes = (self.state.active, hovered);
+        let covered = self.state.covers.takes_keys().then(|| closing_keys(&self.state));
+        let panes = (self.state.panes.active, hovered);
         keys::pressed(&self.ctx, panes, covered.as_deref(), &mut commands);
         self.dropped(&mut commands);
         self.draw(ui, &mut commands);

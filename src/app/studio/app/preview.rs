@@ -1,8 +1,8 @@
 //! The picture in the viewport: its request, and the time of the next frame.
 
-use crate::environment_library::EnvironmentLibrary;
-use crate::four_looks::FourPicture;
 use crate::layout::Pane;
+use crate::panels::environments::library::EnvironmentLibrary;
+use crate::panels::viewport::four_pictures::FourPicture;
 use crate::state::State;
 use crate::status::Status;
 use crate::stored_looks::StoredLooks;
@@ -103,7 +103,7 @@ impl Preview {
             solo: state.solo.clone(),
             table: root.and_then(|root| state.export_options.shown_table(root)),
         };
-        let moving = state.is_dragged() || state.playing;
+        let moving = state.is_dragged() || state.playback.playing;
         let shortcuts = Shortcuts {
             moving,
             texture: self.shares_gpu && moving && !shown.contains(&Pane::Scopes),
@@ -125,7 +125,7 @@ impl Preview {
                 looks: request.looks.clone(),
                 solo: request.solo.clone(),
                 table: request.table.clone(),
-                frame_rate: state.frame_rate,
+                frame_rate: state.playback.frame_rate,
                 moving,
                 texture: shortcuts.texture,
             });
@@ -142,11 +142,11 @@ impl Preview {
 
     /// Advances to the next frame when it is due and the current one has been shown.
     pub fn play(&mut self, ctx: &Context, state: &mut State) {
-        let period = 1.0 / state.frame_rate;
+        let period = 1.0 / state.playback.frame_rate;
         let now = ctx.input(|i| i.time);
         let relit = self.relit.as_ref();
         let seen = relit.is_some_and(|relit| relit.scene.frame == state.frame);
-        if !state.playing {
+        if !state.playback.playing {
             self.due = now + period;
             self.advanced = None;
         } else if seen {

@@ -6,11 +6,13 @@ use crate::layout::{Layout, Pane};
 use crate::palette::Palette;
 use crate::panel_context::PanelContext;
 use crate::panels::{
-    JobPanel, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui, machine_ui,
+    JobPanel, Panels, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui,
+    machine_ui,
 };
 use crate::state::{PathEntry, Shown, State};
 use crate::theme;
-use crate::workspace_view::{Panels, WorkspaceView};
+use crate::workspace_view::WorkspaceView;
+use benchmark::MachineReport;
 use eframe::egui_wgpu::RenderState;
 use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 
@@ -74,16 +76,17 @@ impl WindowView {
         self.path.is_typed(entry)
     }
 
-    /// Draws the window.
+    /// Draws the window. `report`: the performance of this machine, once measured.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
         context: &PanelContext,
+        report: Option<&MachineReport>,
         layout: &mut Layout,
         out: &mut Vec<Command>,
     ) -> Drawn {
         let state = context.state;
-        let whole = state.panels == Shown::All && context.project.is_some();
+        let whole = state.panes.shown == Shown::All && context.project().is_some();
         if whole {
             bars_ui(ui, context, out);
         }
@@ -97,34 +100,34 @@ impl WindowView {
             };
             if whole {
                 let has_no_keys = state.look.animation.is_empty();
-                layout.ui((state.workspace, has_no_keys), ui, &mut view);
-            } else if state.panels == Shown::PictureAndLight && context.project.is_some() {
+                layout.ui((state.panes.workspace, has_no_keys), ui, &mut view);
+            } else if state.panes.shown == Shown::PictureAndLight && context.project().is_some() {
                 view.picture_and_light_ui(ui);
             } else {
-                let main = state.workspace.main()[0];
-                let offer = context.project.is_none().then_some(Pane::Project);
+                let main = state.panes.workspace.main()[0];
+                let offer = context.project().is_none().then_some(Pane::Project);
                 view.alone_ui(ui, offer.unwrap_or(main));
             }
             Drawn { panes: view.drawn, layout_edited: view.edited }
         });
         JobPanel.notices_ui(ui, context, whole, out);
-        if state.keys {
-            keys::overlay_ui(ui, state.active, out);
+        if state.covers.keys {
+            keys::overlay_ui(ui, state.panes.active, out);
         }
-        if state.machine {
-            machine_ui(ui, context, out);
+        if state.covers.machine {
+            machine_ui(ui, context, report, out);
         }
-        if state.palette {
+        if state.covers.palette {
             self.palette.ui(ui, context, out);
         } else {
             self.palette = Palette::default();
         }
-        if let Some(entry) = &state.path {
+        if let Some(entry) = &state.covers.path {
             self.path.ui(ui, entry, out);
         }
-        if !state.closing.is_empty() {
-            closing_ui(ui, &state.closing, out);
-        } else if let Some(leaving) = &state.leaving {
+        if !state.covers.closing.is_empty() {
+            closing_ui(ui, &state.covers.closing, out);
+        } else if let Some(leaving) = &state.covers.leaving {
             leaving_ui(ui, leaving, out);
         }
         shown.inner

@@ -2,50 +2,52 @@
 
 use super::StudioApp;
 use crate::command::{AimCommand, LookCommand, ViewCommand, WindowCommand};
-use crate::layout::{Pane, Workspace};
+use crate::layout::Workspace;
 use crate::state::{Shown, State, View};
 use base::files::shown;
 use egui::ViewportCommand;
 
 impl StudioApp {
-    pub(super) fn apply_to_window(&mut self, command: WindowCommand) {
+    pub(crate) fn apply_to_window(&mut self, command: WindowCommand) {
         let state = &mut self.state;
-        let workspace = state.workspace;
+        let workspace = state.panes.workspace;
         match command {
             WindowCommand::Workspace(workspace) => {
-                state.workspace = workspace;
-                state.active = workspace.first();
-                state.view = View::FITTED;
+                state.panes.workspace = workspace;
+                state.panes.active = workspace.first();
+                state.viewport.view = View::FITTED;
                 if workspace != Workspace::Review {
                     state.show(ViewCommand::Cell(None));
                 }
             }
             WindowCommand::ShowPane(pane) => {
-                state.active = pane;
+                state.panes.active = pane;
                 self.autosave.edit_layout(|layout| layout.open(workspace, pane));
             }
             WindowCommand::ClosePane(pane) => {
                 self.autosave.edit_layout(|layout| layout.close(workspace, pane));
             }
-            WindowCommand::Activate(pane) => state.active = pane,
+            WindowCommand::Activate(pane) => state.panes.active = pane,
             WindowCommand::ResetLayout => {
                 self.autosave.edit_layout(|layout| layout.reset(workspace));
             }
             WindowCommand::Fold(heading, folded) => self.autosave.fold(heading, folded),
-            WindowCommand::FocusPane => self.view.focus(state.active),
-            WindowCommand::TogglePanels => state.panels = state.panels.toggled(Shown::Main),
-            WindowCommand::ToggleLightAlone => {
-                state.panels = state.panels.toggled(Shown::PictureAndLight);
+            WindowCommand::FocusPane => self.view.focus(state.panes.active),
+            WindowCommand::TogglePanels => {
+                state.panes.shown = state.panes.shown.toggled(Shown::Main)
             }
-            WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.full_screen),
-            WindowCommand::ToggleKeys => state.keys = !state.keys,
-            WindowCommand::TogglePalette => state.palette = !state.palette,
-            WindowCommand::ToggleMachine => state.machine = !state.machine,
+            WindowCommand::ToggleLightAlone => {
+                state.panes.shown = state.panes.shown.toggled(Shown::PictureAndLight);
+            }
+            WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.panes.full_screen),
+            WindowCommand::ToggleKeys => state.covers.keys = !state.covers.keys,
+            WindowCommand::TogglePalette => state.covers.palette = !state.covers.palette,
+            WindowCommand::ToggleMachine => state.covers.machine = !state.covers.machine,
             WindowCommand::ActualSize => self.show_actual_size(),
             WindowCommand::Dismiss => self.dismiss(),
             WindowCommand::DismissRefusal => self.status.refusal = None,
             WindowCommand::Close => self.ctx.send_viewport_cmd(ViewportCommand::Close),
-            WindowCommand::ClosePath => state.path = None,
+            WindowCommand::ClosePath => state.covers.path = None,
             WindowCommand::KeepOpen => self.keep_open(),
             WindowCommand::KeepName => leave_path(state),
             WindowCommand::TellSaved => self.tell_saved(),
@@ -57,23 +59,23 @@ impl StudioApp {
     /// Closes or leaves the first that applies.
     fn dismiss(&mut self) {
         let state = &mut self.state;
-        if !state.closing.is_empty() || state.leaving.is_some() {
+        if !state.covers.closing.is_empty() || state.covers.leaving.is_some() {
             self.keep_open();
-        } else if state.path.is_some() {
+        } else if state.covers.path.is_some() {
             leave_path(state);
-        } else if state.palette {
-            state.palette = false;
-        } else if state.keys {
-            state.keys = false;
-        } else if state.machine {
-            state.machine = false;
-        } else if state.full_screen {
+        } else if state.covers.palette {
+            state.covers.palette = false;
+        } else if state.covers.keys {
+            state.covers.keys = false;
+        } else if state.covers.machine {
+            state.covers.machine = false;
+        } else if state.panes.full_screen {
             self.fill_screen(false);
         } else if state.four.on {
             state.four.on = false;
         } else if self.view.leave_points() {
             // The mode was left.
-        } else if state.aims && !looks_closely(state) {
+        } else if state.viewport.aims && !looks_closely(state) {
             self.apply_to_aim(AimCommand::Toggle);
         } else if self.status.refusal.take().is_none() {
             leave(state);
@@ -82,19 +84,12 @@ impl StudioApp {
 
     /// Closes the question before a close or before another project; work continues.
     fn keep_open(&mut self) {
-        if !self.state.closing.is_empty() {
-            self.state.closing.clear();
-        } else if let Some(leaving) = self.state.leaving.take() {
+        if !self.state.covers.closing.is_empty() {
+            self.state.covers.closing.clear();
+        } else if let Some(leaving) = self.state.covers.leaving.take() {
             let folder = shown(&leaving.folder);
             self.status.mention(format!("Not opened: {folder}"));
         }
-    }
-
-    /// Reason a look, a verdict or a stroke is not on disk.
-    pub(super) fn unsaved(&self) -> Option<&str> {
-        (self.autosave.unsaved())
-            .or(self.readers.review.failure.as_deref())
-            .or(self.readers.matte.unsaved())
     }
 
     /// Reports whether everything is saved, for people who press the save key.
@@ -103,7 +98,8 @@ impl StudioApp {
             return self.status.refuse("Open a project first".to_owned());
         }
         let waits = self.autosave.saving().is_some() || !self.readers.matte.is_saved();
-        match (&self.session.read_only, self.unsaved()) {
+        let unsaved = self.autosave.unsaved().or(self.readers.unsaved());
+        match (&self.session.read_only, unsaved) {
             (Some(why), _) => {
                 let sentence = format!("Nothing is saved: {why}");
                 self.status.refuse(sentence);
@@ -121,7 +117,7 @@ impl StudioApp {
     }
 
     fn fill_screen(&mut self, fill: bool) {
-        self.state.full_screen = fill;
+        self.state.panes.full_screen = fill;
         (self.ctx).send_viewport_cmd(ViewportCommand::Fullscreen(fill));
     }
 
@@ -135,42 +131,31 @@ impl StudioApp {
             });
         }
     }
-
-    /// Activates a visible pane if the active one is hidden.
-    pub(super) fn activate_shown(&mut self) {
-        if !self.shown.contains(&self.state.active) {
-            let is_shown = |pane: &&Pane| self.shown.contains(pane);
-            let main = self.state.workspace.main().iter().find(is_shown);
-            if let Some(&active) = main.or(self.shown.first()) {
-                self.state.active = active;
-            }
-        }
-    }
 }
 
 /// Closes the question before a file is replaced, or else the path field.
 fn leave_path(state: &mut State) {
-    let asked = (state.path.as_mut()).and_then(|entry| entry.existing.take());
+    let asked = (state.covers.path.as_mut()).and_then(|entry| entry.existing.take());
     if asked.is_none() {
-        state.path = None;
+        state.covers.path = None;
     }
 }
 
 /// True if the view is narrowed to a cell, a region, or solo lamps or lights.
 fn looks_closely(state: &State) -> bool {
     let solo = !state.solo.is_empty() || state.look.lighting.is_solo();
-    state.cell.is_some() || state.region.is_some() || solo
+    state.review.cell.is_some() || state.viewport.region.is_some() || solo
 }
 
 /// Leaves one narrowed view: an enlarged picture of a cell, the cell, a region, solo lamps, solo lights or the selected
 /// light, whichever comes first.
 fn leave(state: &mut State) {
-    if state.cell.is_some() && state.enlarged.is_some() {
-        state.enlarged = None;
-    } else if state.cell.is_some() {
-        state.cell = None;
-    } else if state.region.is_some() {
-        state.region = None;
+    if state.review.cell.is_some() && state.review.enlarged.is_some() {
+        state.review.enlarged = None;
+    } else if state.review.cell.is_some() {
+        state.review.cell = None;
+    } else if state.viewport.region.is_some() {
+        state.viewport.region = None;
     } else if !state.solo.is_empty() {
         state.solo.clear();
     } else if state.look.lighting.is_solo() {

@@ -10,7 +10,7 @@ pub use copied_light::{CopiedLight, MOST_LETTERS};
 pub use groups::Group;
 
 use super::environment_list::ListedEnvironment;
-use super::training::TrainChoice;
+use super::panels::training::query::TrainChoice;
 use calibration::{Circle, Trial};
 use scene::{Look, Setting};
 use std::ops::{Deref, DerefMut};

@@ -4,7 +4,7 @@ use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::refusal_ui;
+use crate::panels::widgets::notice::refusal_ui;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use egui::{
@@ -32,8 +32,8 @@ impl JobPanel {
     /// The job for the status line. None without a job, and if the job is shown elsewhere: in the viewport while there
     /// is no relit picture, in the export queue, or in a pane of its own.
     pub fn in_line<'a>(context: &PanelContext<'a>) -> Option<&'a RunningJob> {
-        let mut exports = context.exports.iter();
-        let queue = context.shown.contains(&Pane::Export)
+        let mut exports = context.exports.queue.iter();
+        let queue = context.shows(Pane::Export)
             && exports.any(|export| export.status == ExportStatus::Running);
         let job = context.status.job.as_ref();
         job.filter(|_| !is_in_viewport(context) && !queue && !context.job_has_pane())
@@ -91,14 +91,14 @@ impl JobPanel {
 
 /// True if the viewport shows job and message, as it does while there is no relit picture.
 fn is_in_viewport(context: &PanelContext) -> bool {
-    context.shown.contains(&Pane::Picture) && !context.is_live()
+    context.shows(Pane::Picture) && !context.is_live()
 }
 
 /// True if a pane shows the last message: the viewport, or the export queue beside the finished export.
 fn is_said(context: &PanelContext, said: &str) -> bool {
-    let mut exports = context.exports.iter();
-    let queue = context.shown.contains(&Pane::Export)
-        && exports.any(|export| export.status.sentence() == Some(said));
+    let mut exports = context.exports.queue.iter();
+    let queue =
+        context.shows(Pane::Export) && exports.any(|export| export.status.sentence() == Some(said));
     is_in_viewport(context) || queue
 }
 
@@ -226,6 +226,22 @@ pub fn capitalized(phrase: &str) -> String {
         first.make_ascii_uppercase();
     }
     text
+}
+
+/// A job that fills the panel: name, progress, and the pause and stop buttons.
+pub fn whole_job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
+    ui.heading(capitalized(job.what));
+    ui.add_space(GAP);
+    ui.add(egui::ProgressBar::new(job.share).desired_height(8.0).fill(theme::PRIMARY));
+    let mut text = format!("{} {:.0} %", job.stage, job.share * 100.0);
+    let state = state(job);
+    if !state.is_empty() {
+        text += &format!(", {state}");
+    }
+    ui.label(text);
+    ui.label(&job.note);
+    ui.add_space(GAP);
+    buttons_ui(ui, job, out);
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! A typed path, beside the system's file dialog or in place of it.
 
 use crate::command::{Command, WindowCommand};
+use crate::panels::project::plan::typed;
 use crate::state::{PathEntry, Wanted};
 use crate::theme::{self, GAP};
-use crate::wizard::typed;
 use base::error::Result;
 use base::files;
 use egui::text::{CCursor, CCursorRange};

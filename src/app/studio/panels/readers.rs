@@ -46,6 +46,11 @@ impl Readers {
         self.training.on_event(event);
     }
 
+    /// Reason a verdict or a stroke is not on disk.
+    pub fn unsaved(&self) -> Option<&str> {
+        self.review.failure.as_deref().or(self.matte.unsaved())
+    }
+
     /// Takes in the readers' results.
     pub fn receive(&mut self, ctx: &Context) {
         self.analysis.receive();
@@ -73,8 +78,8 @@ impl Readers {
         self.analysis.ask(project, state, shown, wake.clone());
         // The timeline marks frames unlike every pose, whichever other panes are visible.
         let draws = shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review);
-        let still = relit.filter(|_| draws && !state.playing);
-        let cell = state.cell.map(|(case, lamp)| (case, lamp, device));
+        let still = relit.filter(|_| draws && !state.playback.playing);
+        let cell = state.review.cell.map(|(case, lamp)| (case, lamp, device));
         self.review.ask(project, still, cell, wake.clone());
         if shown.contains(&Pane::Export) {
             self.accuracy.ask(project, false, wake.clone());
@@ -83,16 +88,16 @@ impl Readers {
             self.accuracy.ask(project, measuring, wake.clone());
         }
         if shown.contains(&Pane::Footage) {
-            let (frame, pose, view) = (state.frame, state.pose, state.footage);
+            let (frame, pose, view) = (state.frame, state.shoot.pose, state.footage);
             (self.footage).ask(project, frame, pose, view, wake.clone());
             self.matte.ask(project, frame, wake.clone());
         }
         (self.footage).ask_thumbnails(project, shown, wake.clone());
-        if let (Some(relit), Some(pixel)) = (relit, state.probed) {
+        if let (Some(relit), Some(pixel)) = (relit, state.viewport.probed) {
             self.inspector.ask(&relit.predicted, pixel, shown, wake.clone());
         }
-        if let (Some(relit), Some(pixel)) = (relit, state.probed)
-            && (state.aims && !state.playing && shown.contains(&Pane::Picture))
+        if let (Some(relit), Some(pixel)) = (relit, state.viewport.probed)
+            && (state.viewport.aims && !state.playback.playing && shown.contains(&Pane::Picture))
         {
             let question = AimQuestion {
                 of: relit.predicted.clone(),
@@ -104,9 +109,11 @@ impl Readers {
         }
         match relit.filter(|_| state.shows_handles() && shown.contains(&Pane::Picture)) {
             // A frame that is only being played is not worth the work.
-            Some(relit) if !state.playing => self.aim.seek(&relit.predicted, &relit.rig, wake),
+            Some(relit) if !state.playback.playing => {
+                self.aim.seek(&relit.predicted, &relit.rig, wake)
+            }
             Some(_) => {}
-            None if state.aims => {}
+            None if state.viewport.aims => {}
             None => self.aim.clear(),
         }
     }
@@ -125,7 +132,7 @@ impl Readers {
         let training = self.training.is_empty() && shown.contains(&Pane::Training);
         if (picture || training) && !shown.contains(&Pane::Footage) {
             let view = FootageView::default();
-            (self.footage).ask(project, state.frame, state.pose, view, wake);
+            (self.footage).ask(project, state.frame, state.shoot.pose, view, wake);
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::checks::{color, dot_ui, verdict};
 use super::job::{JobPanel, job_ui};
-use super::missing;
+use super::widgets::missing;
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
@@ -60,12 +60,12 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if ui.button(device).on_hover_text(hint).clicked() {
         out.push(command);
     }
-    let Some(project) = context.project else {
+    let Some(project) = context.project() else {
         return;
     };
     // 24000 / 1001 has endless decimals.
     let rate = (1e3 * project.settings.shoot.frame_rate).round() / 1e3;
-    let rate = match context.played {
+    let rate = match context.preview.played(ui.input(|input| input.time)) {
         // Steps of a tenth, and no more frames than there are.
         Some(played) => {
             let played = (10.0 * played.min(rate)).round() / 10.0;
@@ -73,11 +73,11 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
         None => rate.to_string(),
     };
-    match context.relit {
+    match context.relit() {
         Some(relit) => figure_ui(ui, &format!("{} × {}, {rate} fps", relit.width, relit.height)),
         None => figure_ui(ui, &format!("{rate} fps")),
     };
-    let share = context.relit.map_or(0.0, |relit| relit.uncovered * 100.0);
+    let share = context.relit().map_or(0.0, |relit| relit.uncovered * 100.0);
     if share >= 0.1
         && let Some(figure) = figure_ui(ui, &format!("{share:.1} % of the light not covered"))
     {
@@ -87,12 +87,12 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// Save state of the settings on the disk.
 fn saved_ui(ui: &mut Ui, context: &PanelContext) {
-    if context.project.is_none() || context.read_only.is_some() {
+    if context.project().is_none() || context.read_only().is_some() {
         return;
     }
-    match context.unsaved {
+    match context.unsaved() {
         Some(why) => ui.label(small("Not saved").color(theme::WARNING)).on_hover_text(why),
-        None if context.saving => {
+        None if context.autosave.saving() == Some(true) => {
             ui.label(small("Saving…").color(theme::QUIET)).on_hover_text("The disk is slow")
         }
         None => ui
@@ -103,7 +103,7 @@ fn saved_ui(ui: &mut Ui, context: &PanelContext) {
 
 /// Summary of the checks, once there are results.
 fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(level) = context.check.level() else {
+    let Some(level) = context.readers.check.level() else {
         return;
     };
     let text = small(&format!("Checks: {}", verdict(level).to_lowercase())).color(color(level));

@@ -18,7 +18,7 @@ pub struct TabsPanel;
 
 /// The project menu: the project's name, and the commands for projects.
 fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(project) = context.project else {
+    let Some(project) = context.project() else {
         return;
     };
     let menu = ui.menu_button(RichText::new(&project.settings.name), |ui| {
@@ -34,13 +34,13 @@ fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             let root = project.root.clone();
             out.push(Command::Export(ExportCommand::OpenFolder(root)));
         }
-        let others = context.recents.list().iter();
+        let others = context.picker.recents.list().iter();
         let others = others.filter(|recent| recent.folder != project.root);
         for (place, recent) in others.enumerate() {
             if place == 0 {
                 ui.separator();
             }
-            let entry = match context.recents.thumbnail(&recent.folder) {
+            let entry = match context.picker.recents.thumbnail(&recent.folder) {
                 Some(first) => {
                     let size = first.size_vec2();
                     let size = size * (ENTRY / size.max(Vec2::splat(1.0))).min_elem();
@@ -81,7 +81,7 @@ impl TabsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
             for (i, workspace) in Workspace::ALL.into_iter().enumerate() {
-                let chosen = context.state.workspace == workspace;
+                let chosen = context.state.panes.workspace == workspace;
                 let name = workspace.name();
                 let icon = match workspace {
                     Workspace::Calibrate => icons::CALIBRATE,
@@ -104,8 +104,8 @@ impl TabsPanel {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let menu = ui.menu_button((icons::PANELS, "Panels"), |ui| {
                     for pane in Pane::ALL {
-                        let shown = context.shown.contains(&pane);
-                        let main = context.state.workspace.main().contains(&pane);
+                        let shown = context.shows(pane);
+                        let main = context.state.panes.workspace.main().contains(&pane);
                         let entry = Button::selectable(shown, pane.name());
                         if ui.add_enabled(!(main && shown), entry).clicked() {
                             out.push(if shown {
@@ -123,7 +123,7 @@ impl TabsPanel {
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
                 project_ui(ui, context, out);
                 undo_ui(ui, context, out);
-                if let Some(why) = context.read_only {
+                if let Some(why) = context.read_only() {
                     read_only_ui(ui, why, out);
                 }
             });

@@ -12,10 +12,18 @@ pub(super) struct Added {
     pub before: Option<Origin>,
 }
 
+/// The panoramas added since the window was opened.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Additions {
+    pub added: Vec<Added>,
+    /// Panorama of a watched folder that the last command added to the list.
+    pub tried: Option<Origin>,
+}
+
 impl State {
     /// Keeps the panorama that was tried in the list.
     pub fn keep_tried(&mut self) {
-        self.tried = None;
+        self.additions.tried = None;
     }
 
     /// Notes what was added to the `list` of before, in which the entry `lit_by` was shown.
@@ -27,11 +35,11 @@ impl State {
         let mut before = list.get(lit_by).map(|listed| listed.origin.clone());
         // One that was tried has gone again: what was shown before it comes back.
         if let Some(tried) = before.clone().filter(|origin| !is_in(&now, origin)) {
-            let earlier = self.added.iter().rfind(|added| added.origin == tried);
+            let earlier = self.additions.added.iter().rfind(|added| added.origin == tried);
             before = earlier.and_then(|added| added.before.clone());
         }
         let new = now.iter().filter(|listed| !is_in(list, &listed.origin));
-        self.added.extend(
+        self.additions.added.extend(
             new.map(|listed| Added { origin: listed.origin.clone(), before: before.clone() }),
         );
     }
@@ -39,10 +47,11 @@ impl State {
     /// Removes an unreadable panorama from the list if it was added since the window was opened, and restores the
     /// environment before it. Returns true if it was such a panorama.
     pub fn withdraw(&mut self, origin: &Origin) -> bool {
-        let Some(added) = self.added.iter().position(|added| added.origin == *origin) else {
+        let Some(added) = self.additions.added.iter().position(|added| added.origin == *origin)
+        else {
             return false;
         };
-        let before = self.added.remove(added).before;
+        let before = self.additions.added.remove(added).before;
         let lists = self.history.undo.iter_mut().chain(&mut self.history.redo);
         for look in lists.chain([&mut self.look]) {
             let place = |look: &LookSettings, of: &Origin| {

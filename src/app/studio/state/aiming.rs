@@ -2,9 +2,10 @@
 
 use super::State;
 use crate::command::{AimedLight, LookCommand};
+use std::collections::BTreeSet;
 use std::mem::discriminant;
 
-/// State of placing lights on the picture.
+/// State of selecting lights, and of placing them on the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Aiming {
     /// Id of the last selected light; see [`State::chosen_light`].
@@ -17,6 +18,8 @@ pub(super) struct Aiming {
     moves: Option<u32>,
     /// The light placed by the newest undo step, and its id.
     newest: Option<(AimedLight, u32)>,
+    /// Ids of the folded groups of lights.
+    pub folded: BTreeSet<u32>,
 }
 
 impl Aiming {
@@ -49,16 +52,16 @@ impl State {
     /// Unfolds the group of the selected light unless its place is still `before`. Forgets removed groups.
     pub(super) fn unfold_chosen(&mut self, before: Option<(u32, u32)>) {
         let groups = &self.look.lighting.groups;
-        (self.folded_lights).retain(|folded| groups.iter().any(|group| group.id == *folded));
+        (self.aiming.folded).retain(|folded| groups.iter().any(|group| group.id == *folded));
         let now = self.place_of_chosen();
         if let Some((_, group)) = now.filter(|_| now != before) {
-            self.folded_lights.remove(&group);
+            self.aiming.folded.remove(&group);
         }
     }
 
     /// True if the group with this id is folded.
     pub fn is_folded(&self, group: u32) -> bool {
-        self.folded_lights.contains(&group)
+        self.aiming.folded.contains(&group)
     }
 
     /// Index of the placed light with this id, if it still exists.
@@ -75,7 +78,7 @@ impl State {
     /// True if placed lights have handles on the picture: all of them while lights are placed by the face, otherwise
     /// only the selected one.
     pub fn shows_handles(&self) -> bool {
-        self.chosen_light().is_some() || self.aims && !self.look.lighting.placed.is_empty()
+        self.chosen_light().is_some() || self.viewport.aims && !self.look.lighting.placed.is_empty()
     }
 
     /// Starts moving the light with this index, or placing a new one.

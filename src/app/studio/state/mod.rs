@@ -2,177 +2,66 @@
 
 mod added;
 mod aiming;
+mod covers;
+mod panes;
+mod playback;
+mod review;
+mod shoot;
 mod shown;
+mod viewport;
 
+pub use covers::{Covers, Leaving, PathEntry, Wanted};
+pub use panes::{Panes, Shown};
+pub use playback::Playback;
+pub use review::ReviewView;
+pub use shoot::{LampCounts, ShootView};
 pub use shown::View;
+pub use viewport::{Display, ViewportView};
 
-use super::command::{Dialog, LookCommand, ViewCommand};
-use super::comparison::{CellPicture, CompareMode, CompareSettings, GAINS};
+use super::command::{LookCommand, ViewCommand};
+use super::comparison::{CompareMode, CompareSettings};
 use super::export_options::ExportOptions;
-use super::footage_reader::FootageView;
 use super::four_looks::FourLooks;
 use super::history::History;
-use super::layout::{Pane, Workspace};
 use super::look::LookSettings;
-use super::region::Region;
-use added::Added;
+use super::panels::footage::reader::FootageView;
+use added::Additions;
 use aiming::Aiming;
-use color_config::ColorChoice;
-use evaluation::review::Metric;
 use light::Lighting;
 use project::Project;
-use scene::{Background, Channel, Inspection, Scene, Setting, Viewing};
-use std::collections::BTreeSet;
+use scene::{Background, Channel, Inspection, Scene, Setting};
 use std::mem::{Discriminant, discriminant};
-use std::path::PathBuf;
-use worker::Origin;
-
-/// Kind of path chosen in a file dialog.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
-    Folder,
-    Files,
-    /// A new file, which need not exist.
-    NewFile,
-}
-
-/// The path field beside an open file dialog.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PathEntry {
-    pub dialog: Dialog,
-    /// Number of its dialog.
-    pub number: u64,
-    pub title: &'static str,
-    pub wanted: Wanted,
-    /// Initial text of the field, or the text of a drop.
-    pub begun: String,
-    /// Number of times that a drop has filled it.
-    pub fills: usize,
-    /// Reason that the system shows no dialog, if it shows none.
-    pub missing: Option<String>,
-    /// An existing file that would be replaced: the question is open.
-    pub existing: Option<PathBuf>,
-}
-
-/// A project to open once the person agrees to end work in the current one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Leaving {
-    pub folder: PathBuf,
-    /// True if it is the open project, to be reread.
-    pub again: bool,
-    /// Work that would end, one sentence each.
-    pub ends: Vec<String>,
-}
-
-/// Panes in the window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shown {
-    All,
-    PictureAndLight,
-    /// The workspace's main pane.
-    Main,
-}
-
-impl Shown {
-    /// `few`, or all panes again.
-    #[must_use]
-    pub fn toggled(self, few: Self) -> Self {
-        if self == few { Self::All } else { few }
-    }
-}
 
 /// The window's state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub look: LookSettings,
-    pub workspace: Workspace,
-    /// The active pane, which gets the keys.
-    pub active: Pane,
-    /// The lamp of the visible mirror ball; None for the interview's light.
-    pub photograph: Option<usize>,
-    /// The lamp of the visible training pose.
-    pub trained_lamp: usize,
-    /// The exemplar to relight like the interview.
-    pub pose: usize,
     /// The solo lamps, ascending; empty for the environment.
     pub solo: Vec<usize>,
-    /// The measured cell shown beside the truth: indices of case (frame or pose) and lamp in the review.
-    pub cell: Option<(usize, usize)>,
-    /// The last selected cell: indices of case and lamp in the review.
-    pub chosen: Option<(usize, usize)>,
-    /// The enlarged picture of a cell; None for all three.
-    pub enlarged: Option<CellPicture>,
-    /// Sort order of the measured cells.
-    pub metric: Metric,
-    /// Gain of differences: one of [`GAINS`].
-    pub gain: f32,
-    /// Position of the wipe between two pictures: 0 left, 1 right.
-    pub wipe: f32,
+    pub lamps: LampCounts,
+    /// Current frame, from 0.
+    pub frame: usize,
+    pub playback: Playback,
+    pub panes: Panes,
+    pub covers: Covers,
+    pub shoot: ShootView,
+    /// The visible part of the footage.
+    pub footage: FootageView,
+    pub review: ReviewView,
     pub compare: CompareSettings,
     /// Looks shown side by side instead of the picture.
     pub four: FourLooks,
+    pub viewport: ViewportView,
+    pub display: Display,
     /// Filter of the environment list.
     pub search: String,
-    /// True if the map of expected errors lies over the picture.
-    pub doubts: bool,
-    /// True if a press on the picture places a light.
-    pub aims: bool,
-    /// Number of lamps in the rig, once known.
-    pub lamps: usize,
-    /// Lamps of the shoot used for training.
-    shoot_lamps: usize,
-    /// Lamps of the shoot with a photograph of the mirror ball.
-    photographed_lamps: usize,
-    /// Column and row of the probed pixel.
-    pub probed: Option<[usize; 2]>,
-    /// The probed region.
-    pub region: Option<Region>,
-    /// The visible part of the footage.
-    pub footage: FootageView,
-    /// Current frame, from 0.
-    pub frame: usize,
-    /// Number of frames in the interview.
-    pub frames: usize,
-    /// Number of the interview's first frame in the names of its files; 0 without numbers, and until it is read.
-    pub first_number: i64,
-    /// Frames per second.
-    pub frame_rate: f64,
-    pub playing: bool,
-    /// True if playback loops between the in and out points; false if it stops at the out point.
-    pub loops: bool,
-    /// Viewing settings of the picture, which are never exported.
-    pub viewing: Viewing,
-    /// OpenColorIO view that replaces a tone curve for viewing, once its table is ready.
-    pub color_view: Option<ColorChoice>,
-    /// Image shown instead of the picture.
-    pub inspection: Inspection,
     /// Options of the next export.
     pub export_options: ExportOptions,
-    pub view: View,
-    pub panels: Shown,
-    pub full_screen: bool,
-    /// True if the list of shortcuts covers the picture.
-    pub keys: bool,
-    /// True if the list of commands is open.
-    pub palette: bool,
-    /// True if the performance report lies over the window.
-    pub machine: bool,
-    /// The path field, while a file dialog is open or missing.
-    pub path: Option<PathEntry>,
-    /// Work that a requested close would end, one sentence each; empty unless the question is open.
-    pub closing: Vec<String>,
-    /// A project whose opening would end work.
-    pub leaving: Option<Leaving>,
-    /// Panoramas added since the window was opened.
-    added: Vec<Added>,
-    /// Panorama of a watched folder that the last command added to the list.
-    tried: Option<Origin>,
+    additions: Additions,
     history: History,
     /// Kind of change of the current drag, which makes a single undo step.
     dragging: Option<(Discriminant<LookCommand>, Option<Setting>)>,
     aiming: Aiming,
-    /// Ids of the folded groups of lights.
-    folded_lights: BTreeSet<u32>,
 }
 
 impl State {
@@ -180,54 +69,25 @@ impl State {
     pub fn new(frames: usize, frame_rate: f64) -> Self {
         Self {
             look: LookSettings::default(),
-            workspace: Workspace::default(),
-            active: Workspace::default().main()[0],
-            photograph: None,
-            trained_lamp: 0,
-            pose: 0,
-            cell: None,
-            chosen: None,
-            enlarged: None,
-            metric: Metric::default(),
-            gain: GAINS[2],
-            wipe: 0.5,
+            solo: Vec::new(),
+            lamps: LampCounts::default(),
+            frame: 0,
+            playback: Playback::new(frames, frame_rate),
+            panes: Panes::default(),
+            covers: Covers::default(),
+            shoot: ShootView::default(),
+            footage: FootageView::default(),
+            review: ReviewView::default(),
             compare: CompareSettings::default(),
             four: FourLooks::default(),
+            viewport: ViewportView::default(),
+            display: Display::default(),
             search: String::new(),
-            doubts: false,
-            aims: false,
-            solo: Vec::new(),
-            lamps: 0,
-            shoot_lamps: 0,
-            photographed_lamps: 0,
-            probed: None,
-            region: None,
-            footage: FootageView::default(),
-            frame: 0,
-            frames,
-            first_number: 0,
-            frame_rate,
-            playing: false,
-            loops: true,
-            viewing: Viewing::default(),
-            color_view: None,
-            inspection: Inspection::default(),
             export_options: ExportOptions::default(),
-            view: View::FITTED,
-            panels: Shown::All,
-            full_screen: false,
-            keys: false,
-            palette: false,
-            machine: false,
-            path: None,
-            closing: Vec::new(),
-            leaving: None,
-            added: Vec::new(),
-            tried: None,
+            additions: Additions::default(),
             history: History::default(),
             dragging: None,
             aiming: Aiming::default(),
-            folded_lights: BTreeSet::new(),
         }
     }
 
@@ -235,8 +95,11 @@ impl State {
     pub fn from_project(project: &Project) -> Self {
         let shoot = &project.settings.shoot;
         Self {
-            shoot_lamps: shoot.lamps.len(),
-            photographed_lamps: shoot.all_lamps().len(),
+            lamps: LampCounts {
+                rig: 0,
+                shoot: shoot.lamps.len(),
+                photographed: shoot.all_lamps().len(),
+            },
             export_options: ExportOptions::from_project(project),
             ..Self::new(shoot.frames.len(), shoot.frame_rate)
         }
@@ -259,7 +122,7 @@ impl State {
         Scene {
             yaw_deg: look.front().turned(look.yaw_deg),
             effects,
-            viewing: self.viewing.clone().bounded(),
+            viewing: self.display.viewing.clone().bounded(),
             ..scene
         }
     }
@@ -268,33 +131,27 @@ impl State {
     pub fn shown_inspection(&self) -> Inspection {
         let compares = self.compare.on && !self.four.on;
         if compares && self.compare.mode == CompareMode::Difference {
-            Inspection::Difference { gain: self.gain }
+            Inspection::Difference { gain: self.display.gain }
         } else {
-            self.inspection
+            self.display.inspection
         }
-    }
-
-    /// True if a question or a list covers the window and takes the keys.
-    pub fn is_covered(&self) -> bool {
-        let asks = !self.closing.is_empty() || self.leaving.is_some() || self.path.is_some();
-        asks || self.palette || self.keys
     }
 
     /// First and last frame to play and export.
     pub fn range(&self) -> (usize, usize) {
-        self.look.range_of(self.frames)
+        self.look.range_of(self.playback.frames)
     }
 
     /// Numbers of the first and last exported file.
     pub fn numbers(&self) -> (i64, i64) {
-        let start = self.export_options.first_number.unwrap_or(self.first_number);
+        let start = self.export_options.first_number.unwrap_or(self.playback.first_number);
         let (first, last) = self.range();
         (start + first as i64, start + last as i64)
     }
 
     /// Number of frame `frame` in the name of the interview's file; None if the numbers start at 0.
     pub fn plate_number(&self, frame: usize) -> Option<i64> {
-        (self.first_number != 0).then(|| self.first_number + frame as i64)
+        (self.playback.first_number != 0).then(|| self.playback.first_number + frame as i64)
     }
 
     pub fn can_undo(&self) -> bool {
@@ -371,7 +228,7 @@ impl State {
         };
         let kind = (discriminant(&command), setting);
         let mut look = self.look.clone();
-        let tried = self.tried.take();
+        let tried = self.additions.tried.take();
         match command {
             LookCommand::Undo => return self.travel(true),
             LookCommand::Redo => return self.travel(false),
@@ -395,7 +252,7 @@ impl State {
                 look.add(&[file]);
                 look.lighting.clear_solo();
                 let new = look.environments.get(count);
-                self.tried = new.map(|listed| listed.origin.clone());
+                self.additions.tried = new.map(|listed| listed.origin.clone());
             }
             LookCommand::RemoveEnvironment(entry) => look.remove(entry),
             LookCommand::Front(entry, front) => look.set_front(entry, front),
@@ -418,7 +275,7 @@ impl State {
             LookCommand::Background(background) => look.background = background.bounded(),
             LookCommand::Circle(circle) => look.circle = circle,
             LookCommand::Trial(trial) => look.trial = trial,
-            LookCommand::Range(range) => look.set_range(range, self.frames),
+            LookCommand::Range(range) => look.set_range(range, self.playback.frames),
             LookCommand::Training(choice) => look.training = Some(choice),
             LookCommand::Reset(group) => look.restore(group),
         }
@@ -575,7 +432,7 @@ mod tests {
         assert_eq!(shown(&s), Inspection::Difference { gain: 16.0 });
         for none in [0.0, 3.0, f32::NAN, f32::INFINITY] {
             s.show(ViewCommand::Gain(none));
-            assert_eq!(s.gain, 16.0);
+            assert_eq!(s.display.gain, 16.0);
         }
         assert!(!s.can_undo());
         assert_eq!(s.look, state().look);

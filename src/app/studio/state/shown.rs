@@ -25,41 +25,44 @@ impl View {
 impl State {
     /// Changes the view.
     ///
-    /// A change of frame or lamp ends [`Self::cell`].
+    /// A change of frame or lamp ends [`ReviewView::cell`](super::ReviewView::cell).
     pub fn show(&mut self, command: ViewCommand) {
         use ViewCommand::{Frame, LastFrame, Solo, SoloAlso, StepFrame, StepSolo, TogglePlay};
         if matches!(
             command,
             Frame(_) | StepFrame(_) | LastFrame | TogglePlay | Solo(_) | SoloAlso(_) | StepSolo(_)
         ) {
-            self.cell = None;
+            self.review.cell = None;
         }
         match command {
             ViewCommand::Cell(cell) => {
-                self.cell = cell;
+                self.review.cell = cell;
                 match cell {
-                    Some(_) => self.chosen = cell,
-                    None => self.enlarged = None,
+                    Some(_) => self.review.chosen = cell,
+                    None => self.review.enlarged = None,
                 }
             }
-            ViewCommand::Enlarge(picture) => self.enlarged = picture,
-            ViewCommand::FlipCell => self.enlarged = Some(CellPicture::flipped(self.enlarged)),
-            ViewCommand::Metric(metric) => self.metric = metric,
-            ViewCommand::Gain(gain) if GAINS.contains(&gain) => self.gain = gain,
+            ViewCommand::Enlarge(picture) => self.review.enlarged = picture,
+            ViewCommand::FlipCell => {
+                self.review.enlarged = Some(CellPicture::flipped(self.review.enlarged))
+            }
+            ViewCommand::Metric(metric) => self.review.metric = metric,
+            ViewCommand::Gain(gain) if GAINS.contains(&gain) => self.display.gain = gain,
             ViewCommand::Gain(_) => {}
-            ViewCommand::Photograph(lamp) => self.photograph = lamp,
+            ViewCommand::Photograph(lamp) => self.shoot.photograph = lamp,
             ViewCommand::StepPhotograph(step) => {
-                self.photograph = next(self.photograph, step, self.photographed_lamps);
+                self.shoot.photograph = next(self.shoot.photograph, step, self.lamps.photographed);
             }
-            ViewCommand::TrainedLamp(lamp) => self.trained_lamp = lamp,
+            ViewCommand::TrainedLamp(lamp) => self.shoot.trained_lamp = lamp,
             ViewCommand::StepTrainedLamp(step) => {
-                let lamps = self.shoot_lamps.max(1) as isize;
-                self.trained_lamp = (self.trained_lamp as isize + step).rem_euclid(lamps) as usize;
+                let lamps = self.lamps.shoot.max(1) as isize;
+                self.shoot.trained_lamp =
+                    (self.shoot.trained_lamp as isize + step).rem_euclid(lamps) as usize;
             }
-            ViewCommand::Pose(pose) => self.pose = pose,
+            ViewCommand::Pose(pose) => self.shoot.pose = pose,
             ViewCommand::Wipe(at) => self.wipe_at(at),
             ViewCommand::StepWipe => {
-                self.wipe = match self.wipe {
+                self.viewport.wipe = match self.viewport.wipe {
                     at if at <= 0.0 => 0.5,
                     at if at >= 1.0 => 0.0,
                     _ => 1.0,
@@ -67,7 +70,7 @@ impl State {
             }
             ViewCommand::Compare(compare) => self.compare = compare,
             ViewCommand::ToggleWipe => self.compare.toggle_wipe(),
-            ViewCommand::ToggleDoubts => self.doubts = !self.doubts,
+            ViewCommand::ToggleDoubts => self.viewport.doubts = !self.viewport.doubts,
             ViewCommand::ToggleSecond => self.compare.toggle_second(),
             ViewCommand::Solo(lamp) => self.solo = lamp.into_iter().collect(),
             ViewCommand::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
@@ -75,47 +78,51 @@ impl State {
                 Err(place) => self.solo.insert(place, lamp),
             },
             ViewCommand::StepSolo(step) => {
-                let lamp = next(self.solo.first().copied(), step, self.lamps);
+                let lamp = next(self.solo.first().copied(), step, self.lamps.rig);
                 self.solo = lamp.into_iter().collect();
             }
             ViewCommand::ChooseLight(light) => self.choose_light(light),
-            ViewCommand::FoldLights(group, true) => drop(self.folded_lights.insert(group)),
-            ViewCommand::FoldLights(group, false) => drop(self.folded_lights.remove(&group)),
-            ViewCommand::Viewing(viewing) => self.viewing = viewing.bounded(),
+            ViewCommand::FoldLights(group, true) => drop(self.aiming.folded.insert(group)),
+            ViewCommand::FoldLights(group, false) => drop(self.aiming.folded.remove(&group)),
+            ViewCommand::Viewing(viewing) => self.display.viewing = viewing.bounded(),
             ViewCommand::StepViewing(stops) => {
-                self.viewing.exposure_stops += stops;
-                self.viewing = self.viewing.clone().bounded();
+                self.display.viewing.exposure_stops += stops;
+                self.display.viewing = self.display.viewing.clone().bounded();
             }
             ViewCommand::LookThrough(choice) => {
                 if choice.is_none() {
-                    self.viewing.through = None;
+                    self.display.viewing.through = None;
                 }
-                self.color_view = choice;
+                self.display.color_view = choice;
             }
             ViewCommand::Inspect(inspection) => {
-                self.inspection =
-                    if self.inspection == inspection { Inspection::Picture } else { inspection };
+                self.display.inspection = if self.display.inspection == inspection {
+                    Inspection::Picture
+                } else {
+                    inspection
+                };
             }
             ViewCommand::ResetView => {
-                self.view = View::FITTED;
-                (self.viewing, self.inspection) = (Viewing::default(), Inspection::Picture);
-                self.color_view = None;
+                self.viewport.view = View::FITTED;
+                (self.display.viewing, self.display.inspection) =
+                    (Viewing::default(), Inspection::Picture);
+                self.display.color_view = None;
             }
-            ViewCommand::Pixel(pixel) => self.probed = pixel,
-            ViewCommand::Region(region) => self.region = region,
+            ViewCommand::Pixel(pixel) => self.viewport.probed = pixel,
+            ViewCommand::Region(region) => self.viewport.region = region,
             ViewCommand::Footage(view) => self.footage = view,
             ViewCommand::Frame(frame) => self.go(frame),
             ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
             ViewCommand::LastFrame => self.go(usize::MAX),
             ViewCommand::TogglePlay => {
                 let (first, last) = self.range();
-                self.playing = !self.playing && self.frames > 1;
-                if self.playing && !self.loops && self.frame >= last {
+                self.playback.playing = !self.playback.playing && self.playback.frames > 1;
+                if self.playback.playing && !self.playback.loops && self.frame >= last {
                     self.frame = first;
                     self.look.follow(first);
                 }
             }
-            ViewCommand::ToggleLoop => self.loops = !self.loops,
+            ViewCommand::ToggleLoop => self.playback.loops = !self.playback.loops,
             ViewCommand::MarkIn => {
                 let (_, end) = self.range();
                 let range = (self.frame, end.max(self.frame));
@@ -128,9 +135,10 @@ impl State {
             }
             ViewCommand::Zoom { factor, about } => self.zoom(factor, about),
             ViewCommand::Pan([x, y]) => {
-                self.view.pan = [self.view.pan[0] + x, self.view.pan[1] + y];
+                let pan = &mut self.viewport.view.pan;
+                *pan = [pan[0] + x, pan[1] + y];
             }
-            ViewCommand::Fit => self.view = View::FITTED,
+            ViewCommand::Fit => self.viewport.view = View::FITTED,
         }
     }
 
@@ -138,8 +146,8 @@ impl State {
     pub fn advance(&mut self) {
         let (first, last) = self.range();
         let within = (first..last).contains(&self.frame);
-        if self.frame == last && !self.loops {
-            self.playing = false;
+        if self.frame == last && !self.playback.loops {
+            self.playback.playing = false;
             return;
         }
         self.frame = if within { self.frame + 1 } else { first };
@@ -147,26 +155,27 @@ impl State {
     }
 
     fn go(&mut self, frame: usize) {
-        self.playing = false;
-        self.frame = frame.min(self.frames.saturating_sub(1));
+        self.playback.playing = false;
+        self.frame = frame.min(self.playback.frames.saturating_sub(1));
         self.look.follow(self.frame);
     }
 
     fn wipe_at(&mut self, at: f32) {
         if at.is_finite() {
-            self.wipe = at.clamp(0.0, 1.0);
+            self.viewport.wipe = at.clamp(0.0, 1.0);
         }
     }
 
     /// Zooms so that the point under `about` stays in place.
     fn zoom(&mut self, factor: f32, about: [f32; 2]) {
-        let zoom = (self.view.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
-        let grown = zoom / self.view.zoom;
+        let view = &mut self.viewport.view;
+        let zoom = (view.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
+        let grown = zoom / view.zoom;
         if zoom.is_finite() {
-            for (pan, about) in self.view.pan.iter_mut().zip(about) {
+            for (pan, about) in view.pan.iter_mut().zip(about) {
                 *pan = about + (*pan - about) * grown;
             }
-            self.view.zoom = zoom;
+            view.zoom = zoom;
         }
     }
 }
@@ -190,7 +199,7 @@ mod tests {
         let mut flip = |from| {
             s.show(ViewCommand::Enlarge(from));
             s.show(ViewCommand::FlipCell);
-            s.enlarged
+            s.review.enlarged
         };
         assert_eq!(flip(None), Some(CellPicture::Prediction));
         assert_eq!(flip(Some(CellPicture::Difference)), Some(CellPicture::Prediction));
@@ -198,9 +207,9 @@ mod tests {
         assert_eq!(flip(Some(CellPicture::Prediction)), Some(CellPicture::Truth));
         s.show(ViewCommand::Frame(3));
         s.show(ViewCommand::Cell(Some((2, 1))));
-        assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), Some(CellPicture::Truth)));
+        assert_eq!((s.review.chosen, s.review.enlarged), (Some((2, 1)), Some(CellPicture::Truth)));
         s.show(ViewCommand::Cell(None));
-        assert_eq!((s.chosen, s.enlarged), (Some((2, 1)), None));
+        assert_eq!((s.review.chosen, s.review.enlarged), (Some((2, 1)), None));
     }
 
     #[test]
@@ -228,12 +237,12 @@ mod tests {
         assert_eq!(s.frame, 9);
         s.show(ViewCommand::TogglePlay);
         s.advance();
-        assert_eq!((s.frame, s.playing), (0, true));
+        assert_eq!((s.frame, s.playback.playing), (0, true));
         s.show(ViewCommand::Frame(4));
-        assert_eq!((s.frame, s.playing), (4, false));
+        assert_eq!((s.frame, s.playback.playing), (4, false));
         let mut still = State::new(1, 24.0);
         still.show(ViewCommand::TogglePlay);
-        assert!(!still.playing, "a single frame cannot be played");
+        assert!(!still.playback.playing, "a single frame cannot be played");
     }
 
     #[test]
@@ -261,7 +270,7 @@ mod tests {
         let mut s = state();
         s.show(ViewCommand::StepSolo(1));
         assert!(s.solo.is_empty(), "the lamps are not known yet");
-        s.lamps = 3;
+        s.lamps.rig = 3;
         for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
             s.show(ViewCommand::StepSolo(1));
             assert_eq!(s.solo, wanted);
@@ -284,7 +293,7 @@ mod tests {
         s.show(ViewCommand::Viewing(Viewing {
             gamma: 99.0,
             view: Some(scene::ViewTransform::Aces),
-            ..s.viewing.clone()
+            ..s.display.viewing.clone()
         }));
         assert_eq!(s.scene().viewing.gamma, 5.0);
         assert_eq!(s.scene().view(), scene::ViewTransform::Aces);
@@ -292,7 +301,7 @@ mod tests {
         assert!(!s.can_undo());
         s.show(ViewCommand::Pan([3.0, 4.0]));
         s.show(ViewCommand::ResetView);
-        assert_eq!((s.view, s.scene()), (View::FITTED, state().scene()));
+        assert_eq!((s.viewport.view, s.scene()), (View::FITTED, state().scene()));
         s.show(ViewCommand::StepViewing(f32::NAN));
         assert!(s.scene().viewing.is_neutral());
     }
@@ -311,13 +320,13 @@ mod tests {
             s.show(command);
         }
         let mut shown = vec![s.frame];
-        while s.playing {
+        while s.playback.playing {
             s.advance();
             shown.push(s.frame);
         }
         assert_eq!(shown, [3, 4, 5, 5]);
         s.show(ViewCommand::TogglePlay);
-        assert_eq!((s.frame, s.playing), (3, true));
+        assert_eq!((s.frame, s.playback.playing), (3, true));
     }
 
     #[test]
@@ -326,13 +335,13 @@ mod tests {
         s.show(ViewCommand::Pan([7.0, -3.0]));
         let about = [120.0, 45.0];
         let under = |v: &View| [0, 1].map(|i| (about[i] - v.pan[i]) / v.zoom);
-        let before = under(&s.view);
+        let before = under(&s.viewport.view);
         s.show(ViewCommand::Zoom { factor: 2.5, about });
-        let after = under(&s.view);
+        let after = under(&s.viewport.view);
         assert!((0..2).all(|i| (before[i] - after[i]).abs() < 1e-3), "{before:?} {after:?}");
         s.show(ViewCommand::Zoom { factor: 1e9, about });
-        assert_eq!(s.view.zoom, 64.0);
+        assert_eq!(s.viewport.view.zoom, 64.0);
         s.show(ViewCommand::Fit);
-        assert_eq!(s.view, View::FITTED);
+        assert_eq!(s.viewport.view, View::FITTED);
     }
 }

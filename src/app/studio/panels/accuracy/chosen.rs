@@ -2,9 +2,9 @@
 //! applies it.
 
 use super::words;
-use crate::accuracy::TRUTH;
 use crate::command::{AccuracyCommand, Command};
 use crate::panel_context::PanelContext;
+use crate::panels::accuracy::query::TRUTH;
 use crate::theme::{self, GAP};
 use egui::{Grid, RichText, Ui, vec2};
 use tradeoff::{Knob, Ledger, Measured};
@@ -39,7 +39,7 @@ impl Chosen<'_> {
             ui.label(RichText::new("In use").color(theme::GOOD));
             return;
         }
-        let (able, why) = match (&context.status.job, context.read_only) {
+        let (able, why) = match (&context.status.job, context.read_only()) {
             (Some(_), _) => (false, "Wait until the running job ends"),
             (_, Some(why)) => (false, why),
             _ => (true, ""),
@@ -61,7 +61,7 @@ impl Chosen<'_> {
 
     /// Relighting time for the whole interview, in words.
     fn clip(&self, context: &PanelContext) -> String {
-        let frames = context.state.frames;
+        let frames = context.state.playback.frames;
         format!(
             "The interview's {frames} frames take about {} to relight.",
             words::duration(self.rung.frame.median * frames as f64 / 1e3)
@@ -137,7 +137,7 @@ impl Chosen<'_> {
         }
         let files: Vec<String> = shown.iter().map(|(_, file)| file.clone()).collect();
         out.push(Command::Accuracy(AccuracyCommand::Draw(files)));
-        if let Some(failure) = &context.accuracy.failure {
+        if let Some(failure) = &context.readers.accuracy.failure {
             ui.colored_label(theme::WARNING, failure);
             return;
         }
@@ -146,7 +146,7 @@ impl Chosen<'_> {
         for (name, file) in shown {
             ui.vertical(|ui| {
                 ui.label(RichText::new(name).color(theme::QUIET));
-                if let Some(texture) = context.accuracy.pictures.get(&file) {
+                if let Some(texture) = context.readers.accuracy.pictures.get(&file) {
                     let size = texture.size_vec2();
                     let size = size * (side / size.max_elem());
                     let picture = egui::Image::new((texture.id(), size)).alt_text(name);

@@ -1,12 +1,15 @@
 //! Accuracy: time and error of each quality setting, and the choice of one for the project.
 
 mod chosen;
+pub mod command;
+mod handler;
 mod plot;
+pub mod query;
 pub mod words;
 
 use crate::command::{AccuracyCommand, Command};
 use crate::panel_context::PanelContext;
-use crate::panels::numbers::{computing, is_reset};
+use crate::panels::widgets::numbers::{computing, is_reset};
 use crate::theme::{self, GAP};
 use egui::{ComboBox, RichText, ScrollArea, Ui};
 use footage::scan::counted;
@@ -56,13 +59,13 @@ impl AccuracyPanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(GAP);
             ui.set_max_width(ui.available_width() - GAP);
-            let Some(project) = context.project else {
+            let Some(project) = context.project() else {
                 quiet_ui(ui, "Open a project to measure speed against accuracy.");
                 return;
             };
             self.measure_ui(ui, context, project, out);
             ui.add_space(GAP);
-            match &context.accuracy.ledger {
+            match &context.readers.accuracy.ledger {
                 None => quiet_ui(ui, "Reading the last measurement."),
                 Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
                 Some(Ok(None)) => nothing_ui(ui),
@@ -80,7 +83,7 @@ impl AccuracyPanel {
         project: &Project,
         out: &mut Vec<Command>,
     ) {
-        let (truth, ledger) = (context.accuracy_truth(), context.accuracy.measured());
+        let (truth, ledger) = (context.accuracy_truth(), context.readers.accuracy.measured());
         let before = ledger.map(|ledger| Wish::from_ledger(ledger));
         let mut wish =
             self.wish.or(before).unwrap_or(Wish { budget: 60.0, against: Compared::default() });
@@ -88,7 +91,7 @@ impl AccuracyPanel {
             wish.ui(ui, project, truth.is_some());
             let goes_on = before == Some(wish);
             let is_done = ledger.is_some_and(|ledger| ledger.left() == 0);
-            let (able, why) = match (&context.status.job, context.read_only) {
+            let (able, why) = match (&context.status.job, context.read_only()) {
                 (Some(_), _) => (false, "Wait until the running job ends"),
                 (_, Some(why)) => (false, why),
                 _ => (true, ""),

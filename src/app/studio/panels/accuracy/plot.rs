@@ -1,8 +1,8 @@
 //! Time for a frame against error, both on logarithmic axes: a point for each rung, and a line through the Pareto
 //! front.
 
-use super::super::still_plot::{axis, still_plot};
 use super::words;
+use crate::panels::widgets::still_plot::{axis, still_plot};
 use crate::theme;
 use egui::{Color32, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 use egui_plot::{

@@ -16,7 +16,7 @@ pub struct ChecksPanel;
 impl ChecksPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let quiet = |text: &str| RichText::new(text).color(theme::QUIET);
-        let report = match &context.check.report {
+        let report = match &context.readers.check.report {
             Some(Ok(report)) => report,
             Some(Err(sentence)) => {
                 ui.label(sentence);

@@ -15,11 +15,11 @@ const SENTENCE: f32 = 300.0;
 /// Starts the configuration's part of a menu, below the program's own choices. Returns the names in the configuration:
 /// None without a configuration, while it is read, and after an error, which is shown.
 pub fn config_ui<'a>(ui: &mut Ui, context: &PanelContext<'a>) -> Option<&'a ConfigNames> {
-    if !context.color_views.is_configured() {
+    if !context.readers.colors.is_configured() {
         return None;
     }
     ui.separator();
-    let Some(names) = context.color_views.names() else {
+    let Some(names) = context.readers.colors.names() else {
         ui.spinner();
         // Reserves the full height, because an open list does not grow.
         ui.add_space(UNREAD);

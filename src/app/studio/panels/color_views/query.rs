@@ -36,7 +36,7 @@ impl ColorViews {
 
     /// Requests the names in the project's configuration and the table of the current view, if either changed.
     pub fn ask(&mut self, project: &Project, state: &State, wake: impl Fn() + Send + 'static) {
-        let chosen = state.color_view.clone().unwrap_or_default();
+        let chosen = state.display.color_view.clone().unwrap_or_default();
         let choice = chosen.or_config(project.color_config());
         if self.asked.as_ref() == Some(&choice) {
             return;
@@ -64,7 +64,7 @@ impl ColorViews {
         match answer {
             Ok((names, table)) => {
                 if table.is_some() {
-                    state.viewing.through = table;
+                    state.display.viewing.through = table;
                 }
                 let exported = &mut state.export_options.ocio;
                 let lost = exported.is_asked() && !has(&names, exported);
@@ -84,8 +84,8 @@ impl ColorViews {
                 if !matches!(self.names, Some(Ok(_))) {
                     self.names = Some(Err(sentence.clone()));
                 }
-                let wanted = state.color_view.take();
-                state.viewing.through = None;
+                let wanted = state.display.color_view.take();
+                state.display.viewing.through = None;
                 wanted.map(|_| sentence)
             }
         }
@@ -174,16 +174,19 @@ mod tests {
         until(&mut views, &project, &mut state, |views, _| views.names().is_some());
         let names = views.names().unwrap().clone().unwrap();
         assert_eq!(names.displays[0].name, SRGB);
-        assert!(state.viewing.is_neutral());
+        assert!(state.display.viewing.is_neutral());
         let wanted = names.displays[0].views[0].clone();
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
-        until(&mut views, &project, &mut state, |_, state| state.viewing.through.is_some());
+        until(&mut views, &project, &mut state, |_, state| state.display.viewing.through.is_some());
         assert_eq!(state.scene().viewing.through.unwrap().name, wanted);
         // An exposure change keeps the view, a reset does not.
         state.show(ViewCommand::StepViewing(1.0));
-        assert!(state.viewing.through.is_some());
+        assert!(state.display.viewing.through.is_some());
         state.show(ViewCommand::ResetView);
-        assert_eq!((&state.viewing, &state.color_view), (&Viewing::default(), &None));
+        assert_eq!(
+            (&state.display.viewing, &state.display.color_view),
+            (&Viewing::default(), &None)
+        );
         views.ask(&project, &state, || {});
         // A view that arrives late is not applied.
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
@@ -193,7 +196,7 @@ mod tests {
         // Three answers: the names, the view, and the view again.
         test_support::wait_for(|| (answers.load(Ordering::SeqCst) == 3).then_some(()));
         assert_eq!(views.receive(&mut state), None);
-        assert_eq!(state.viewing.through, None);
+        assert_eq!(state.display.viewing.through, None);
     }
 
     #[test]
@@ -208,9 +211,10 @@ mod tests {
         let project = with(Some("ocio://default"));
         until(&mut views, &project, &mut state, |views, _| matches!(views.names(), Some(Ok(_))));
         state.show(ViewCommand::LookThrough(Some(view("Polaroid"))));
-        let said = until(&mut views, &project, &mut state, |_, state| state.color_view.is_none());
+        let said =
+            until(&mut views, &project, &mut state, |_, state| state.display.color_view.is_none());
         assert!(said.unwrap().contains("Polaroid"));
-        assert!(state.viewing.is_neutral() && matches!(views.names(), Some(Ok(_))));
+        assert!(state.display.viewing.is_neutral() && matches!(views.names(), Some(Ok(_))));
     }
 
     #[test]
@@ -245,9 +249,9 @@ mod tests {
         // The view of the picture.
         until(&mut views, &new, &mut state, read(NEW));
         state.show(ViewCommand::LookThrough(Some(view(first))));
-        until(&mut views, &new, &mut state, |_, state| state.viewing.through.is_some());
+        until(&mut views, &new, &mut state, |_, state| state.display.viewing.through.is_some());
         let said = until(&mut views, &old, &mut state, read(OLD));
         assert!(said.unwrap().contains(&**first));
-        assert_eq!((&state.color_view, &state.viewing.through), (&None, &None));
+        assert_eq!((&state.display.color_view, &state.display.viewing.through), (&None, &None));
     }
 }

@@ -42,7 +42,7 @@ pub struct EffectsPanel;
 
 impl EffectsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(relit) = context.relit else {
+        let Some(relit) = context.relit() else {
             let sentence = "Passes are listed once a picture has been made";
             return no_picture_ui(ui, context, sentence, out);
         };
@@ -67,7 +67,7 @@ impl EffectsPanel {
                 name,
                 changed: forced != effects.forced,
                 reset: Command::Look(LookCommand::Effects(Effects { forced, ..*effects })),
-                folded: context.folded.contains(name),
+                folded: context.autosave.folded().contains(name),
             };
             heading.ui(
                 ui,

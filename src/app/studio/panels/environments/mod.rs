@@ -57,14 +57,14 @@ impl EnvironmentsPanel {
                 });
             });
         });
-        if context.environments.is_empty() {
+        if context.environments().is_empty() {
             ui.label(
                 RichText::new("None yet. Add lat-long panoramas, or drop them here.")
                     .color(theme::QUIET),
             );
             return;
         }
-        let groups = groups::shown(context.environments, &context.state.search);
+        let groups = groups::shown(context.environments(), &context.state.search);
         self.search_ui(ui, context, &groups, out);
         if groups.is_empty() {
             ui.label(RichText::new("No environment matches").color(theme::QUIET));
@@ -76,12 +76,12 @@ impl EnvironmentsPanel {
             ui.spacing_mut().item_spacing.y = 2.0;
             // Keeps the buttons clear of the scroll bar.
             ui.set_max_width(ui.available_width() - GAP);
-            let mut roots: Vec<&PathBuf> = context.watched.iter().collect();
+            let mut roots: Vec<&PathBuf> = context.autosave.watched().iter().collect();
             for group in &groups {
                 // A folded group opens for search results, and for an entry chosen with a key.
                 let searched = !context.state.search.trim().is_empty();
                 let heading = format!("environments/{}", group.title);
-                let folded = context.folded.contains(&heading);
+                let folded = context.autosave.folded().contains(&heading);
                 let unfolds = folded && is_new && group.entries.contains(&shown);
                 let hides = folded && !unfolds && !searched;
                 let heading_row = heading_ui(ui, group, hides);
@@ -97,7 +97,7 @@ impl EnvironmentsPanel {
                     continue;
                 }
                 for &i in &group.entries {
-                    if let Some(entry) = context.environments.get(i) {
+                    if let Some(entry) = context.environments().get(i) {
                         self.entry_ui(ui, i, entry, (i == shown, is_new), context, out);
                     }
                 }
@@ -181,7 +181,7 @@ impl EnvironmentsPanel {
             let found = groups.iter().flat_map(|group| &group.entries);
             if let (Some(&first), false) =
                 (found.clone().next(), found.clone().any(|&i| i == shown))
-                && let Some(entry) = context.environments.get(first)
+                && let Some(entry) = context.environments().get(first)
             {
                 out.push(entry.choose(first));
             }
@@ -214,11 +214,11 @@ fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> Response {
 
 /// A line for each watched folder without a group of its own, and for each that has more than is listed.
 fn watched_ui(ui: &mut Ui, context: &PanelContext, alone: &[&PathBuf], out: &mut Vec<Command>) {
-    for root in context.watched {
-        let files = context.environments.iter().filter_map(|one| one.listed.file());
+    for root in context.autosave.watched() {
+        let files = context.environments().iter().filter_map(|one| one.listed.file());
         let count = files.filter(|file| file.starts_with(root)).count();
         let has_group = !alone.contains(&root);
-        let is_closed = context.scan.map(|scan| scan.closed.contains(root));
+        let is_closed = context.library.scan().map(|scan| scan.closed.contains(root));
         let says = match (is_closed, count) {
             (None, _) => "reading".to_owned(),
             (Some(true), _) => "cannot be opened; connect its disk, or allow reading it".to_owned(),

@@ -1,6 +1,6 @@
 //! The colours of the files: a built-in colour space, or a choice from an OpenColorIO configuration.
 
-use super::format::LIST;
+use super::choice::LIST;
 use crate::export_options::ExportOptions;
 use crate::panel_context::PanelContext;
 use crate::panels::color_views::{color_views_ui, config_ui, heading_ui};
@@ -20,7 +20,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     if options.space == Some(OutputSpace::Acescg) && !is_linear {
         options.space = None;
     }
-    let names = (context.color_views.names()).and_then(|names| names.as_ref().ok());
+    let names = (context.readers.colors.names()).and_then(|names| names.as_ref().ok());
     if is_linear && !is_light(&options.ocio, names.map(AsRef::as_ref)) {
         options.ocio = ColorChoice::default();
     }
@@ -42,7 +42,7 @@ pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions)
         ui.add(Label::new(sentence).wrap());
     };
     say(&sentence, theme::QUIET);
-    if let Some(Err(why)) = context.color_views.names() {
+    if let Some(Err(why)) = context.readers.colors.names() {
         say(why, theme::WARNING);
     }
 }
@@ -56,7 +56,7 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     let shown = configured.unwrap_or(own);
     let text = format!("Colours: {shown}");
     // egui keeps the height of a list, so the longer list with a configuration has an id of its own.
-    let is_longer = context.color_views.is_configured();
+    let is_longer = context.readers.colors.is_configured();
     let mut list =
         ComboBox::from_id_salt(("Colours", is_longer)).width(LIST).selected_text(short(shown));
     if is_longer {
@@ -90,7 +90,7 @@ fn offers_ui(
     let mut chosen = None;
     if !is_linear {
         // The list starts at the display used for viewing, which does not choose it.
-        let looked_at = context.state.color_view.as_ref();
+        let looked_at = context.state.display.color_view.as_ref();
         let begin = Some(now).filter(|now| now.is_view()).or(looked_at);
         chosen = color_views_ui(ui, names, Some(now), begin);
     }

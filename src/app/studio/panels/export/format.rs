@@ -1,13 +1,10 @@
 //! The file format and its options.
 
-use super::choice_ui;
+use super::choice::{LIST, choice_ui};
 use crate::export_options::ExportOptions;
-use crate::panels::rows::segments_ui;
+use crate::panels::widgets::rows::segments_ui;
 use egui::{ComboBox, Ui, WidgetText};
 use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, MovieAlpha, Samples};
-
-/// Width of a list in points.
-pub(super) const LIST: f32 = 128.0;
 
 pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Format");

@@ -1,7 +1,12 @@
 //! Export options: frames, format, size, background, layers and file name; and the export queue.
 
+mod choice;
 mod colors;
+pub mod command;
+pub mod destination_check;
+pub mod exports;
 mod format;
+mod handler;
 mod queue;
 
 use crate::command::{Command, Dialog, ExportCommand, LookCommand};
@@ -9,12 +14,13 @@ use crate::export_options::{ExportOptions, Overwrite};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::accuracy::words;
-use crate::panels::lights::solo_names;
-use crate::panels::number_ui;
-use crate::panels::numbers::{computing, is_reset};
-use crate::panels::rows::segments_ui;
+use crate::panels::light::lights::solo_names;
+use crate::panels::widgets::numbers::{computing, is_reset};
+use crate::panels::widgets::rows::number_ui;
+use crate::panels::widgets::rows::segments_ui;
 use crate::state::State;
 use crate::theme::{self, GAP};
+use choice::choice_ui;
 use egui::{
     Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui,
     UiBuilder, WidgetInfo, vec2,
@@ -53,7 +59,7 @@ impl ExportPanel {
     }
 
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.project else {
+        let Some(project) = context.project() else {
             return;
         };
         let mut options = context.state.export_options.clone();
@@ -104,7 +110,7 @@ impl ExportPanel {
             layers_ui(ui, options);
             hand_over_ui(ui, options);
             if !options.format.is_movie() {
-                first_number_ui(ui, options, context.state.first_number);
+                first_number_ui(ui, options, context.state.playback.first_number);
             }
             existing_ui(ui, options, existing);
         });
@@ -121,7 +127,7 @@ fn steady<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
 
 /// First and last frame of the export. Returns the first control.
 fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
-    let most = state.frames.saturating_sub(1);
+    let most = state.playback.frames.saturating_sub(1);
     let (first, last) = state.range();
     let (mut from, mut to) = (first, last);
     let range = |range| Command::Look(LookCommand::Range(range));
@@ -145,15 +151,6 @@ fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
     });
     ui.end_row();
     response.inner
-}
-
-/// One option of a group; returns whether it was clicked. `of` names the group for screen readers.
-fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> bool {
-    let response = ui.add(Button::selectable(chosen, name));
-    response.widget_info(|| {
-        WidgetInfo::selected(Role::RadioButton, true, chosen, format!("{of} {name}"))
-    });
-    response.on_hover_text(hint).on_disabled_hover_text(hint).clicked()
 }
 
 fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
@@ -183,14 +180,14 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
 
 /// Expected time, size and error of this export, if the rung in use was measured.
 fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &ExportOptions) {
-    let Some(rung) = context.accuracy.measured().and_then(|ledger| ledger.in_use()) else {
+    let Some(rung) = context.readers.accuracy.measured().and_then(|ledger| ledger.in_use()) else {
         return;
     };
     let (first, last) = context.state.range();
     let frames = (last - first + 1) as f64;
     let seconds = frames * rung.frame.median / 1e3;
     let longer = options.size.unwrap_or(longer_side(context, project, options)) as f64;
-    let shape = match (options.at, context.relit) {
+    let shape = match (options.at, context.relit()) {
         (PictureSize::Plate, Some(relit)) => {
             let (width, height) = (relit.width as f64, relit.height as f64);
             width.min(height) / width.max(height)
@@ -218,7 +215,7 @@ fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &Exp
 /// Longer side in pixels of pictures that are not resized.
 fn longer_side(context: &PanelContext, project: &Project, options: &ExportOptions) -> usize {
     let working = project.settings.size;
-    let shown = context.relit.map(|relit| (relit.width, relit.height));
+    let shown = context.relit().map(|relit| (relit.width, relit.height));
     match (options.at, shown) {
         (PictureSize::Plate, Some((width, height))) => width.max(height),
         (PictureSize::Box, Some(plate)) => project.settings.framing.for_size(plate).side,
@@ -370,7 +367,7 @@ fn first_number_ui(ui: &mut Ui, options: &mut ExportOptions, own: i64) {
 /// Number of existing files under the chosen name.
 fn existing(context: &PanelContext, options: &ExportOptions, root: &Path) -> usize {
     let to = options.to(root);
-    let known = context.existing_files.filter(|known| known.query.to == to);
+    let known = context.exports.destination.found().filter(|known| known.query.to == to);
     known.map_or(0, |known| known.files)
 }
 
@@ -410,7 +407,7 @@ fn files_ui(
 ) {
     let (first, last) = context.state.numbers();
     let to = options.to(root);
-    let written = if options.replaces() { &to } else { context.export_to };
+    let written = if options.replaces() { to } else { context.exports.goes_to(&to, (first, last)) };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
     let files: Vec<_> =
         [first, last].map(|f| written.files(f, f).next()).into_iter().flatten().collect();

@@ -18,14 +18,14 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     ui.horizontal(|ui| {
         ui.strong("Queue");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let over = context.exports.iter().filter(|e| e.status.sentence().is_some());
+            let over = context.exports.queue.iter().filter(|e| e.status.sentence().is_some());
             let over: Vec<u64> = over.map(|export| export.id).collect();
             if !over.is_empty() && ui.button("Clear finished").clicked() {
                 out.extend(over.into_iter().map(|id| Command::Export(ExportCommand::Withdraw(id))));
             }
         });
     });
-    if context.exports.is_empty() {
+    if context.exports.queue.is_empty() {
         ui.label(
             RichText::new("Queue is empty. Exports run one after another while you keep working.")
                 .color(theme::QUIET),
@@ -37,12 +37,12 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         // The running export and the newest are first, so that they need no scrolling.
         let waits = |export: &Export| export.status == ExportStatus::Waiting;
-        let mut shown: Vec<_> = context.exports.iter().enumerate().rev().collect();
+        let mut shown: Vec<_> = context.exports.queue.iter().enumerate().rev().collect();
         shown.sort_by_key(|(_, export)| export.status != ExportStatus::Running);
-        let last = context.exports.len() - 1;
+        let last = context.exports.queue.len() - 1;
         let top = ui.cursor().top();
         for (at, export) in shown {
-            let is_behind = context.exports[..at].iter().any(waits);
+            let is_behind = context.exports.queue[..at].iter().any(waits);
             // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()
                 .fill(ui.visuals().faint_bg_color)

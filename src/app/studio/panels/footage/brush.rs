@@ -2,8 +2,8 @@
 
 use super::square::Placement;
 use crate::command::{Command, MatteCommand};
-use crate::footage_reader::FootagePicture;
 use crate::panel_context::PanelContext;
+use crate::panels::footage::reader::FootagePicture;
 use crate::theme;
 use egui::{
     Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2,
@@ -51,10 +51,10 @@ impl Brush {
             self.painted = None;
             return;
         }
-        if let Some(Ok(live)) = context.matte.live(frame) {
+        if let Some(Ok(live)) = context.readers.matte.live(frame) {
             painter.image(live.id(), picture, whole, Color32::WHITE);
         }
-        let strokes = context.matte.strokes().and_then(|strokes| strokes.as_ref().ok());
+        let strokes = context.readers.matte.strokes().and_then(|strokes| strokes.as_ref().ok());
         let here = strokes.into_iter().flat_map(|all| &all.strokes);
         for stroke in here.filter(|stroke| stroke.frame == frame) {
             draw(&painter, &place, stroke, 0.35);
@@ -77,7 +77,7 @@ impl Brush {
         let id = ui.scope_id().with("brush");
         let response = ui.interact(room, id, Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Matte brush"));
-        let radius = context.matte.radius(size);
+        let radius = context.readers.matte.radius(size);
         if let Some(at) = response.hover_pos() {
             let wheel = ui.input(|i| i.smooth_scroll_delta().y);
             if wheel != 0.0 {
@@ -87,7 +87,7 @@ impl Brush {
             let ring = (place.scale * radius).max(1.5);
             let painter = ui.painter_at(room);
             for (width, color) in
-                [(3.0, Color32::from_black_alpha(140)), (1.5, color(context.matte.side))]
+                [(3.0, Color32::from_black_alpha(140)), (1.5, color(context.readers.matte.side))]
             {
                 painter.circle_stroke(at, ring, Stroke::new(width, color));
             }
@@ -99,8 +99,8 @@ impl Brush {
         );
         let at = response.interact_pointer_pos();
         if let (true, Some(at)) = (held || response.clicked() || response.secondary_clicked(), at) {
-            let radius = context.matte.radius(size);
-            let side = match (context.matte.side, other || response.secondary_clicked()) {
+            let radius = context.readers.matte.radius(size);
+            let side = match (context.readers.matte.side, other || response.secondary_clicked()) {
                 (side, false) => side,
                 (BrushSide::Keep, true) => BrushSide::Remove,
                 (BrushSide::Remove, true) => BrushSide::Keep,

@@ -10,7 +10,7 @@ use worker::Job;
 impl StudioApp {
     /// True if undo and redo apply to strokes: the brush is active, its pane too, and there are steps.
     pub(crate) fn paints(&self, back: bool) -> bool {
-        self.state.active == Pane::Footage && self.readers.matte.can_travel(back)
+        self.state.panes.active == Pane::Footage && self.readers.matte.can_travel(back)
     }
 
     pub(crate) fn apply_to_matte(&mut self, command: MatteCommand) {

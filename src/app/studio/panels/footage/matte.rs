@@ -1,12 +1,13 @@
 //! Settings and buttons of the matte brush.
 
-use super::{field_ui, quiet_ui};
+use super::fields::field_ui;
 use crate::command::{Command, MatteCommand, ViewCommand};
-use crate::footage_reader::{FootagePicture, FootageView};
-use crate::matte_painting::MattePainting;
 use crate::panel_context::PanelContext;
-use crate::panels::numbers::computing;
-use crate::panels::rows::segments_ui;
+use crate::panels::footage::painting::MattePainting;
+use crate::panels::footage::reader::{FootagePicture, FootageView};
+use crate::panels::widgets::notice::quiet_ui;
+use crate::panels::widgets::numbers::computing;
+use crate::panels::widgets::rows::segments_ui;
 use crate::theme::{self, GAP};
 use egui::{Button, Ui};
 use footage::{BrushSide, strokes};
@@ -19,7 +20,7 @@ pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             ("Framing", "Set the crop", false),
             ("Paint matte", "Paint what belongs to the person. Key: M", true),
         ] {
-            let tool = Button::selectable(context.matte.on == on, name);
+            let tool = Button::selectable(context.readers.matte.on == on, name);
             if ui.add(tool).on_hover_text(hint).clicked() {
                 out.push(Command::Matte(MatteCommand::Tool(on)));
             }
@@ -35,10 +36,10 @@ pub fn refusal(context: &PanelContext, project: &Project, frame: usize) -> Optio
                 .to_owned(),
         );
     }
-    if let Some(why) = context.read_only {
+    if let Some(why) = context.read_only() {
         return Some(why.to_owned());
     }
-    match context.matte.strokes() {
+    match context.readers.matte.strokes() {
         Some(Err(sentence)) => Some(sentence.clone()),
         _ => None,
     }
@@ -72,7 +73,7 @@ pub fn matte_ui(
     ui.add_space(GAP);
     strokes_ui(ui, context, frame, out);
     ui.add_space(GAP);
-    let free = context.read_only.is_none() && context.status.job.is_none();
+    let free = context.read_only().is_none() && context.status.job.is_none();
     let make = ui.add_enabled(free, Button::new("Make all mattes"));
     let make = make
         .on_hover_text("Remakes, with these strokes, every matte that the shoot does not supply")
@@ -88,14 +89,14 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
             ("Keep", "Paint the person. Key: X; the right button removes", BrushSide::Keep),
             ("Remove", "Paint the background. Key: X; the right button keeps", BrushSide::Remove),
         ] {
-            let chosen = Button::selectable(context.matte.side == side, name);
+            let chosen = Button::selectable(context.readers.matte.side == side, name);
             if ui.add(chosen).on_hover_text(hint).clicked() {
                 out.push(Command::Matte(MatteCommand::Side(side)));
             }
         }
     });
     egui::Grid::new("brush").num_columns(2).spacing([GAP, 5.0]).show(ui, |ui| {
-        let mut radius = context.matte.radius(shown.size);
+        let mut radius = context.readers.matte.radius(shown.size);
         let before = radius;
         let field = computing(&mut radius)
             .range(strokes::RADII)
@@ -114,12 +115,12 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
 
 /// The frame's matte in words.
 fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
-    match context.matte.live(frame) {
+    match context.readers.matte.live(frame) {
         Some(Err(sentence)) => drop(ui.colored_label(theme::WARNING, sentence)),
         Some(Ok(_)) => quiet_ui(ui, "Red is removed."),
         None => (),
     }
-    if context.matte.is_seeking() {
+    if context.readers.matte.is_seeking() {
         ui.horizontal(|ui| {
             ui.spinner();
             quiet_ui(ui, "Finding the matte");
@@ -129,7 +130,7 @@ fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
 
 /// Frames that have strokes.
 fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<Command>) {
-    let Some(Ok(strokes)) = context.matte.strokes() else {
+    let Some(Ok(strokes)) = context.readers.matte.strokes() else {
         return;
     };
     let frames = strokes.frames();
@@ -148,7 +149,7 @@ fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<C
         ),
     );
     let clear = Button::new("Clear this frame");
-    let writable = context.read_only.is_none() && frames.contains(&frame);
+    let writable = context.read_only().is_none() && frames.contains(&frame);
     if ui.add_enabled(writable, clear).clicked() {
         out.push(Command::Matte(MatteCommand::Clear(frame)));
     }

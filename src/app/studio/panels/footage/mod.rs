@@ -2,20 +2,27 @@
 //! square that is cut out of them.
 
 mod brush;
+pub mod command;
+mod fields;
+mod handler;
 mod matte;
+pub mod painting;
+pub mod reader;
 mod square;
 mod strip;
 
-use super::{missing, notice_ui};
 use crate::command::{Command, LookCommand, ProjectCommand, ViewCommand};
-use crate::footage_reader::{FootagePicture, FootageView, MatteView};
 use crate::panel_context::PanelContext;
-use crate::panels::numbers::{computing, is_reset};
-use crate::panels::rows::segments_ui;
+use crate::panels::footage::reader::{FootagePicture, FootageView, MatteView};
+use crate::panels::widgets::missing;
+use crate::panels::widgets::notice::{notice_ui, quiet_ui};
+use crate::panels::widgets::numbers::computing;
+use crate::panels::widgets::rows::segments_ui;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use brush::Brush;
-use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
+use egui::{Button, Frame, Margin, Panel, Ui};
+use fields::field_ui;
 use footage::scan::counted;
 use project::{Framing, Padding, Project};
 use square::Square;
@@ -36,7 +43,7 @@ pub struct FootagePanel {
 
 impl FootagePanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.project else {
+        let Some(project) = context.project() else {
             return;
         };
         if let Err(e) = project.check_parts() {
@@ -57,7 +64,7 @@ impl FootagePanel {
             .exact_size(STRIP)
             .frame(ground())
             .show(ui, |ui| strip::strip_ui(ui, context, out));
-        let picture = context.footage.picture();
+        let picture = context.readers.footage.picture();
         Panel::right("framing").exact_size(COLUMN).frame(ground()).show(ui, |ui| {
             ui.add_space(GAP);
             view_ui(ui, context, project, out);
@@ -65,7 +72,7 @@ impl FootagePanel {
                 ui.add_space(GAP);
                 matte::tools_ui(ui, context, out);
                 ui.add_space(0.5 * GAP);
-                if context.matte.on {
+                if context.readers.matte.on {
                     matte::matte_ui(ui, context, project, shown, out)
                 } else {
                     self.framing_ui(ui, context, project, shown, out)
@@ -75,7 +82,7 @@ impl FootagePanel {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         match picture {
-            Some(Ok(shown)) if context.matte.on => {
+            Some(Ok(shown)) if context.readers.matte.on => {
                 let kept = project.settings.framing.for_size(shown.size);
                 let frame = context.state.frame;
                 let is_interview = !context.state.footage.exemplars;
@@ -180,7 +187,7 @@ impl FootagePanel {
         framing: Framing,
         out: &mut Vec<Command>,
     ) {
-        if let Some(why) = context.read_only {
+        if let Some(why) = context.read_only() {
             ui.colored_label(theme::WARNING, why);
         }
         if self.asking {
@@ -194,7 +201,7 @@ impl FootagePanel {
         };
         ui.horizontal(|ui| {
             let name = if self.asking { "Change framing anyway" } else { "Use this framing" };
-            let free = context.read_only.is_none() && context.status.job.is_none();
+            let free = context.read_only().is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
             if response
                 .on_disabled_hover_text("Not while a job is running or the project is read-only")
@@ -212,18 +219,6 @@ impl FootagePanel {
             }
         });
     }
-}
-
-fn quiet_ui(ui: &mut Ui, sentence: &str) {
-    ui.label(RichText::new(sentence).color(theme::QUIET));
-}
-
-/// A number's row; returns whether a double-click resets the number.
-fn field_ui(ui: &mut Ui, name: &str, field: DragValue) -> bool {
-    let label = ui.label(name);
-    let field = ui.add_sized(vec2(84.0, 24.0), field).labelled_by(label.id);
-    ui.end_row();
-    is_reset(ui, &field)
 }
 
 /// The in and out points for playback and export.
@@ -279,7 +274,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
     if view.exemplars {
         ui.horizontal(|ui| {
             let last = shoot.poses.len() - 1;
-            let mut pose = context.state.pose.min(last);
+            let mut pose = context.state.shoot.pose.min(last);
             let label = ui.label("Pose");
             let field = computing(&mut pose).range(0..=last).speed(0.1);
             if ui.add(field).labelled_by(label.id).changed() {

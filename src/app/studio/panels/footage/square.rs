@@ -1,6 +1,6 @@
 //! The framing over the picture: a square to drag by its corners or as a whole.
 
-use crate::footage_reader::FootagePicture;
+use crate::panels::footage::reader::FootagePicture;
 use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use project::Framing;

@@ -1,10 +1,10 @@
 //! The strip of thumbnails: as many frames as fit, spread over the clip.
 
 use crate::command::{Command, ProjectCommand, ViewCommand};
-use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::fitting;
+use crate::panels::footage::reader::Thumbnail;
+use crate::panels::widgets::fit::fitting;
 use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
@@ -15,9 +15,9 @@ const BETWEEN: f32 = 3.0;
 /// Draws the strip into the rest of `ui`.
 pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
-    let frames = spread(context.state.frames, (rect.width() / LEAST) as usize);
+    let frames = spread(context.state.playback.frames, (rect.width() / LEAST) as usize);
     let wanted: Vec<_> = frames.iter().copied().map(Thumbnail::Frame).collect();
-    if wanted != context.footage.wanted(Pane::Footage) {
+    if wanted != context.readers.footage.wanted(Pane::Footage) {
         let wanted = ProjectCommand::Thumbnails(Pane::Footage, wanted);
         out.push(Command::Project(wanted));
     }
@@ -39,7 +39,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             )
         });
         ui.painter().rect_filled(place, 2.0, theme::WELL);
-        if let Some(picture) = context.footage.thumbnail(Thumbnail::Frame(frame)) {
+        if let Some(picture) = context.readers.footage.thumbnail(Thumbnail::Frame(frame)) {
             let inside = fitting(picture.size_vec2(), place);
             let tint = if (first..=last).contains(&frame) {
                 Color32::WHITE

@@ -6,8 +6,11 @@ mod plots;
 
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
-use crate::panels::numbers::computing;
-use crate::panels::{fitting, notice_ui, number_ui};
+use crate::panels::widgets::fit::fitting;
+use crate::panels::widgets::frame::column;
+use crate::panels::widgets::notice::notice_ui;
+use crate::panels::widgets::numbers::computing;
+use crate::panels::widgets::rows::number_ui;
 use crate::theme::{self, GAP};
 use calibration::Trial;
 use egui::{
@@ -35,13 +38,17 @@ pub struct GammaPanel {
 }
 
 impl GammaPanel {
-    /// The interview's frame and the relit exemplar, with a wipe between them.
+    /// The interview's frame and the relit exemplar, with a wipe between them, and the column beside it.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        // Without a picture, the reason fills the pane.
+        if !matches!(context.readers.analysis.gamma, Some(Err(_))) {
+            column(ui, "Gamma", 408.0, |ui| self.side_ui(ui, context, out));
+        }
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         self.upload(ui, context);
         let Some(shown) = &self.shown else {
-            return notice_ui(ui, |ui| match context.gamma {
+            return notice_ui(ui, |ui| match &context.readers.analysis.gamma {
                 Some(Err(sentence)) => {
                     ui.heading("The camera's response cannot be shown");
                     ui.add_space(GAP);
@@ -64,7 +71,7 @@ impl GammaPanel {
         response.widget_info(|| {
             egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit pose")
         });
-        let wipe = context.state.wipe.clamp(0.0, 1.0);
+        let wipe = context.state.viewport.wipe.clamp(0.0, 1.0);
         let line = place.left() + wipe * place.width();
         let painter = ui.painter().with_clip_rect(rect);
         for (texture, from, to) in [(&shown.interview, 0.0, wipe), (&shown.relit, wipe, 1.0)] {
@@ -111,7 +118,7 @@ impl GammaPanel {
     }
 
     /// The plots and the sliders.
-    pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         self.upload(ui, context);
         let Some(shown) = &self.shown else {
             return;
@@ -142,7 +149,7 @@ impl GammaPanel {
     }
 
     fn upload(&mut self, ui: &Ui, context: &PanelContext) {
-        let Some(Ok(view)) = context.gamma else {
+        let Some(Ok(view)) = &context.readers.analysis.gamma else {
             self.shown = None;
             return;
         };
@@ -189,11 +196,11 @@ fn choices_ui(
         let label = ui.label("Pose");
         let name = |pose: usize| view.poses.get(pose).map_or("", String::as_str);
         let list = egui::ComboBox::from_id_salt("exemplar")
-            .selected_text(name(context.state.pose))
+            .selected_text(name(context.state.shoot.pose))
             .width(84.0)
             .show_ui(ui, |ui| {
                 for pose in 0..view.poses.len() {
-                    if ui.selectable_label(pose == context.state.pose, name(pose)).clicked() {
+                    if ui.selectable_label(pose == context.state.shoot.pose, name(pose)).clicked() {
                         out.push(Command::View(ViewCommand::Pose(pose)));
                     }
                 }

@@ -38,7 +38,7 @@ pub fn handle_ui(
     if (is_pressed || handle.gained_focus()) && !is_chosen {
         out.push(Command::View(ViewCommand::ChooseLight(Some(index))));
     }
-    if !handle.has_focus() || context.state.is_covered() {
+    if !handle.has_focus() || context.state.covers.takes_keys() {
         return;
     }
     if let Some(by) = arrows(ui, handle.id) {

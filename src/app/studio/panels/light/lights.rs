@@ -35,7 +35,7 @@ pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if icons::worded_ui(ui, icons::ADD, "Add light").on_hover_text(hint).clicked() {
         out.push(Command::Lights(LightsCommand::Add));
     }
-    let aims = context.state.aims;
+    let aims = context.state.viewport.aims;
     let hint = "Light by the face: click where a light should fall, and drag to move it. Key: H";
     if toggle_ui(ui, aims, icons::AIM, "Light by the face", hint).clicked() {
         out.push(Command::Aim(AimCommand::Toggle));
@@ -88,12 +88,12 @@ pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         out.push(Command::View(ViewCommand::ChooseLight(edit.chosen)));
     }
     out.append(&mut after);
-    press_ui(ui, context, context.state.active == Pane::Light, out);
+    press_ui(ui, context, context.state.panes.active == Pane::Light, out);
 }
 
 /// Copies, pastes and removes the chosen light if the keyboard `is_ours`.
 pub fn press_ui(ui: &Ui, context: &PanelContext, is_ours: bool, out: &mut Vec<Command>) {
-    if !is_ours || context.state.is_covered() || ui.ctx().text_edit_focused() {
+    if !is_ours || context.state.covers.takes_keys() || ui.ctx().text_edit_focused() {
         return;
     }
     let has_chosen = context.state.chosen_light().is_some();

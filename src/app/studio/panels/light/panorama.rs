@@ -197,7 +197,7 @@ fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn
         .any(|at| ui.rect_contains_pointer(Rect::from_center_size(at, Vec2::splat(2.5 * DOT))));
     for (rank, area) in areas.iter().enumerate() {
         let at = map.place(turn * area.direction);
-        let rig = context.relit.map(|relit| &relit.rig);
+        let rig = context.relit().map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
             format!(", nearest lamp: {} ({off_deg:.0}° away)", lamp_title(&rig.lamps[lamp].name))

@@ -1,5 +1,7 @@
 //! The stored looks: stores the current look under a name; a click shows a stored look.
 
+pub mod command;
+mod handler;
 mod row;
 
 use crate::command::{Command, Dialog, LooksCommand};
@@ -9,7 +11,6 @@ use crate::panel_context::PanelContext;
 use crate::stored_looks::{LookId, Shelf};
 use crate::theme::{self, GAP};
 use egui::{Button, Id, Key, RichText, ScrollArea, TextEdit, TextureHandle, Ui, WidgetInfo, vec2};
-use row::Renaming;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use worker::SrgbPicture;
@@ -29,6 +30,14 @@ pub struct LooksPanel {
     /// Removed looks are listed.
     removed: bool,
     thumbnails: Thumbnails,
+}
+
+/// The look being renamed, and the typed name.
+struct Renaming {
+    of: LookId,
+    typed: String,
+    /// The field was shown already.
+    begun: bool,
 }
 
 /// Thumbnail textures drawn in this frame and in the one before.
@@ -142,7 +151,7 @@ impl LooksPanel {
             let state = context.state;
             let same = newest.is_some_and(|newest| newest.look.is(&state.look, state.frame));
             let is_project = id.as_ref().is_none_or(|id| id.shelf == Shelf::Project);
-            let why = match (&name, context.read_only) {
+            let why = match (&name, context.read_only()) {
                 (_, Some(_)) if is_project => Some("This window only reads the project".to_owned()),
                 _ if self.name.trim().is_empty() => Some("Type a name first".to_owned()),
                 (Err(e), _) => Some(e.to_string()),

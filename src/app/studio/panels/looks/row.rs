@@ -1,13 +1,13 @@
 //! A stored look in the list: picture, name, menu and versions.
 
-use super::{LooksPanel, Thumbnails};
+use super::{LooksPanel, Renaming, Thumbnails};
 use crate::command::{Command, LooksCommand};
 use crate::icons;
 use crate::look_name::LookName;
 use crate::look_shelf::{LookVersion, ShelvedLook};
 use crate::panel_context::PanelContext;
-use crate::panels::ago::{minutes_ago, since};
-use crate::panels::covering;
+use crate::panels::widgets::ago::{minutes_ago, since};
+use crate::panels::widgets::fit::covering;
 use crate::stored_looks::{LookId, Shelf};
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
@@ -21,14 +21,6 @@ const LOOK: f32 = 52.0;
 const VERSION: f32 = 36.0;
 /// Side of the button that opens a look's menu.
 const MORE: f32 = 24.0;
-
-/// The look being renamed, and the typed name.
-pub struct Renaming {
-    of: LookId,
-    typed: String,
-    /// The field was shown already.
-    begun: bool,
-}
 
 /// Texts of a row, beside its picture.
 struct RowText<'a> {
@@ -135,7 +127,7 @@ impl LooksPanel {
         let icon = RichText::new(icons::MORE).size(16.0);
         let button = Button::new(icon).min_size(Vec2::splat(MORE)).frame_when_inactive(false);
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
-            let can_write = id.shelf == Shelf::Person || context.read_only.is_none();
+            let can_write = id.shelf == Shelf::Person || context.read_only().is_none();
             let mut entry = |ui: &mut Ui, enabled: bool, words: &str, does: LooksCommand| {
                 if ui.add_enabled(enabled, Button::new(words)).clicked() {
                     out.push(Command::Looks(does));
@@ -159,7 +151,7 @@ impl LooksPanel {
             }
             let (words, enabled) = match id.shelf {
                 Shelf::Project => ("Keep for all projects", true),
-                Shelf::Person => ("Store in this project", context.read_only.is_none()),
+                Shelf::Person => ("Store in this project", context.read_only().is_none()),
             };
             entry(ui, enabled, words, LooksCommand::Copy(id.clone()));
             entry(ui, true, "Save look…", LooksCommand::SaveAs(id.clone()));

@@ -8,6 +8,7 @@ use crate::command::{Command, Dialog, MachineCommand, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
+use benchmark::MachineReport;
 use egui::{Grid, Label, RichText, ScrollArea, Ui};
 
 /// Default time limit of `afterlight device` in minutes.
@@ -18,7 +19,12 @@ const OFFER: &str = "Times training, prediction and relighting on GPU and CPU, i
      measured; Stop keeps them. Other jobs wait.";
 
 /// Draws the window, and sends a command when it is closed.
-pub fn machine_ui(ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
+pub fn machine_ui(
+    ui: &Ui,
+    context: &PanelContext,
+    report: Option<&MachineReport>,
+    out: &mut Vec<Command>,
+) {
     let mut open = true;
     egui::Window::new("Performance of this machine")
         .open(&mut open)
@@ -27,8 +33,8 @@ pub fn machine_ui(ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .show(ui.ctx(), |ui| {
             ui.add(Label::new(quiet(OFFER)).wrap());
             ui.add_space(GAP);
-            buttons_ui(ui, context, out);
-            if let Some(report) = context.machine {
+            buttons_ui(ui, context, report, out);
+            if let Some(report) = report {
                 ui.add_space(GAP);
                 ScrollArea::both()
                     .auto_shrink(false)
@@ -40,11 +46,16 @@ pub fn machine_ui(ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+fn buttons_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    report: Option<&MachineReport>,
+    out: &mut Vec<Command>,
+) {
     ui.horizontal(|ui| {
-        let idle = context.status.job.is_none() && context.project.is_some();
+        let idle = context.status.job.is_none() && context.project().is_some();
         let measure = ui.add_enabled(idle, egui::Button::new("Measure this machine"));
-        let measure = measure.on_disabled_hover_text(if context.project.is_none() {
+        let measure = measure.on_disabled_hover_text(if context.project().is_none() {
             "Open a project first"
         } else {
             "Another job is running: wait until it ends, or stop it"
@@ -57,11 +68,10 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
             out.push(Command::Window(WindowCommand::ToggleMachine));
         }
-        let known = context.machine.is_some();
-        if ui.add_enabled(known, egui::Button::new("Save…")).clicked() {
+        if ui.add_enabled(report.is_some(), egui::Button::new("Save…")).clicked() {
             out.push(Command::Dialog(Dialog::MachineReport));
         }
-        if let Some(report) = context.machine
+        if let Some(report) = report
             && ui.button("Copy").clicked()
         {
             ui.ctx().copy_text(report.markdown());

@@ -1,15 +1,21 @@
 //! The mirror ball: its photograph with the circle, the light in it, and the lamps.
 
+pub mod command;
+mod handler;
 mod photograph;
+pub mod query;
 
-use super::sphere::{self, DomeView, Mark};
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::panels::checks::color;
 use crate::panels::lamp_title;
-use crate::panels::number_ui;
-use crate::panels::numbers::computing;
+use crate::panels::widgets::frame::column;
+use crate::panels::widgets::missing;
+use crate::panels::widgets::notice::notice_ui;
+use crate::panels::widgets::numbers::computing;
+use crate::panels::widgets::rows::number_ui;
+use crate::panels::widgets::sphere::{self, DomeView, Mark};
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use calibration::silhouette::Silhouette;
@@ -48,23 +54,27 @@ impl ProbePanel {
         self.photograph.points.take().is_some()
     }
 
-    /// The photograph, in the middle of the window.
+    /// The photograph, and the column beside it.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        // Without a picture, the reason fills the pane.
+        if !matches!(context.readers.analysis.probe, Some(Err(_))) {
+            column(ui, "Probe", 392.0, |ui| self.side_ui(ui, context, out));
+        }
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         self.upload(ui, context);
         match &self.shown {
             Some(shown) => {
-                let marks = marks(&shown.study, context.state.photograph);
+                let marks = marks(&shown.study, context.state.shoot.photograph);
                 let (study, picture) = (shown.study.clone(), shown.picture.id());
                 self.photograph.ui(ui, context, &study, picture, &marks, out);
             }
-            None => super::notice_ui(ui, |ui| match context.probe {
+            None => notice_ui(ui, |ui| match &context.readers.analysis.probe {
                 Some(Err(sentence)) => {
                     ui.heading("The mirror ball cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
-                    super::missing::locate_ui(ui, context, out);
+                    missing::locate_ui(ui, context, out);
                 }
                 _ => {
                     ui.heading("Reading the mirror balls");
@@ -74,13 +84,13 @@ impl ProbePanel {
     }
 
     /// The light in the ball, the lamps, and the circle's settings.
-    pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         self.upload(ui, context);
         let Some(shown) = &self.shown else {
             return;
         };
         let (study, panorama) = (shown.study.clone(), shown.panorama.id());
-        let marks = marks(&study, context.state.photograph);
+        let marks = marks(&study, context.state.shoot.photograph);
         ui.add_space(GAP);
         photographs_ui(ui, context, &study, out);
         let width = ui.available_width();
@@ -100,7 +110,7 @@ impl ProbePanel {
         });
         self.circle_ui(ui, context, &study, out);
         findings_ui(ui, &study, context, out);
-        chosen = chosen.or(lamps_ui(ui, &study, context.state.photograph));
+        chosen = chosen.or(lamps_ui(ui, &study, context.state.shoot.photograph));
         if let Some(lamp) = chosen {
             out.push(Command::View(ViewCommand::Photograph(Some(lamp))));
         }
@@ -175,7 +185,7 @@ impl ProbePanel {
     }
 
     fn upload(&mut self, ui: &Ui, context: &PanelContext) {
-        let Some(Ok(study)) = context.probe else {
+        let Some(Ok(study)) = &context.readers.analysis.probe else {
             self.shown = None;
             return;
         };
@@ -212,7 +222,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
             lamp.map_or("Interview".to_owned(), |seen| lamp_title(&seen.lamp.name))
         };
         let label = ui.label("Photograph");
-        let shown = context.state.photograph;
+        let shown = context.state.shoot.photograph;
         let list = egui::ComboBox::from_id_salt("photograph")
             .selected_text(name(shown))
             .width(120.0)

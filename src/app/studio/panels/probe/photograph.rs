@@ -1,8 +1,8 @@
 //! The mirror ball's photograph: the circle can be dragged, the rim is magnified, the lamps are marked.
 
-use super::super::sphere::{self, Mark};
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::widgets::sphere::{self, Mark};
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use egui::{
@@ -77,7 +77,7 @@ impl Photograph {
         let (width, height) = study.size;
         let size = vec2(width as f32, height as f32);
         let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
-        let view = context.state.view;
+        let view = context.state.viewport.view;
         let points_per_pixel = (room / size).min_elem() * view.zoom;
         let center = rect.center() + Vec2::from(view.pan);
         let placement = Placement {

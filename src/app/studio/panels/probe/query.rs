@@ -62,10 +62,10 @@ impl CalibrationAnalysis {
         let calibrations = self.calibrations;
         let study = |stop| CalibrationStudy::new(project.root.clone(), stop);
         let mut studied = shown.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
-        let active = studied.clone().find(|&&pane| pane == state.active);
+        let active = studied.clone().find(|&&pane| pane == state.panes.active);
         match active.or(studied.next()) {
             Some(Pane::Probe) => {
-                let (photograph, circle) = (state.photograph, state.look.circle);
+                let (photograph, circle) = (state.shoot.photograph, state.look.circle);
                 self.probes.ask(ProbeRequest { calibrations, photograph, circle }, wake, |stop| {
                     let mut study = study(stop);
                     move |request: &ProbeRequest| {
@@ -75,7 +75,7 @@ impl CalibrationAnalysis {
                 });
             }
             Some(Pane::Gamma) => {
-                let (frame, pose, trial) = (state.frame, state.pose, state.look.trial);
+                let (frame, pose, trial) = (state.frame, state.shoot.pose, state.look.trial);
                 self.gammas.ask(GammaRequest { calibrations, frame, pose, trial }, wake, |stop| {
                     let mut study = study(stop);
                     move |request: &GammaRequest| {

@@ -1,12 +1,12 @@
 //! The recent projects as cards: first frame, name, folder and last opening.
 
-use super::quiet_ui;
 use crate::command::{Command, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::ago::{ago, since};
-use crate::panels::fitting;
-use crate::recents::Recent;
+use crate::panels::project::recents::Recent;
+use crate::panels::widgets::ago::{ago, since};
+use crate::panels::widgets::fit::fitting;
+use crate::panels::widgets::notice::quiet_ui;
 use crate::theme::{self, GAP};
 use base::files::shown;
 use egui::{
@@ -20,8 +20,8 @@ const SHAPE: f32 = 0.46;
 
 pub fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.strong("Recent");
-    let open = context.project.map(|project| &project.root);
-    let others = context.recents.list().iter();
+    let open = context.project().map(|project| &project.root);
+    let others = context.picker.recents.list().iter();
     let others: Vec<&Recent> = others.filter(|recent| Some(&recent.folder) != open).collect();
     if others.is_empty() {
         quiet_ui(ui, "No recent projects");
@@ -75,7 +75,7 @@ fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32
     response.widget_info(|| WidgetInfo::labeled(Role::Image, can_open, &name));
     let painter = ui.painter();
     painter.rect_filled(rect, 4.0, theme::WELL);
-    match context.recents.thumbnail(&recent.folder) {
+    match context.picker.recents.thumbnail(&recent.folder) {
         Some(texture) => {
             let whole = Rect::from_min_size(Pos2::ZERO, Vec2::splat(1.0));
             painter.image(texture.id(), fitting(texture.size_vec2(), rect), whole, Color32::WHITE);

@@ -23,7 +23,7 @@ impl StudioApp {
         match command {
             ProjectCommand::Open(folder) => self.open_folder(&folder, false),
             ProjectCommand::Leave => {
-                if let Some(leaving) = self.state.leaving.take() {
+                if let Some(leaving) = self.state.covers.leaving.take() {
                     self.open_folder(&leaving.folder, true);
                 }
             }
@@ -118,7 +118,7 @@ impl StudioApp {
         let ends = self.would_end();
         if !agreed && !ends.is_empty() {
             let folder = project.root;
-            self.state.leaving = Some(Leaving { folder, again, ends });
+            self.state.covers.leaving = Some(Leaving { folder, again, ends });
             return;
         }
         let title = title(Some(&project));
@@ -130,9 +130,9 @@ impl StudioApp {
     /// Switches the window to another project, driven by `worker`.
     pub(crate) fn open(&mut self, project: Project, worker: Worker) {
         self.save_look();
-        let gain = self.state.gain;
-        self.state = State::from_project(&project);
-        self.state.gain = gain;
+        let before = std::mem::replace(&mut self.state, State::from_project(&project));
+        self.state.display.gain = before.display.gain;
+        self.state.panes.drawn = before.panes.drawn;
         self.autosave.remember(&project.root);
         self.picker.opened();
         self.view.opened();
@@ -147,7 +147,7 @@ impl StudioApp {
         // A folder that cannot be read is reported where its pictures are.
         self.errand_here(
             move || footage::first_number(&own_project),
-            |app, number| app.state.first_number = number.unwrap_or(0),
+            |app, number| app.state.playback.first_number = number.unwrap_or(0),
         );
         if let Err(e) = (self.autosave).load_look(&project, mine, &mut self.state) {
             self.status.refuse(e.to_string());

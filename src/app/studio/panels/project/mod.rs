@@ -1,19 +1,25 @@
 //! The project page: the open project, recent ones, and the start of a new one.
 
 mod cards;
+pub mod command;
+mod handler;
 mod hero;
 mod parts;
+pub mod picker;
+pub mod plan;
+pub mod recents;
 mod traced;
 mod wizard;
 
-use super::TEXT_WIDTH;
 use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::job::whole_job_ui;
+use crate::panels::project::plan::typed;
+use crate::panels::widgets::notice::{TEXT_WIDTH, quiet_ui, refusal_ui};
 use crate::theme::{self, GAP};
-use crate::wizard::typed;
 use base::files::shown;
-use egui::{Button, RichText, ScrollArea, TextEdit, Ui, vec2};
+use egui::{Button, ScrollArea, TextEdit, Ui, vec2};
 use footage::scan::counted;
 use hero::Hero;
 use project::Project;
@@ -70,26 +76,26 @@ impl ProjectPanel {
         out: &mut Vec<Command>,
     ) {
         if let Some(refusal) = &context.status.refusal {
-            super::refusal_ui(ui, refusal, out);
+            refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
-        if context.project.is_some() || context.wizard.plan().is_some() {
+        if context.project().is_some() || context.picker.wizard.plan().is_some() {
             self.traced = Traced::default();
         }
         // With a project open, the window shows the job in a line of its own.
-        if let (Some(job), None) = (&context.status.job, context.project) {
-            super::job_ui(ui, job, out);
+        if let (Some(job), None) = (&context.status.job, context.project()) {
+            whole_job_ui(ui, job, out);
             ui.add_space(2.0 * GAP);
             return self.traced.ui(ui, height);
         }
-        if let (Some(said), None) = (&context.status.message, context.project) {
+        if let (Some(said), None) = (&context.status.message, context.project()) {
             ui.label(said);
             ui.add_space(GAP);
         }
-        if let Some(plan) = context.wizard.plan() {
+        if let Some(plan) = context.picker.wizard.plan() {
             return wizard::plan_ui(ui, context, plan, out);
         }
-        match context.project {
+        match context.project() {
             Some(project) => open_ui(ui, context, project),
             None => {
                 ui.heading("No project is open");
@@ -106,7 +112,7 @@ impl ProjectPanel {
                 (icons::ADD, "New project…", Command::Project(ProjectCommand::New(None))),
                 (icons::FOLDER, "Open project…", Command::Dialog(Dialog::Project)),
             ] {
-                let main = icon == icons::ADD && context.project.is_none();
+                let main = icon == icons::ADD && context.project().is_none();
                 let button = if main {
                     theme::main_button(true, format!("{icon} {words}"))
                 } else {
@@ -121,7 +127,7 @@ impl ProjectPanel {
         });
         ui.add_space(2.0 * GAP);
         cards::recent_ui(ui, context, out);
-        if context.project.is_none() {
+        if context.project().is_none() {
             ui.add_space(2.0 * GAP);
             self.demo_ui(ui, out);
         }
@@ -149,11 +155,9 @@ impl ProjectPanel {
 
 /// True for the start page: no project, no plan for one, and no job that makes one.
 fn is_start(context: &PanelContext) -> bool {
-    context.project.is_none() && context.wizard.plan().is_none() && context.status.job.is_none()
-}
-
-fn quiet_ui(ui: &mut Ui, sentence: &str) {
-    ui.label(RichText::new(sentence).color(theme::QUIET));
+    context.project().is_none()
+        && context.picker.wizard.plan().is_none()
+        && context.status.job.is_none()
 }
 
 /// The open project.
@@ -172,7 +176,7 @@ fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     quiet_ui(ui, &format!("Shoot: {}", shown(&project.shoot_path(""))));
     quiet_ui(
         ui,
-        match context.read_only {
+        match context.read_only() {
             Some(_) => "Read-only: nothing is saved",
             None => "Everything is saved as you work",
         },

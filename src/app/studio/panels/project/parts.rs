@@ -1,11 +1,11 @@
 //! The parts of a shoot, added one by one: a row for each kind, with its files.
 
-use super::quiet_ui;
 use crate::command::{Command, Dialog};
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::project::plan::{Brought, Plan};
+use crate::panels::widgets::notice::quiet_ui;
 use crate::theme::{self, GAP};
-use crate::wizard::{Brought, Plan};
 use base::files::shown;
 use egui::{
     Button, ColorImage, ComboBox, Event, Id, Rect, RichText, Stroke, TextureHandle, Ui, vec2,
@@ -97,9 +97,9 @@ fn kind_ui(
         ui.vertical(|ui| {
             ui.set_width(ui.available_width());
             let mut any = false;
-            for one in context.wizard.brought().filter(|one| one.slot() == Some(slot)) {
+            for one in context.picker.wizard.brought().filter(|one| one.slot() == Some(slot)) {
                 any = true;
-                brought_ui(ui, one, context.wizard.misfit(one), changed);
+                brought_ui(ui, one, context.picker.wizard.misfit(one), changed);
             }
             if !any {
                 quiet_ui(ui, slot.wants());
@@ -111,7 +111,7 @@ fn kind_ui(
 /// Added files of unknown kind.
 fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
     let mut any = false;
-    for one in context.wizard.brought().filter(|one| one.slot().is_none()) {
+    for one in context.picker.wizard.brought().filter(|one| one.slot().is_none()) {
         any = true;
         let reason = one.candidate.map(|candidate| match &candidate.failure {
             Some(failure) => failure.clone(),

@@ -1,13 +1,13 @@
 //! A new project on one page: the shoot, its contents, and the settings.
 
 use super::parts::{forget, parts_ui};
-use super::quiet_ui;
 use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::numbers::{computing, is_reset};
+use crate::panels::project::plan::{Plan, cost};
+use crate::panels::widgets::notice::quiet_ui;
+use crate::panels::widgets::numbers::{computing, is_reset};
 use crate::theme::{self, GAP};
-use crate::wizard::{Plan, cost};
 use base::files::shown;
 use egui::{Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, vec2};
 use footage::scan::{Line, Scan};
@@ -20,8 +20,8 @@ const NAMES: f32 = 110.0;
 /// The page.
 pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<Command>) {
     let mut changed = plan.clone();
-    let gathered = plan.is_gathered().then(|| context.wizard.gathered_scan()).flatten();
-    let scan = context.wizard.scan();
+    let gathered = plan.is_gathered().then(|| context.picker.wizard.gathered_scan()).flatten();
+    let scan = context.picker.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
     row_ui(ui, "Shoot", |ui, name| {
@@ -45,7 +45,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         None => quiet_ui(ui, "Reading the folder"),
     }
     ui.add_space(GAP);
-    layer_ui(ui, &context.wizard.layers(), &mut changed);
+    layer_ui(ui, &context.picker.wizard.layers(), &mut changed);
     if let Some(scan) = scan.or(gathered.as_ref()) {
         choices_ui(ui, scan, plan, &mut changed, out);
         ui.add_space(GAP);
@@ -53,7 +53,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
     ui.horizontal(|ui| {
         let obstacle = match context.status.job {
             Some(_) => Some("Another job is running: wait until it ends, or stop it"),
-            None => context.wizard.job().err(),
+            None => context.picker.wizard.job().err(),
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
         if ui.add_enabled(obstacle.is_none(), make).clicked() {

@@ -51,7 +51,8 @@ impl StudioApp {
 
     /// True if undo and redo apply to verdicts and notes: there are some, and a review pane is active.
     pub(crate) fn judges(&self) -> bool {
-        matches!(self.state.active, Pane::Review | Pane::Lamps) && self.readers.review.has_history()
+        matches!(self.state.panes.active, Pane::Review | Pane::Lamps)
+            && self.readers.review.has_history()
     }
 
     /// Undoes or redoes the last verdict or note.
@@ -74,9 +75,9 @@ impl StudioApp {
     /// Gives the selected cell a verdict, or removes it if the cell has that one. The note stays. Outside the map's
     /// pane, the cell must be visible.
     fn judge(&mut self, verdict: Mark) -> Result<(), String> {
-        let cell = match self.state.active {
-            Pane::Review => self.state.chosen,
-            _ => self.state.cell,
+        let cell = match self.state.panes.active {
+            Pane::Review => self.state.review.chosen,
+            _ => self.state.review.cell,
         };
         let names = cell.and_then(|(case, lamp)| {
             let review = self.readers.review.measured()?;
@@ -113,8 +114,8 @@ impl StudioApp {
         let Some(review) = self.readers.review.measured() else {
             return Err("Nothing is measured yet: click Measure in Measurements".to_owned());
         };
-        let (metric, marks) = (self.state.metric, &self.readers.review.marks);
-        match review.next_unmarked(metric, marks, self.state.chosen) {
+        let (metric, marks) = (self.state.review.metric, &self.readers.review.marks);
+        match review.next_unmarked(metric, marks, self.state.review.chosen) {
             Some(cell) => self.choose(cell),
             None => self.status.mention("Every cell has a verdict".to_owned()),
         }
@@ -124,8 +125,9 @@ impl StudioApp {
     /// True if the key that switches between two pictures applies to those of a cell: a cell is visible, and the
     /// picture beside it is not the active pane.
     pub(crate) fn flips_cell(&self) -> bool {
-        let beside = self.state.active == Pane::Picture && self.shown.contains(&Pane::Lamps);
+        let beside =
+            self.state.panes.active == Pane::Picture && self.state.panes.shows(Pane::Lamps);
         let failed = matches!(self.readers.review.cell, Some(Err(_)));
-        self.state.cell.is_some() && !failed && !beside
+        self.state.review.cell.is_some() && !failed && !beside
     }
 }

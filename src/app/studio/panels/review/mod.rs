@@ -1,7 +1,10 @@
 //! The review: the network's error for each lamp and frame, and a person's marks and notes.
 
 mod chosen;
+pub mod command;
+mod handler;
 mod map;
+pub mod query;
 mod sheet;
 mod strip;
 mod trust;
@@ -12,8 +15,8 @@ pub use sheet::LampSheetPanel;
 use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::lamp_title;
-use crate::panels::missing;
-use crate::panels::rows::segments_ui;
+use crate::panels::widgets::missing;
+use crate::panels::widgets::rows::segments_ui;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use base::files::shown;
@@ -44,8 +47,8 @@ impl ReviewPanel {
     }
 
     fn contents_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let kept = match &context.review.saved {
-            _ if context.project.is_none() => {
+        let kept = match &context.readers.review.saved {
+            _ if context.project().is_none() => {
                 return quiet_ui(ui, "Open a project to review its network.");
             }
             None => return quiet_ui(ui, "Reading the last measurement."),
@@ -64,13 +67,13 @@ impl ReviewPanel {
             let changed = format!("This was measured before {what} changed. Measure again.");
             ui.colored_label(theme::WARNING, changed);
         }
-        if let Some(failure) = &context.review.failure {
+        if let Some(failure) = &context.readers.review.failure {
             ui.colored_label(theme::WARNING, failure);
         }
         // A newer measurement may have fewer cases or lamps.
-        let chosen = (context.state.chosen)
+        let chosen = (context.state.review.chosen)
             .filter(|&(case, lamp)| case < review.cases.len() && lamp < review.lamps.len());
-        let metric = context.state.metric;
+        let metric = context.state.review.metric;
         ui.add_space(GAP);
         metrics_ui(ui, metric, out);
         means_ui(ui, review, metric);
@@ -78,7 +81,7 @@ impl ReviewPanel {
         let view = map::MapUi {
             review,
             metric,
-            marks: &context.review.marks,
+            marks: &context.readers.review.marks,
             chosen,
             solo: &context.state.solo,
             frame: context.state.frame,
@@ -87,7 +90,8 @@ impl ReviewPanel {
         ui.add_space(GAP);
         match chosen {
             Some(cell) => {
-                let ui_of_chosen = ChosenUi { review, cell, marks: &context.review.marks, metric };
+                let ui_of_chosen =
+                    ChosenUi { review, cell, marks: &context.readers.review.marks, metric };
                 ui_of_chosen.ui(ui, out);
             }
             None => chosen::next_ui(ui, out),
@@ -119,7 +123,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut V
         }
         return;
     }
-    let poses = match context.project.map_or(0, |p| p.settings.shoot.poses.len()) {
+    let poses = match context.project().map_or(0, |p| p.settings.shoot.poses.len()) {
         1 => "the pose".to_owned(),
         poses => format!("each of {poses} poses"),
     };

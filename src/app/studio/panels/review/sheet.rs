@@ -4,8 +4,8 @@ use super::verdict;
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::lamp_title;
-use crate::panels::missing::no_picture_ui;
 use crate::panels::viewport::cell::CellUi;
+use crate::panels::widgets::missing::no_picture_ui;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText,
@@ -34,8 +34,10 @@ impl LampSheetPanel {
             ui.advance_cursor_after_rect(whole);
             return;
         }
-        let empty = match (&context.review.sheet, context.relit) {
-            _ if context.project.is_none() => "Open a project to see its frames under every lamp.",
+        let empty = match (&context.readers.review.sheet, context.relit()) {
+            _ if context.project().is_none() => {
+                "Open a project to see its frames under every lamp."
+            }
             (Some(Err(sentence)), _) => {
                 ui.colored_label(theme::WARNING, sentence);
                 return;
@@ -70,11 +72,12 @@ impl LampSheetPanel {
         let lamps = &relit.rig.lamps;
         let directions: Vec<Vec3> = lamps.iter().map(|lamp| lamp.direction).collect();
         let placed = place_by_direction(&directions, area.width(), area.height());
-        let frame = context.project.and_then(|p| p.settings.shoot.frames.get(sheet.frame));
+        let frame = context.project().and_then(|p| p.settings.shoot.frames.get(sheet.frame));
         for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
             let corner = area.min + vec2(*x, *y);
-            let marked =
-                frame.as_deref().and_then(|frame| context.review.marks.get(frame, &lamp.name));
+            let marked = frame
+                .as_deref()
+                .and_then(|frame| context.readers.review.marks.get(frame, &lamp.name));
             let picture = LampPicture {
                 number,
                 lamp,

@@ -1,10 +1,11 @@
 //! Measured cases as a strip of thumbnails, worst first.
 
 use crate::command::{Command, ProjectCommand, ReviewCommand};
-use crate::footage_reader::Thumbnail;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::{fitting, lamp_title};
+use crate::panels::footage::reader::Thumbnail;
+use crate::panels::lamp_title;
+use crate::panels::widgets::fit::fitting;
 use crate::theme;
 use egui::text::LayoutJob;
 use egui::{
@@ -23,7 +24,7 @@ const EMPTY: Color32 = Color32::from_gray(60);
 
 /// Draws the cases of the review with their mean scores. A click goes to a case under its worst lamp.
 pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut Vec<Command>) {
-    let metric = context.state.metric;
+    let metric = context.state.review.metric;
     let cases = review.worst_cases(metric);
     let step = WIDTH + BETWEEN;
     let size = vec2(step * cases.len() as f32, HEIGHT + 2.0 * LINE);
@@ -49,7 +50,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
                 thumbnail,
                 figure: format!("{} {}", metric.name(), metric.text(mean)),
                 rect: Rect::from_min_size(corner, vec2(WIDTH, size.y)),
-                chosen: context.state.chosen.is_some_and(|(case, _)| case == index),
+                chosen: context.state.review.chosen.is_some_and(|(case, _)| case == index),
             };
             let worst = lamp.and_then(|lamp| review.lamps.get(lamp));
             if item.ui(ui, context, &worst.map_or(String::new(), |name| lamp_title(name)))
@@ -59,7 +60,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
             }
         }
     });
-    if thumbnails != context.footage.wanted(Pane::Review) {
+    if thumbnails != context.readers.footage.wanted(Pane::Review) {
         let wanted = ProjectCommand::Thumbnails(Pane::Review, thumbnails);
         out.push(Command::Project(wanted));
     }
@@ -96,7 +97,7 @@ impl CaseItem<'_> {
 
     fn paint(&self, painter: &Painter, context: &PanelContext, hovered: bool) {
         let place = self.rect.with_max_y(self.rect.top() + HEIGHT);
-        match context.footage.thumbnail(self.thumbnail) {
+        match context.readers.footage.thumbnail(self.thumbnail) {
             Some(picture) => {
                 painter.rect_filled(place, 2.0, theme::WELL);
                 let inside = fitting(picture.size_vec2(), place);

@@ -12,7 +12,7 @@ const WORST: usize = 8;
 
 /// Expected errors of frames, and the button that estimates them.
 pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(Ok(kept)) = &context.review.saved else {
+    let Some(Ok(kept)) = &context.readers.review.saved else {
         return;
     };
     ui.label(RichText::new("Frames without truth").color(theme::QUIET));
@@ -65,7 +65,7 @@ fn report_ui(
     } else {
         ui.label(format!("{share} unlike every pose. The timeline marks them."))
     };
-    let mut over = context.state.doubts;
+    let mut over = context.state.viewport.doubts;
     if ui
         .checkbox(&mut over, "Show expected errors over the picture")
         .on_hover_text("Key: D")

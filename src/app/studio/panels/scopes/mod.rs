@@ -3,15 +3,16 @@
 
 mod counts;
 mod pixel;
+pub mod query;
 
 use crate::command::Command;
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::missing::no_picture_ui;
-use crate::panels::rows::segments_ui;
 use crate::panels::viewport::readout::{REGION_HINT, RegionReadings, moves};
 use crate::panels::viewport::side::{Seen, Side};
 use crate::panels::viewport::{short, words};
+use crate::panels::widgets::missing::no_picture_ui;
+use crate::panels::widgets::rows::segments_ui;
 use crate::region::{Region, counted_rows};
 use crate::theme::{self, GAP};
 use counts::{
@@ -111,10 +112,10 @@ struct Found {
 
 impl ScopesPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(relit) = context.relit else {
+        let Some(relit) = context.relit() else {
             return no_picture_ui(ui, context, "No picture yet", out);
         };
-        let region = context.state.region;
+        let region = context.state.viewport.region;
         let seen = Seen::now(ui, context, relit);
         let side = match seen {
             Seen::Alone => Side::First,
@@ -167,7 +168,7 @@ impl ScopesPanel {
             Seen::Alone => return,
             Seen::One(side) => return says(ui, &side.title(context, relit)),
             Seen::Both => Side::First.title(context, relit),
-            Seen::Difference => format!("difference × {}", context.state.gain),
+            Seen::Difference => format!("difference × {}", context.state.display.gain),
         };
         let second = Side::Second.title(context, relit);
         segments_ui(ui, |ui| {

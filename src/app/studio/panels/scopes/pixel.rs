@@ -17,14 +17,14 @@ pub fn pixel_ui(
     out: &mut Vec<Command>,
 ) {
     ui.add_space(GAP);
-    let Some([x, y]) = context.state.probed else {
+    let Some([x, y]) = context.state.viewport.probed else {
         let hint = "Point at the picture to read a pixel";
         ui.label(RichText::new(hint).color(theme::QUIET));
         return;
     };
     ui.label(RichText::new(format!("Pixel {x}, {y}")).color(theme::QUIET));
     readings_ui(ui, &readings(context, relit, Region::pixel([x, y]), 1));
-    if let Some(texel) = context.texel {
+    if let Some(texel) = context.readers.inspector.texel() {
         lamps_ui(ui, texel, context, (relit, is_relit), out);
     }
 }

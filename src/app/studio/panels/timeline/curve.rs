@@ -1,13 +1,13 @@
 //! The curve of a lane over the frames, with keys and tangents to drag, in front of the other lanes' curves.
 
 use super::TimelinePanel;
-use super::drag::{KeyDrag, Side, turned};
-use super::lanes::{nearest, push_changed};
+use super::drag::{KeyDrag, Side, push_changed, turned};
+use super::key_selection::KeySelection;
+use super::lanes::nearest;
 use super::track::Track;
 use crate::command::Command;
-use crate::key_selection::KeySelection;
 use crate::panel_context::PanelContext;
-use crate::panels::diamond::DIAMOND;
+use crate::panels::widgets::diamond::DIAMOND;
 use crate::theme::{self, GAP};
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Shape,
@@ -108,7 +108,7 @@ impl TimelinePanel {
         let look = &context.state.look;
         let keys = look.keys(of);
         if self.drag.is_none() {
-            self.values = span(of, keys, context.state.frames);
+            self.values = span(of, keys, context.state.playback.frames);
         }
         let plot = Plot { track, rect: rect.shrink2(vec2(0.0, 2.0)), values: self.values };
         let others = look.animation.lanes().filter(|(other, _)| *other != of);
@@ -260,7 +260,7 @@ impl TimelinePanel {
                     } else {
                         plot.value(to.y) - plot.value(from.y)
                     };
-                    let last = context.state.frames.saturating_sub(1);
+                    let last = context.state.playback.frames.saturating_sub(1);
                     let (lanes, moved) = selection.moved(before, frames, value, last);
                     self.selection = moved;
                     push_changed(lanes, animation, out);

@@ -1,7 +1,7 @@
 //! A drag on the timeline.
 
-use super::TimelinePanel;
-use crate::key_selection::KeySelection;
+use super::key_selection::KeySelection;
+use crate::command::{Command, LookCommand};
 use light::keyframes::{Interpolation, Key, Keyframes};
 use scene::{Animation, Setting};
 
@@ -76,21 +76,11 @@ pub fn turned(keys: &Keyframes, index: usize, side: Side, slope: f64, alone: boo
     }
 }
 
-impl TimelinePanel {
-    /// Begins to drag a key, and all keys selected with it.
-    pub(super) fn grab(&mut self, of: Setting, key: Key, adds: bool, animation: &Animation) {
-        if !self.selection.contains(of, key.frame) {
-            if !adds {
-                self.selection = KeySelection::default();
-            }
-            self.selection.add(of, key.frame);
-        }
-        self.chosen = Some(of);
-        self.drag = Some(KeyDrag::Keys {
-            key,
-            before: animation.clone(),
-            selection: self.selection.clone(),
-        });
+/// Sends lanes as a command, if any of them differs.
+pub fn push_changed(lanes: Vec<(Setting, Keyframes)>, now: &Animation, out: &mut Vec<Command>) {
+    let is_new = |(of, keys): &(Setting, Keyframes)| now.keys(*of) != Some(keys);
+    if lanes.iter().any(is_new) {
+        out.push(Command::Look(LookCommand::Keys(lanes)));
     }
 }
 

@@ -1,20 +1,20 @@
 //! The lanes: one for each setting that has keys, with its name, its value and its keys.
 
 use super::TimelinePanel;
-use super::drag::KeyDrag;
+use super::drag::{KeyDrag, push_changed};
+use super::key_selection::KeySelection;
 use super::track::Track;
 use crate::command::{Command, LookCommand, ViewCommand};
-use crate::key_selection::KeySelection;
 use crate::panel_context::PanelContext;
-use crate::panels::diamond::{self, DIAMOND, diamond};
-use crate::panels::numbers::computing;
+use crate::panels::widgets::diamond::{self, DIAMOND, diamond};
+use crate::panels::widgets::numbers::computing;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Button, Color32, Layout, PointerButton, Pos2, Rect, RichText, Role, Sense, Shape,
     Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::{Key, Keyframes};
-use scene::Setting;
+use scene::{Animation, Setting};
 
 /// Height of a lane in points.
 pub const ROW: f32 = 22.0;
@@ -23,6 +23,22 @@ const VALUE: f32 = 84.0;
 const CURVE: f32 = 24.0;
 
 impl TimelinePanel {
+    /// Begins to drag a key, and all keys selected with it.
+    pub(super) fn grab(&mut self, of: Setting, key: Key, adds: bool, animation: &Animation) {
+        if !self.selection.contains(of, key.frame) {
+            if !adds {
+                self.selection = KeySelection::default();
+            }
+            self.selection.add(of, key.frame);
+        }
+        self.chosen = Some(of);
+        self.drag = Some(KeyDrag::Keys {
+            key,
+            before: animation.clone(),
+            selection: self.selection.clone(),
+        });
+    }
+
     /// The lanes with their keys, which can be selected, dragged and shaped.
     pub(super) fn lanes_ui(
         &mut self,
@@ -312,7 +328,7 @@ impl TimelinePanel {
             && area.dragged_by(PointerButton::Primary)
         {
             let frames = track.frame_at(to.x) as f64 - key.frame;
-            let last = context.state.frames.saturating_sub(1);
+            let last = context.state.playback.frames.saturating_sub(1);
             let (lanes, moved) = selection.moved(before, frames, 0.0, last);
             self.selection = moved;
             push_changed(lanes, animation, out);
@@ -374,16 +390,4 @@ pub fn nearest(
     let near = keys.filter(|(.., at)| far(*at) <= 1.6 * DIAMOND);
     let nearest = near.min_by(|(.., a), (.., b)| far(*a).total_cmp(&far(*b)));
     nearest.map(|(of, key, _)| (of, key))
-}
-
-/// Sends lanes as a command, if any of them differs.
-pub fn push_changed(
-    lanes: Vec<(Setting, Keyframes)>,
-    now: &scene::Animation,
-    out: &mut Vec<Command>,
-) {
-    let is_new = |(of, keys): &(Setting, Keyframes)| now.keys(*of) != Some(keys);
-    if lanes.iter().any(is_new) {
-        out.push(Command::Look(LookCommand::Keys(lanes)));
-    }
 }

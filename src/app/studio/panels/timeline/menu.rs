@@ -1,9 +1,9 @@
 //! The menu of the keys: interpolation, tangents and clipboard.
 
 use super::TimelinePanel;
-use super::lanes::push_changed;
+use super::drag::push_changed;
+use super::key_selection::Onto;
 use crate::command::Command;
-use crate::key_selection::Onto;
 use crate::panel_context::PanelContext;
 use egui::{Button, Ui, ViewportCommand};
 use light::keyframes::Interpolation;

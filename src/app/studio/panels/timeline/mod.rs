@@ -1,7 +1,9 @@
 //! The timeline: playback, the scrub bar, and the lanes of animated settings with their keys and curves.
 
+pub mod command;
 mod curve;
 mod drag;
+mod key_selection;
 mod lanes;
 mod menu;
 mod scrub;
@@ -9,18 +11,17 @@ mod track;
 
 use crate::command::{Command, LookCommand, TimelineCommand, ViewCommand};
 use crate::icons;
-use crate::key_selection::{KeySelection, Onto, pasted};
 use crate::layout::{MARGIN, Pane, is_wide};
 use crate::panel_context::PanelContext;
-use crate::panels::numbers::computing;
+use crate::panels::widgets::numbers::computing;
 use crate::state::State;
 use crate::theme::{self, GAP};
-use drag::KeyDrag;
+use drag::{KeyDrag, push_changed};
 use egui::{
     Button, CursorIcon, Event, Key, Label, Modifiers, PointerButton, Pos2, Rangef, Rect, RichText,
     ScrollArea, Stroke, Ui, UiBuilder, pos2, vec2,
 };
-use lanes::push_changed;
+use key_selection::{KeySelection, Onto, pasted};
 use scene::{Animation, Setting};
 use scrub::HANDLE;
 use track::{FIT, RULER, Sight, Track};
@@ -136,7 +137,7 @@ impl TimelinePanel {
                 return Some(Command::View(ViewCommand::Frame(frame)));
             }
             TimelineCommand::Nudge(frames) if !self.selection.is_empty() => {
-                let last = state.frames.saturating_sub(1);
+                let last = state.playback.frames.saturating_sub(1);
                 let moved = self.selection.moved(animation, frames as f64, 0.0, last);
                 self.selection = moved.1;
                 return Some(Command::Look(LookCommand::Keys(moved.0)));
@@ -152,7 +153,7 @@ impl TimelinePanel {
         let lanes = lanes.filter(|(of, _)| self.chosen.is_none_or(|chosen| chosen == *of));
         let frames = lanes.flat_map(|(_, keys)| keys.keys());
         let frames = frames.map(|key| key.frame.round().max(0.0) as usize);
-        let frames = frames.filter(|frame| *frame < state.frames);
+        let frames = frames.filter(|frame| *frame < state.playback.frames);
         if after {
             frames.filter(|frame| *frame > state.frame).min()
         } else {
@@ -177,14 +178,14 @@ impl TimelinePanel {
         (area, lanes): (Rect, f32),
         across: Rangef,
     ) -> Track {
-        if self.drawn.1 != state.frames {
+        if self.drawn.1 != state.playback.frames {
             self.sight = None;
         }
-        let with = |sight| Track::new(across, state.frames, sight);
+        let with = |sight| Track::new(across, state.playback.frames, sight);
         if self.drawn.0 != state.frame {
             self.sight = with(self.sight).showing(state.frame);
         }
-        self.drawn = (state.frame, state.frames);
+        self.drawn = (state.frame, state.playback.frames);
         self.is_hovered = ui.rect_contains_pointer(area);
         let pointer = ui.input(|input| input.pointer.latest_pos());
         if let Some(at) = pointer.filter(|_| self.is_hovered) {
@@ -266,9 +267,9 @@ impl TimelinePanel {
 
     /// Copies, pastes and removes keys, if the timeline has the keyboard.
     fn press_ui(&mut self, ui: &Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let is_ours = context.state.active == Pane::Timeline || self.has_focus;
+        let is_ours = context.state.panes.active == Pane::Timeline || self.has_focus;
         let takes = is_ours || self.awaited.is_some();
-        if !takes || context.state.is_covered() || ui.ctx().text_edit_focused() {
+        if !takes || context.state.covers.takes_keys() || ui.ctx().text_edit_focused() {
             return;
         }
         let (mut copies, mut cuts, mut pastes) = (false, false, None);
@@ -310,13 +311,14 @@ impl TimelinePanel {
 /// The playback buttons, and the number of the current frame.
 fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let state = context.state;
-    let last = state.frames.saturating_sub(1);
-    let (icon, name) = if state.playing { (icons::PAUSE, "Pause") } else { (icons::PLAY, "Play") };
+    let last = state.playback.frames.saturating_sub(1);
+    let (icon, name) =
+        if state.playback.playing { (icons::PAUSE, "Pause") } else { (icons::PLAY, "Play") };
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for (icon, name, enabled, key, command) in [
             (icons::PREVIOUS, "Previous frame", state.frame > 0, "←", ViewCommand::StepFrame(-1)),
-            (icon, name, state.frames > 1, "Space", ViewCommand::TogglePlay),
+            (icon, name, state.playback.frames > 1, "Space", ViewCommand::TogglePlay),
             (icons::NEXT, "Next frame", state.frame < last, "→", ViewCommand::StepFrame(1)),
         ] {
             let hint = format!("{name}. Key: {key}");
@@ -333,12 +335,12 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if response.changed() {
         out.push(Command::View(ViewCommand::Frame(frame)));
     }
-    let seconds = state.frame as f64 / state.frame_rate;
-    ui.label(format!("0–{last}")).on_hover_text(format!("{} frames", state.frames));
+    let seconds = state.frame as f64 / state.playback.frame_rate;
+    ui.label(format!("0–{last}")).on_hover_text(format!("{} frames", state.playback.frames));
     if let Some(number) = state.plate_number(state.frame) {
         ui.label(format!("plate {number}"))
             .on_hover_text("Number in the name of the interview's file");
     }
     ui.label(RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
-        .on_hover_text(format!("{} frames a second", state.frame_rate));
+        .on_hover_text(format!("{} frames a second", state.playback.frame_rate));
 }

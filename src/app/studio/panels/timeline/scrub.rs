@@ -45,15 +45,15 @@ pub fn scrub_ui(
         painter.rect_filled(within, 0.0, Color32::from_gray(64));
     }
     let cached = Rangef::new(bar.max + 1.0, bar.max + 1.0 + CACHE);
-    let at_hand = context.relit.iter().flat_map(|relit| &relit.frames_at_hand);
+    let at_hand = context.relit().into_iter().flat_map(|relit| &relit.frames_at_hand);
     for line in lines(track, at_hand.copied()) {
         let line = Rect::from_x_y_ranges(line, cached);
         painter.rect_filled(line, 0.0, theme::CACHED);
     }
-    let trust = context.review.confidence();
+    let trust = context.readers.review.confidence();
     for unlike in trust.iter().flat_map(|report| report.unlike()) {
         let until = unlike.frame + trust.map_or(1, |report| report.every) - 1;
-        let until = until.min(state.frames.saturating_sub(1));
+        let until = until.min(state.playback.frames.saturating_sub(1));
         if let Some(marked) = track.run(unlike.frame, until) {
             let above = Rangef::new(bar.min, bar.min + 3.0);
             let mark = Rect::from_x_y_ranges(marked, above);
@@ -92,7 +92,7 @@ pub fn scrub_ui(
         ui.painter().rect_filled(head, 2.0, theme::ACCENT);
     }
     theme::focus_ui(ui, rect, &response);
-    if state.frames > 1 {
+    if state.playback.frames > 1 {
         handles_ui(ui, context, track, bar, out);
     }
 }

@@ -10,7 +10,7 @@ use training::checkpoints::SavedCheckpoint;
 /// The list, newest first.
 pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.label(RichText::new("Checkpoints").color(theme::QUIET));
-    let kept = context.training.records.as_ref().map_or(&[][..], |r| &r.kept);
+    let kept = context.readers.training.records.as_ref().map_or(&[][..], |r| &r.kept);
     if kept.is_empty() {
         let text = "Training saves checkpoints as it goes, and one before you start over.";
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));

@@ -4,9 +4,9 @@ use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::job;
-use crate::panels::numbers::{computing, is_reset};
+use crate::panels::training::query::{MORE_MINUTES, TrainChoice};
+use crate::panels::widgets::numbers::{computing, is_reset};
 use crate::theme;
-use crate::training::{MORE_MINUTES, TrainChoice};
 use egui::{Button, RichText, Sense, Ui, WidgetInfo, vec2};
 use project::Project;
 use training::{Preset, RunCost};
@@ -17,8 +17,8 @@ const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
 /// The presets as a list, each with its cost.
 pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context.training.choice(context.state.look.training, project);
-    let pace = context.training.pace();
+    let choice = context.readers.training.choice(context.state.look.training, project);
+    let pace = context.readers.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
         let wanted = TrainChoice { preset, ..choice };
@@ -28,7 +28,7 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
         let network = config.network(project).cost();
         let size = vec2(ui.available_width(), 38.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let enabled = !context.training.running;
+        let enabled = !context.readers.training.running;
         response.widget_info(|| {
             let name = format!("Preset {}", preset.label());
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
@@ -99,9 +99,9 @@ pub fn duration(seconds: f64) -> String {
 
 /// The held-out pose, and the minutes.
 pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context.training.choice(context.state.look.training, project);
+    let choice = context.readers.training.choice(context.state.look.training, project);
     let poses = &project.settings.shoot.poses;
-    ui.add_enabled_ui(!context.training.running, |ui| {
+    ui.add_enabled_ui(!context.readers.training.running, |ui| {
         ui.horizontal(|ui| {
             let label = ui.label(RichText::new("Hold out").size(13.0));
             let name = |pose: Option<usize>| {
@@ -168,7 +168,7 @@ impl Buttons {
     ) {
         if let Some(job) = context.status.job.as_ref() {
             self.confirming = false;
-            if context.training.running {
+            if context.readers.training.running {
                 ui.horizontal(|ui| job::buttons_ui(ui, job, out));
             } else {
                 let text = format!("Wait for the running job: {}", job.what);
@@ -176,7 +176,7 @@ impl Buttons {
             }
             return;
         }
-        let records = context.training.records.as_deref();
+        let records = context.readers.training.records.as_deref();
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
             // Starting over sets an unreadable checkpoint aside.
             let broken = records.is_some_and(|records| records.failure.is_some());
@@ -199,9 +199,9 @@ impl Buttons {
             });
             return;
         }
-        let choice = context.training.choice(context.state.look.training, project);
-        let refusal = context.training.refusal(&choice, project);
-        let spent = context.training.spent(&choice);
+        let choice = context.readers.training.choice(context.state.look.training, project);
+        let refusal = context.readers.training.refusal(&choice, project);
+        let spent = context.readers.training.spent(&choice);
         ui.horizontal(|ui| {
             let name = match spent {
                 Some(_) => format!("Resume, +{MORE_MINUTES} min"),

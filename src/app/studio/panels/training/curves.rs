@@ -1,6 +1,6 @@
 //! The curves of a run: losses on a logarithmic axis, the held-out pose below.
 
-use super::super::still_plot::{axis, still_plot};
+use crate::panels::widgets::still_plot::{axis, still_plot};
 use base::progress::LossPoint;
 use egui::{Color32, Rect, RichText, Sense, Ui, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};

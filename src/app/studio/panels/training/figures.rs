@@ -20,7 +20,7 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     egui::CollapsingHeader::new(RichText::new("Details").size(12.0).color(theme::QUIET))
         .id_salt("details of training")
         .show(ui, |ui| grid_ui(ui, "details of training", details));
-    let point = context.training.point.as_ref();
+    let point = context.readers.training.point.as_ref();
     for warning in point.map_or(vec![], |point| warnings(point, project)) {
         ui.label(RichText::new(warning).size(12.5).color(theme::WARNING));
     }
@@ -44,7 +44,7 @@ fn grid_ui(ui: &mut Ui, name: &str, figures: &[Figure]) {
 
 /// All figures; a dash for those not known yet.
 fn rows(context: &PanelContext) -> [Figure; 11] {
-    let training = context.training;
+    let training = &context.readers.training;
     let present = training.records.as_ref().and_then(|r| r.present.as_ref());
     let (point, last) = (training.point.as_ref(), training.history.points().last());
     let none = || "–".to_owned();

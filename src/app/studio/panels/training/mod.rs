@@ -1,17 +1,20 @@
 //! Training: curves and pictures, presets and their cost, and the checkpoints to go back to.
 
 pub mod checkpoints;
+pub mod command;
 pub mod controls;
 mod curves;
 mod figures;
+mod handler;
 mod pictures;
 mod preview;
+pub mod query;
 
 use crate::command::{Command, Dialog, JobCommand};
 use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::{backdrop_ui, notice_ui};
+use crate::panels::widgets::notice::{backdrop_ui, notice_ui};
 use crate::theme::{self, GAP};
 use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
 use project::Project;
@@ -32,7 +35,7 @@ pub struct TrainingPanel {
 
 impl TrainingPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.project else {
+        let Some(project) = context.project() else {
             return notice_ui(ui, |ui| {
                 ui.heading("No project is open");
                 ui.add_space(GAP);
@@ -41,7 +44,7 @@ impl TrainingPanel {
                 }
             });
         };
-        let Some(records) = context.training.records.as_deref() else {
+        let Some(records) = context.readers.training.records.as_deref() else {
             return notice_ui(ui, |ui| {
                 ui.heading("Reading the training log");
             });
@@ -52,7 +55,7 @@ impl TrainingPanel {
                 self.side_ui(ui, context, project, records, out);
             });
         });
-        if context.training.is_empty() && !context.shown.contains(&Pane::Picture) {
+        if context.readers.training.is_empty() && !context.shows(Pane::Picture) {
             backdrop_ui(ui, context);
         }
         Frame::new()
@@ -68,8 +71,8 @@ impl TrainingPanel {
         records: &Records,
         out: &mut Vec<Command>,
     ) {
-        let points = context.training.history.points();
-        if points.is_empty() && !context.training.running {
+        let points = context.readers.training.history.points();
+        if points.is_empty() && !context.readers.training.running {
             return notice_ui(ui, |ui| instead_ui(ui, context, project, records, out));
         }
         let judged = points.iter().any(|point| point.held_out_db.is_some());
@@ -103,8 +106,9 @@ impl TrainingPanel {
         ui.add_space(GAP);
         // Leaves room for the scroll bar.
         ui.set_max_width(ui.available_width() - GAP);
-        let known = !context.training.history.points().is_empty() || context.training.running;
-        let job = context.status.job.as_ref().filter(|_| context.training.running);
+        let known = !context.readers.training.history.points().is_empty()
+            || context.readers.training.running;
+        let job = context.status.job.as_ref().filter(|_| context.readers.training.running);
         let held = job.and_then(|job| job.held.as_ref());
         for sentence in records.failure.iter().filter(|_| known).chain(held) {
             ui.label(RichText::new(sentence).size(12.5).color(theme::WARNING));
@@ -127,7 +131,7 @@ impl TrainingPanel {
 
 /// True if nothing was trained yet: then the notice has the start button.
 fn is_empty(context: &PanelContext) -> bool {
-    context.training.is_empty() && context.status.job.is_none()
+    context.readers.training.is_empty() && context.status.job.is_none()
 }
 
 /// Content shown in place of the curves.

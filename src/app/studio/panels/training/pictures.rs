@@ -28,8 +28,8 @@ struct LampTextures {
 impl Pictures {
     /// Three pictures side by side, as large as fits.
     pub fn ui(&mut self, ui: &mut Ui, height: f32, context: &PanelContext) {
-        let pictures = context.training.pictures.as_ref();
-        self.upload(ui, pictures, context.state.trained_lamp);
+        let pictures = context.readers.training.pictures.as_ref();
+        self.upload(ui, pictures, context.state.shoot.trained_lamp);
         let side = ((ui.available_width() - 2.0 * GAP) / 3.0).min(height - CAPTION);
         let names = ["Predicted", "True", "Difference ×4"];
         let width = 3.0 * side + 2.0 * GAP;
@@ -89,8 +89,8 @@ impl Pictures {
 
 /// The list of lamps, and the pose.
 pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let lamps = context.project.map_or(0, |project| project.settings.shoot.lamps.len());
-    let shown = context.state.trained_lamp.min(lamps.saturating_sub(1));
+    let lamps = context.project().map_or(0, |project| project.settings.shoot.lamps.len());
+    let shown = context.state.shoot.trained_lamp.min(lamps.saturating_sub(1));
     let label = ui.label(RichText::new("Lamp").size(13.0));
     let list = egui::ComboBox::from_id_salt("trained lamp")
         .selected_text(context.lamp_title(shown))
@@ -103,8 +103,8 @@ pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             }
         });
     list.response.labelled_by(label.id).on_hover_text("Keys: Page Up, Page Down");
-    if let Some(pictures) = &context.training.pictures {
-        let poses = context.project.map_or(&[][..], |p| &p.settings.shoot.poses);
+    if let Some(pictures) = &context.readers.training.pictures {
+        let poses = context.project().map_or(&[][..], |p| &p.settings.shoot.poses);
         let pose = poses.get(pictures.pose).map_or("", String::as_str);
         let seen = if pictures.held_out { ", held out" } else { "" };
         let text = format!("{pose}{seen}, after step {}", pictures.step);

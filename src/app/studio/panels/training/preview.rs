@@ -3,8 +3,8 @@
 use super::controls::duration;
 use crate::panel_context::PanelContext;
 use crate::panels::accuracy::words;
+use crate::panels::training::query::TrainChoice;
 use crate::theme::{self, GAP};
-use crate::training::TrainChoice;
 use egui::{Align, Layout, RichText, Ui, vec2};
 use footage::scan::counted;
 use project::Project;
@@ -16,8 +16,8 @@ const NAMES: f32 = 76.0;
 /// The facts, each after its name.
 pub fn preview_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let chosen = context.state.look.training;
-    let choice = context.training.choice(chosen, project);
-    for (name, sentence) in sentences(project, &choice, context.training.pace()) {
+    let choice = context.readers.training.choice(chosen, project);
+    for (name, sentence) in sentences(project, &choice, context.readers.training.pace()) {
         ui.horizontal_top(|ui| {
             let down = Layout::top_down(Align::Min);
             ui.allocate_ui_with_layout(vec2(NAMES, 0.0), down, |ui| {

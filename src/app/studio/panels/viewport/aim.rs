@@ -2,8 +2,8 @@
 
 use crate::command::{AimCommand, Command, ViewCommand};
 use crate::panel_context::PanelContext;
-use crate::panels::handle::{Seen, handle_ui};
 use crate::panels::lamp_title;
+use crate::panels::light::handle::{Seen, handle_ui};
 use crate::theme::{self, GAP};
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke,
@@ -45,7 +45,7 @@ pub fn aim_ui(
     }
     let over = pixel.is_some_and(|pixel| is_subject(relit, pixel));
     let light = near(ui.input(|i| i.pointer.latest_pos())).filter(|_| over);
-    let lamp = context.proposed.filter(|_| over);
+    let lamp = context.readers.aim.proposed().filter(|_| over);
     if over {
         let cursor = match light {
             Some(_) => CursorIcon::Grab,
@@ -59,7 +59,7 @@ pub fn aim_ui(
     }
     let painter = ui.painter().with_clip_rect(response.rect);
     let light = light.and_then(|light| Some(placed.get(light)?.title(light)));
-    let words = match (context.no_aim, light, lamp) {
+    let words = match (context.readers.aim.refusal(), light, lamp) {
         (Some(none), ..) if !over || lamp.is_none() => none.to_string(),
         (_, Some(light), _) => format!("{light} falls here. Drag to move it."),
         (_, _, Some(lamp)) if let Some(lamp) = relit.rig.lamps.get(lamp) => {
@@ -93,7 +93,7 @@ pub fn handles_ui(
     let painter = ui.painter().with_clip_rect(rect);
     for (i, light) in lighting.placed.iter().enumerate() {
         let is_chosen = state.chosen_light() == Some(i);
-        if !is_chosen && !state.aims {
+        if !is_chosen && !state.viewport.aims {
             continue;
         }
         let Some(at) = falls_at(i, (relit, place), context) else {
@@ -145,7 +145,7 @@ fn falls_at(
         Some((of, [x, y])) if of == light => [x as f32, y as f32],
         _ => {
             let direction = state.look.lighting.placed.get(light)?.direction();
-            let at = context.highlights?.at(direction)?;
+            let at = context.highlights()?.at(direction)?;
             relit.predicted.picture_place(at)
         }
     };

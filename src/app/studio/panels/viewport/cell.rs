@@ -1,7 +1,8 @@
 //! A measured frame or pose under one lamp: prediction, truth and difference, panned and zoomed together, or one of
 //! them alone.
 
-use super::{label, paint, placed, texture, toolbar, zoom};
+use super::canvas::{label, paint, placed, texture, zoom};
+use super::toolbar;
 use crate::command::{Command, ViewCommand};
 use crate::comparison::CellPicture;
 use crate::panel_context::PanelContext;
@@ -45,10 +46,12 @@ impl CellUi {
         context: &PanelContext,
         out: &mut Vec<Command>,
     ) -> bool {
-        let (Some(cell), Some(Ok(pictures))) = (context.state.cell, &context.review.cell) else {
+        let (Some(cell), Some(Ok(pictures))) =
+            (context.state.review.cell, &context.readers.review.cell)
+        else {
             return false;
         };
-        let gain = context.state.gain;
+        let gain = context.state.display.gain;
         self.upload(ui.ctx(), pictures, gain);
         let Some(shown) = &self.shown else {
             return false;
@@ -76,7 +79,7 @@ impl CellUi {
         };
         let all = CellPicture::ALL.into_iter().zip(&shown.textures);
         for (i, ((which, texture), name)) in all.zip(names).enumerate() {
-            let part = match context.state.enlarged {
+            let part = match context.state.review.enlarged {
                 Some(enlarged) if enlarged != which => continue,
                 Some(_) => rect,
                 None => third(i),
@@ -137,7 +140,7 @@ impl OnePicture<'_> {
             let by = response.drag_delta();
             out.push(Command::View(ViewCommand::Pan(by.into())));
         } else if response.clicked() {
-            let enlarged = match context.state.enlarged {
+            let enlarged = match context.state.review.enlarged {
                 Some(_) => None,
                 None => Some(self.which),
             };
@@ -160,7 +163,7 @@ fn bar_ui(
     ui.scope_builder(inner, |ui| {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = 2.0 * GAP;
-            let saved = context.review.saved.as_ref().and_then(|saved| saved.as_ref().ok());
+            let saved = context.readers.review.saved.as_ref().and_then(|saved| saved.as_ref().ok());
             let review = saved.and_then(|saved| saved.review.as_ref());
             if let Some((review, case)) = review.and_then(|r| Some((r, r.cases.get(case)?))) {
                 let title = review.lamps.get(lamp).map_or(String::new(), |name| lamp_title(name));
@@ -172,7 +175,7 @@ fn bar_ui(
                     }
                 }
             }
-            let enlarged = context.state.enlarged;
+            let enlarged = context.state.review.enlarged;
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = GAP;
                 let (text, hint, to) = match enlarged {

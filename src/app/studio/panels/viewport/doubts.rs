@@ -41,7 +41,7 @@ impl Doubts {
         relit: &PreviewPicture,
         context: &PanelContext,
     ) -> String {
-        let Some(report) = context.review.confidence() else {
+        let Some(report) = context.readers.review.confidence() else {
             return "not estimated yet: see Review".to_owned();
         };
         let Some(frame) = shown(report, relit.scene.frame) else {
@@ -81,7 +81,7 @@ fn shown(report: &ConfidenceReport, frame: usize) -> Option<&FrameConfidence> {
 
 /// Rectangle of the network's crop, for a picture in `place`.
 fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
-    let (Some(_), Some(project)) = (&relit.predicted.plate, context.project) else {
+    let (Some(_), Some(project)) = (&relit.predicted.plate, context.project()) else {
         return place;
     };
     let framing = project.settings.framing.for_size((relit.width, relit.height));

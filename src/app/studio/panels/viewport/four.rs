@@ -1,9 +1,11 @@
 //! Four looks side by side, panned and zoomed together. A click makes one of them the current look.
 
+use super::canvas::{paint, placed, texture, zoom};
+use super::four_pictures::FourPicture;
 use super::look_list::look_list_ui;
-use super::{paint, placed, texture, viewing, zoom};
+use super::viewing;
 use crate::command::{Command, LooksCommand, ViewCommand};
-use crate::four_looks::{FourLooks, FourPicture, FourSlot};
+use crate::four_looks::{FourLooks, FourSlot};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
@@ -43,7 +45,7 @@ impl FourUi {
     /// The pixel under the cursor, and its codes in each of the four pictures. None for a channel or false colours,
     /// which are not codes of the pictures.
     fn read(&self, ui: &Ui, rect: Rect, context: &PanelContext) -> Option<String> {
-        if context.state.inspection != Inspection::Picture {
+        if context.state.display.inspection != Inspection::Picture {
             return None;
         }
         let at = ui.input(|i| i.pointer.latest_pos())?;
@@ -60,7 +62,7 @@ impl FourUi {
         });
         let [x, y] = pixel?;
         let mut read = format!("{x}, {y}");
-        let newest = context.relit.map(|relit| &relit.looks);
+        let newest = context.relit().map(|relit| &relit.looks);
         for (place, look) in newest.into_iter().flatten().enumerate() {
             let codes = look.as_ref().and_then(|(_, codes)| {
                 let inside = x < codes.width && y < codes.height;
@@ -87,7 +89,7 @@ impl FourUi {
         let state = context.state;
         let slot = &state.four.slots[place];
         let letter = FourLooks::LETTERS[place];
-        let wanted = FourPicture::new(slot, state, context.looks, context.environments);
+        let wanted = FourPicture::new(slot, state, context.looks, context.environments());
         let name = slot.name();
         let response =
             ui.interact(part, ui.scope_id().with(("look", place)), Sense::click_and_drag());
@@ -130,7 +132,7 @@ impl FourUi {
 
     /// The newest picture of a place.
     fn picture_ui(&mut self, ui: &Ui, place: usize, part: Rect, context: &PanelContext) {
-        let newest = context.relit.and_then(|relit| relit.looks[place].as_ref());
+        let newest = context.relit().and_then(|relit| relit.looks[place].as_ref());
         let shown = &mut self.shown[place];
         if let Some((_, codes)) = newest
             && !shown.as_ref().is_some_and(|(of, _)| Arc::ptr_eq(of, codes))

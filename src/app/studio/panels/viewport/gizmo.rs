@@ -1,9 +1,9 @@
 //! A compass over the picture that turns the environment: a view from above, with the camera at the bottom.
 
 use crate::command::{Command, LookCommand};
-use crate::environment_library::PanoramaState;
 use crate::look::within_a_turn;
 use crate::panel_context::PanelContext;
+use crate::panels::environments::library::PanoramaState;
 use crate::theme::{self, GAP};
 use egui::{
     Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2,

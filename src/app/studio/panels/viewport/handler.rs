@@ -8,12 +8,12 @@ use crate::panels::viewport::light_aim::AimQuestion;
 impl StudioApp {
     pub(crate) fn apply_to_aim(&mut self, command: AimCommand) {
         match command {
-            AimCommand::Toggle if !self.state.aims && !self.shows_picture() => {
+            AimCommand::Toggle if !self.state.viewport.aims && !self.shows_picture() => {
                 let sentence = "Light by the face needs the picture. Open Relight.";
                 self.status.refuse(sentence.to_owned());
             }
             AimCommand::Toggle => {
-                self.state.aims = !self.state.aims;
+                self.state.viewport.aims = !self.state.viewport.aims;
                 self.readers.aim.clear();
             }
             AimCommand::Begin(light) => self.state.begin_aim(light),
@@ -33,7 +33,7 @@ impl StudioApp {
     }
 
     fn shows_picture(&self) -> bool {
-        self.shown.contains(&Pane::Picture) && self.preview.relit.is_some()
+        self.state.panes.shows(Pane::Picture) && self.preview.relit.is_some()
     }
 
     /// Places or moves the light as new directions arrive.

@@ -1,9 +1,11 @@
 //! Notice in place of the picture: what is missing, why, and the button that provides it.
 
 use crate::command::Command;
-use crate::environment_library::PanoramaState;
 use crate::panel_context::PanelContext;
-use crate::panels::{job_ui, missing, refusal_ui};
+use crate::panels::environments::library::PanoramaState;
+use crate::panels::job::whole_job_ui;
+use crate::panels::widgets::missing;
+use crate::panels::widgets::notice::refusal_ui;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::Ui;
@@ -31,7 +33,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         if context.job_has_pane() {
             return heading_ui(ui, LATER);
         }
-        return job_ui(ui, job, out);
+        return whole_job_ui(ui, job, out);
     }
     match &status.phase {
         Phase::NoProject => {

@@ -2,7 +2,7 @@
 
 use crate::four_looks::FourSlot;
 use crate::panel_context::PanelContext;
-use crate::panels::ago::{minutes_ago, since};
+use crate::panels::widgets::ago::{minutes_ago, since};
 use crate::stored_looks::{LookId, Shelf};
 use crate::theme;
 use egui::{RichText, ScrollArea, Ui};

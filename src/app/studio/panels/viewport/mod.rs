@@ -1,12 +1,19 @@
 //! The picture, alone or compared with another; without a picture, the steps that are missing.
 
 mod aim;
+mod canvas;
 pub mod cell;
+pub mod command;
+mod compared;
 mod doubts;
 mod four;
+pub mod four_pictures;
 mod gizmo;
+mod handler;
 mod instead;
+pub mod light_aim;
 mod look_list;
+mod names;
 mod native_texture;
 pub mod readout;
 pub mod side;
@@ -15,19 +22,20 @@ mod viewing;
 
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::comparison::CompareMode;
-use crate::environment_library::PanoramaState;
 use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
-use crate::panels::{TEXT_WIDTH, backdrop_ui, dismiss_ui, notice_ui};
+use crate::panels::environments::library::PanoramaState;
+use crate::panels::widgets::notice::{TEXT_WIDTH, backdrop_ui, dismiss_ui, notice_ui};
 use crate::region::Region;
 use crate::theme::{self, GAP};
+use canvas::{label, paint, placed, texture, zoom};
 use cell::CellUi;
 use doubts::Doubts;
 use eframe::egui_wgpu::RenderState;
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Sense, Stroke,
-    StrokeKind, TextureHandle, TextureId, Ui, Vec2, pos2, vec2,
+    StrokeKind, TextureHandle, Ui, Vec2, pos2, vec2,
 };
 use four::FourUi;
 use native_texture::{NativeTexture, ShownTexture};
@@ -36,7 +44,7 @@ use side::{Side, peeks};
 use std::sync::Arc;
 use worker::PreviewPicture;
 
-pub use toolbar::short;
+pub use names::short;
 pub use viewing::words;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
@@ -121,7 +129,7 @@ impl ViewportTextures {
                 _ if peeks(ui) => true,
                 CompareMode::Difference => false,
                 CompareMode::Toggle => compare.second,
-                CompareMode::Wipe => share.x >= context.state.wipe,
+                CompareMode::Wipe => share.x >= context.state.viewport.wipe,
             };
         inside.then_some((
             [pixel(share.x, self.relit.width), pixel(share.y, self.relit.height)],
@@ -144,14 +152,14 @@ impl ViewportPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let mut rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui.ctx(), context.relit);
+        self.upload(ui.ctx(), context.relit());
         // A visible Lamps pane shows the cell instead, larger.
-        let is_elsewhere = context.shown.contains(&Pane::Lamps);
+        let is_elsewhere = context.shows(Pane::Lamps);
         if !is_elsewhere && self.cell.ui(ui, rect, context, out) {
             ui.advance_cursor_after_rect(rect);
             return;
         }
-        if context.state.four.on && context.is_live() && context.relit.is_some() {
+        if context.state.four.on && context.is_live() && context.relit().is_some() {
             self.four.ui(ui, rect, context, out);
             if let Some(refusal) = &context.status.refusal {
                 note_ui(ui, rect, refusal, true, out);
@@ -167,7 +175,7 @@ impl ViewportPanel {
                 rect.min.y = bar.bottom();
                 let below = rect.with_min_y(rect.bottom() - readout::HEIGHT);
                 rect.max.y = below.top();
-                let aims = context.state.aims;
+                let aims = context.state.viewport.aims;
                 let wiped = shown.wiped(rect, context);
                 let response = gestures(ui, rect, wiped, (aims, &mut self.drawing), out);
                 let (place, fit) = pictures_ui(ui, rect, shown, context, out);
@@ -189,19 +197,19 @@ impl ViewportPanel {
                 if let Some((pixel, second)) = under {
                     self.second = second;
                     // The last pixel is kept while the cursor moves to the panel that shows it.
-                    if Some(pixel) != context.state.probed {
+                    if Some(pixel) != context.state.viewport.probed {
                         out.push(Command::View(ViewCommand::Pixel(Some(pixel))));
                     }
                 }
                 let means = &mut self.means;
-                let drawn = (self.second, fit * context.state.view.zoom);
+                let drawn = (self.second, fit * context.state.viewport.view.zoom);
                 readout::strip_ui(ui, below, context, &shown.relit, drawn, means, out);
-                if context.state.inspection == Inspection::FalseColor {
+                if context.state.display.inspection == Inspection::FalseColor {
                     // Below the sign of the viewing settings.
                     readout::legend_ui(ui, rect.with_min_y(rect.top() + viewing::SIGN));
                 }
                 viewing::sign_ui(ui, rect, Align2::CENTER_TOP, context.state);
-                if context.state.doubts {
+                if context.state.viewport.doubts {
                     let painter = ui.painter().with_clip_rect(rect);
                     let words = self.doubts.draw(&painter, place, &shown.relit, context);
                     label(ui, rect, Align2::LEFT_BOTTOM, &words);
@@ -266,33 +274,6 @@ impl ViewportPanel {
     }
 }
 
-fn texture(
-    ctx: &egui::Context,
-    name: &str,
-    old: Option<TextureHandle>,
-    size: [usize; 2],
-    rgb: &[u8],
-) -> TextureHandle {
-    let picture = egui::ColorImage::from_rgb(size, rgb);
-    match old {
-        Some(mut texture) => {
-            texture.set(picture, egui::TextureOptions::LINEAR);
-            texture
-        }
-        None => ctx.load_texture(name, picture, egui::TextureOptions::LINEAR),
-    }
-}
-
-/// The picture's rectangle: fitted with a margin, then zoomed and panned. Also the points per pixel when fitted.
-fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
-    let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
-    let fit = (room / size).min_elem();
-    let view = context.state.view;
-    let placed =
-        Rect::from_center_size(rect.center() + Vec2::from(view.pan), size * fit * view.zoom);
-    (placed, fit)
-}
-
 /// The picture and its comparison. Returns the rectangle of the only or the left picture, and the points per pixel when
 /// fitted.
 fn pictures_ui(
@@ -328,7 +309,7 @@ fn pictures_ui(
         }
         (Some(second), CompareMode::Wipe) => {
             let (place, fit) = placed(rect, size, context);
-            let wipe = context.state.wipe.clamp(0.0, 1.0);
+            let wipe = context.state.viewport.wipe.clamp(0.0, 1.0);
             paint(ui, rect, first_texture, place, (0.0, wipe));
             paint(ui, rect, second, place, (wipe, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &first());
@@ -348,7 +329,7 @@ fn pictures_ui(
             let (place, fit) = placed(rect, size, context);
             paint(ui, rect, first_texture, place, (0.0, 1.0));
             if second.is_some() {
-                let gain = context.state.gain;
+                let gain = context.state.display.gain;
                 let text = format!("difference of {} and {}, × {gain}", first(), name());
                 label(ui, rect, Align2::LEFT_TOP, &text);
             } else if compare.on {
@@ -358,24 +339,6 @@ fn pictures_ui(
         }
     };
     (place, fit)
-}
-
-/// Draws the part of a texture between two shares of its width, at its position in `place`.
-fn paint(ui: &Ui, clip: Rect, texture: TextureId, place: Rect, (from, to): (f32, f32)) {
-    let x = |share: f32| place.left() + share * place.width();
-    let part = Rect::from_min_max(pos2(x(from), place.top()), pos2(x(to), place.bottom()));
-    let uv = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
-    let painter = ui.painter().with_clip_rect(clip);
-    painter.image(texture, part, uv, Color32::WHITE);
-}
-
-/// A name over a corner of the picture.
-fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
-    let painter = ui.painter().with_clip_rect(rect);
-    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), theme::TEXT);
-    let back = corner.align_size_within_rect(galley.size() + vec2(12.0, 6.0), rect.shrink(GAP));
-    painter.rect_filled(back, 3.0, theme::OVER_PICTURE);
-    painter.galley(back.min + vec2(6.0, 3.0), galley, theme::TEXT);
 }
 
 /// The line between the two pictures, to drag.
@@ -469,7 +432,7 @@ fn draw_region(
         // The last motion of the drag is already handled.
         _ => return is_over,
     };
-    if region != context.state.region {
+    if region != context.state.viewport.region {
         out.push(Command::View(ViewCommand::Region(region)));
     }
     is_over
@@ -478,7 +441,7 @@ fn draw_region(
 /// Outline of the measured region, in each of the pictures.
 fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context: &PanelContext) {
     let size = [shown.relit.width, shown.relit.height];
-    let Some(region) = context.state.region.and_then(|region| region.inside(size)) else {
+    let Some(region) = context.state.viewport.region.and_then(|region| region.inside(size)) else {
         return;
     };
     let point = place.size() / vec2(size[0] as f32, size[1] as f32);
@@ -499,25 +462,12 @@ fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context
     }
 }
 
-/// Zoom by wheel or pinch over `rect`.
-fn zoom(ui: &Ui, response: &Response, rect: Rect, out: &mut Vec<Command>) {
-    if let Some(at) = response.hover_pos() {
-        let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
-        if factor != 1.0 {
-            out.push(Command::View(ViewCommand::Zoom {
-                factor,
-                about: (at - rect.center()).into(),
-            }));
-        }
-    }
-}
-
 /// Message over the picture: why it is not the requested one yet.
 fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
     }
-    match (context.state.cell, &context.review.cell) {
+    match (context.state.review.cell, &context.readers.review.cell) {
         (Some(_), None) => return Some("Predicting the measured picture".to_owned()),
         (Some(_), Some(Err(sentence))) => return Some(sentence.clone()),
         _ => {}
@@ -542,7 +492,7 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
 /// Reason for the absence of one of the compared pictures.
 fn missing(context: &PanelContext) -> Option<String> {
     let state = context.state;
-    (state.compare).missing(state, context.looks, context.environments)
+    (state.compare).missing(state, context.looks, context.environments())
 }
 
 /// A message in the lower left corner; returns its rectangle. A `refusal` gives the reason for a refusal and stays

@@ -61,7 +61,7 @@ impl Reading {
 
 /// True if the picture changes from frame to frame of the window: it plays, or something is dragged.
 pub fn moves(ui: &Ui, context: &PanelContext) -> bool {
-    context.state.playing || ui.input(|i| i.pointer.any_down())
+    context.state.playback.playing || ui.input(|i| i.pointer.any_down())
 }
 
 /// Readings of a region, cached until the picture or the region changes: a region may have millions of pixels.
@@ -229,7 +229,7 @@ pub fn strip_ui(
     let mut add = |text: &str, color| append(&mut first, text, color);
     let (frame, effects) = (relit.scene.frame, relit.scene.effects);
     add(&format!("frame {frame}   {light}"), theme::QUIET);
-    let gain = state.gain;
+    let gain = state.display.gain;
     let differs = state.compare.on && state.compare.mode == CompareMode::Difference;
     if differs {
         add(&format!("   difference × {gain}"), theme::QUIET);
@@ -238,7 +238,7 @@ pub fn strip_ui(
         add(&format!("   {words}"), theme::VIEWING);
     }
     let pixel;
-    let found = match (state.region, state.probed) {
+    let found = match (state.viewport.region, state.viewport.probed) {
         (Some(region), _) => {
             let [columns, rows] = region.size();
             let found = means.readings(context, relit, region, moves(ui, context));
@@ -310,11 +310,11 @@ fn buttons_ui(ui: &mut Ui, rect: Rect, scale: f32, context: &PanelContext, out: 
             {
                 out.push(Command::View(ViewCommand::Fit));
             }
-            let loops = context.state.loops;
+            let loops = context.state.playback.loops;
             let color = if loops { theme::ACCENT } else { theme::TEXT };
             let icon = RichText::new(icons::LOOP).size(13.0).color(color);
             let button = Button::selectable(loops, icon).frame_when_inactive(true);
-            let response = ui.add_enabled(context.state.frames > 1, button);
+            let response = ui.add_enabled(context.state.playback.frames > 1, button);
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, loops, "Loop"));
             let hint = "Repeats the range between in and out, or stops at its end. Key: Ctrl+L";
             if response.on_hover_text(hint).clicked() {

@@ -1,15 +1,16 @@
 //! The bar above the picture: the comparison on the left; on the right the viewing settings, which exports ignore.
 
 use super::look_list::{list, look_list_ui};
+use super::names::{called, short};
 use super::viewing;
 use crate::command::{Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand};
 use crate::comparison::{CompareMode, CompareSettings, GAINS, Reference};
-use crate::environment_library::EnvironmentEntry;
 use crate::environment_list::Owner;
 use crate::export_options::ExportOptions;
 use crate::four_looks::FourSlot;
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::environments::library::EnvironmentEntry;
 use crate::panels::training::checkpoints;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
@@ -24,8 +25,6 @@ const HINT: &str = "W wipes, Q switches between the two, holding Shift shows the
 const HEIGHT: f32 = 32.0;
 /// Space above and below a row in points.
 const MARGIN: f32 = 3.0;
-/// Most letters of a compared picture's name.
-const LETTERS: usize = 22;
 
 /// Id of a side's width in the last draw, or of the rows of the left side.
 fn side_id(side: &str) -> egui::Id {
@@ -49,19 +48,19 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
     match with {
         Reference::Plate => "interview frame".to_owned(),
         Reference::Environment(origin) => {
-            let entry = context.environments.iter().find(|e| e.listed.origin == *origin);
+            let entry = context.environments().iter().find(|e| e.listed.origin == *origin);
             entry.map_or_else(|| origin.to_string(), |entry| entry.listed.name.clone())
         }
         Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).name(),
         Reference::Exemplar(pose) => {
-            let poses = context.project.map(|p| &p.settings.shoot.poses);
+            let poses = context.project().map(|p| &p.settings.shoot.poses);
             let name = poses.and_then(|poses| poses.get(*pose));
             format!("{}, photographed", name.map_or("pose", |name| name))
         }
         Reference::Truth(_) => "true OLATs".to_owned(),
         Reference::Checkpoint(folder) => {
             let name = folder.file_name().unwrap_or_default().to_string_lossy();
-            let records = context.training.records.as_ref();
+            let records = context.readers.training.records.as_ref();
             let mut kept = records.into_iter().flat_map(|records| &records.kept);
             let kept = kept.find(|kept| kept.name == name);
             kept.map_or_else(|| format!("network {name}"), checkpoints::short)
@@ -100,7 +99,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
                 }
             }
             table_ui(ui, context, out);
-            if context.state.doubts {
+            if context.state.viewport.doubts {
                 let back = Button::new(RichText::new("Errors ×").color(theme::ACCENT));
                 let hint = "Hide the expected errors";
                 if ui.add(back).on_hover_text(hint).clicked() {
@@ -120,15 +119,6 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
             ui.data_mut(|data| data.insert_temp(side_id("right"), width));
         });
     });
-}
-
-/// A name, cut short for a button.
-pub fn short(name: &str) -> String {
-    if name.chars().count() > LETTERS {
-        name.chars().take(LETTERS - 1).chain(['…']).collect()
-    } else {
-        name.to_owned()
-    }
 }
 
 fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -216,7 +206,7 @@ fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// The list of gains for the difference.
 pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let now = context.state.gain;
+    let now = context.state.display.gain;
     let list =
         ComboBox::from_id_salt("difference gain").selected_text(format!("× {now}")).width(56.0);
     let response = list.show_ui(ui, |ui| {
@@ -229,11 +219,6 @@ pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let list = response.response;
     list.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "Difference gain"));
     list.on_hover_text(format!("The difference is shown × {now}"));
-}
-
-/// Sets the accessible name of a menu's button.
-pub fn called(response: Response, name: String) {
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
 }
 
 /// The pictures that can be compared, apart from the relit one.
@@ -255,7 +240,7 @@ fn pictures_ui(
     ui.menu_button("Environment", |ui| {
         list().show(ui, |ui| {
             let listed = |e: &&EnvironmentEntry| e.listed.owner != Owner::Folder;
-            let entries = context.environments.iter().filter(listed);
+            let entries = context.environments().iter().filter(listed);
             for one in entries.filter(|e| e.panorama.is_done()) {
                 let with = Reference::Environment(one.listed.origin.clone());
                 entry(ui, out, &one.listed.name, with);
@@ -272,7 +257,7 @@ fn pictures_ui(
         }
     });
     ui.menu_button("Photographed pose", |ui| {
-        let poses = context.project.map(|project| &project.settings.shoot.poses);
+        let poses = context.project().map(|project| &project.settings.shoot.poses);
         for (pose, name) in poses.into_iter().flatten().enumerate() {
             entry(ui, out, name, Reference::Exemplar(pose));
         }
@@ -293,10 +278,11 @@ fn checkpoints_ui(
     out: &mut Vec<Command>,
     entry: impl Fn(&mut Ui, &mut Vec<Command>, &str, Reference) -> Response,
 ) {
-    if !context.training.is_asked() {
+    if !context.readers.training.is_asked() {
         out.push(Command::Training(TrainingCommand::ListCheckpoints));
     }
-    let (Some(project), Some(records)) = (context.project, &context.training.records) else {
+    let (Some(project), Some(records)) = (context.project(), &context.readers.training.records)
+    else {
         ui.label(RichText::new("Reading the checkpoints").color(theme::QUIET));
         return;
     };
@@ -329,7 +315,7 @@ fn solo_ui(ui: &mut Ui, names: &str, hint: &str) -> bool {
 /// The look-up table that the picture is shown through, as a button that removes it.
 fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let options = &context.state.export_options;
-    let root = context.project.map(|project| &project.root);
+    let root = context.project().map(|project| &project.root);
     let Some(table) = root.and_then(|root| options.shown_table(root)) else {
         return;
     };

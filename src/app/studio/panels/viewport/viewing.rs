@@ -1,12 +1,12 @@
 //! Viewing settings of the picture: exposure, gamma, tone curve and channels. Exports ignore them, and a sign says so.
 
-use super::toolbar::{called, short};
+use super::names::{called, short};
 use crate::command::{Command, ViewCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::color_views::{color_views_ui, config_ui};
-use crate::panels::numbers::computing;
-use crate::panels::picture::{SHOWN, TONE_CURVES, curve_name};
+use crate::panels::light::picture::{SHOWN, TONE_CURVES, curve_name};
+use crate::panels::widgets::numbers::computing;
 use crate::state::State;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
@@ -31,7 +31,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
         ui.spacing_mut().item_spacing.x = 0.5 * GAP;
         channels_ui(ui, context, out);
         curve_ui(ui, context, out);
-        let viewing = &context.state.viewing;
+        let viewing = &context.state.display.viewing;
         let mut changed = viewing.clone();
         let gamma = computing(&mut changed.gamma)
             .speed(0.01)
@@ -87,9 +87,9 @@ fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str
 
 /// Choice of the viewing curve: the look's tone curve, another, or a view of the OpenColorIO configuration.
 fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let viewing = &context.state.viewing;
+    let viewing = &context.state.display.viewing;
     let of_look = context.state.look.effects.view;
-    let configured = context.state.color_view.as_ref();
+    let configured = context.state.display.color_view.as_ref();
     let color = match (viewing.view, configured) {
         (None, None) => theme::TEXT,
         _ => theme::VIEWING,
@@ -104,7 +104,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         format!("As exported ({})", curve_name(of_look))
     };
     // egui keeps the height of a list, so the longer list with a configuration has an id of its own.
-    let is_longer = context.color_views.is_configured();
+    let is_longer = context.readers.colors.is_configured();
     let list = ComboBox::from_id_salt(("viewing curve", is_longer))
         .selected_text(RichText::new(short(now)).color(color))
         .width(68.0)
@@ -135,7 +135,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// The menu of channels.
 fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let now = context.state.inspection;
+    let now = context.state.display.inspection;
     let looked = SHOWN.iter().find(|(one, ..)| *one == now && *one != Inspection::Picture);
     let icon = RichText::new(icons::CHANNELS).size(16.0);
     let button = match looked {
@@ -187,9 +187,9 @@ pub fn words(viewing: &Viewing, inspection: Inspection) -> Option<String> {
 
 /// Viewing settings that exports lack: all but a view that the export uses too.
 fn unexported(state: &State) -> Viewing {
-    let mut viewing = state.viewing.clone();
+    let mut viewing = state.display.viewing.clone();
     let exported = &state.export_options.ocio;
-    if viewing.through.is_some() && state.color_view.as_ref() == Some(exported) {
+    if viewing.through.is_some() && state.display.color_view.as_ref() == Some(exported) {
         (viewing.view, viewing.through) = (None, None);
     }
     viewing
@@ -256,9 +256,9 @@ mod tests {
             ..ColorChoice::default()
         };
         let table = DisplayTable::new("Film".to_owned(), |_| ());
-        state.viewing.through = Some(Arc::new(table));
-        state.viewing.exposure_stops = 1.0;
-        state.color_view = Some(film.clone());
+        state.display.viewing.through = Some(Arc::new(table));
+        state.display.viewing.exposure_stops = 1.0;
+        state.display.color_view = Some(film.clone());
         let said = |state: &State| words(&unexported(state), Inspection::Picture).unwrap();
         assert_eq!(said(&state), "viewing +1.0 stops, Film");
         state.export_options.ocio = film;

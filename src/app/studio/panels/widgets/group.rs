@@ -29,7 +29,7 @@ impl Heading {
             name: group.name(),
             changed: context.state.look.is_changed(group),
             reset: Command::Look(LookCommand::Reset(group)),
-            folded: context.folded.contains(group.name()),
+            folded: context.autosave.folded().contains(group.name()),
         }
     }
 

@@ -1,0 +1,15 @@
+//! A choice among a few options.
+
+use egui::{Button, Role, Ui, WidgetInfo};
+
+/// Width of a list in points.
+pub const LIST: f32 = 128.0;
+
+/// One option of a group; returns whether it was clicked. `of` names the group for screen readers.
+pub fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> bool {
+    let response = ui.add(Button::selectable(chosen, name));
+    response.widget_info(|| {
+        WidgetInfo::selected(Role::RadioButton, true, chosen, format!("{of} {name}"))
+    });
+    response.on_hover_text(hint).on_disabled_hover_text(hint).clicked()
+}
