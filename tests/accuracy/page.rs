@@ -81,10 +81,8 @@ impl Page {
                 out.write_all(plot.as_bytes())
             })?;
             // The path of the measuring folder would mean nothing to readers.
-            let table = tradeoff::csv(&Ledger {
-                compared_with: format!("truth of the {}", shoot.name),
-                ..shoot.ladder.clone()
-            });
+            let truth = format!("truth of the {}", shoot.name);
+            let table = tradeoff::csv(&shoot.ladder.rungs, &shoot.ladder.machine, &truth);
             write_beside(&folder.join(format!("{file}.csv")), |out| {
                 out.write_all(table.as_bytes())
             })?;

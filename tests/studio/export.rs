@@ -14,7 +14,7 @@ use afterlight::imaging::file::{read_encoded, read_linear};
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::scene::{Background, Look};
-use afterlight::studio::{Shown, StudioApp};
+use afterlight::studio::{StudioApp, WindowParts};
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::worker::{ExportStatus, Origin, WrittenExport};
 use egui::accesskit::Role;
@@ -291,7 +291,7 @@ fn keys_alone_lead_through_an_export() {
     assert_eq!((range, order.size), (Some((1, 2)), Some(24)));
     assert_eq!(order.background, Some(Background::None));
     let state = window.state().state();
-    assert!(state.panes.shown == Shown::All && !state.playback.playing);
+    assert!(state.panes.parts == WindowParts::All && !state.playback.playing);
     tab_to(&mut window, Role::Button, "Add to queue");
     press(&mut window, Key::Enter);
     until_exported(&mut window, 1);

@@ -2,7 +2,7 @@
 
 use super::export::{told_export, until_share};
 use super::{Window, clay_window, drop_onto, project, snapshot, told_job, until, until_labelled};
-use afterlight::studio::{Shown, StudioApp};
+use afterlight::studio::{StudioApp, WindowParts};
 use afterlight::worker::Need;
 use egui::{Key, Modifiers, ViewportCommand, ViewportId};
 use egui_kittest::kittest::Queryable;
@@ -220,7 +220,7 @@ fn the_keys_that_open_the_lists_close_them_and_no_other_passes() {
     window.key_press(Key::ArrowRight);
     window.run_steps(2);
     let state = window.state().state();
-    assert!(!state.playback.playing && state.frame == 0 && state.panes.shown == Shown::All);
+    assert!(!state.playback.playing && state.frame == 0 && state.panes.parts == WindowParts::All);
     window.key_press(Key::Questionmark);
     window.run_steps(2);
     assert!(!window.state().state().covers.keys);

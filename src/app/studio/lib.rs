@@ -59,8 +59,8 @@ pub use preferences::Preferences;
 pub use region::Region;
 pub use saved_look::SavedLook;
 pub use state::{
-    Covers, Display, LampCounts, Panes, Playback, ReviewView, ShootView, Shown, State, View,
-    ViewportView,
+    Covers, Display, LampCounts, Panes, Playback, ReviewView, ShootView, State, View, ViewportView,
+    WindowParts,
 };
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};
 pub use stored_look::StoredLook;

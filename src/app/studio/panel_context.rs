@@ -1,7 +1,7 @@
 //! Input of the panels. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps only
 //! the state of its drawing, reads everything else here, and makes changes only by commands.
 
-use super::app::{Autosave, Preview, Session};
+use super::app::{Autosave, Preview};
 use super::layout::Pane;
 use super::panels::environments::library::{EnvironmentEntry, EnvironmentLibrary};
 use super::panels::export::exports::Exports;
@@ -18,11 +18,19 @@ use std::sync::Arc;
 use tradeoff::Against;
 use worker::PreviewPicture;
 
+/// The open project as panels see it.
+#[derive(Clone, Copy)]
+pub struct OpenProject<'a> {
+    /// None on the start page.
+    pub project: Option<&'a Project>,
+    /// Reason the project is read-only: another process holds its lock.
+    pub read_only: Option<&'a str>,
+}
+
 /// Everything that panels can show.
 #[derive(Clone, Copy)]
 pub struct PanelContext<'a> {
-    /// The open project, and its write lock.
-    pub session: &'a Session,
+    pub session: OpenProject<'a>,
     pub state: &'a State,
     pub status: &'a Status,
     /// The environments, and their panoramas.
@@ -42,16 +50,6 @@ pub struct PanelContext<'a> {
 }
 
 impl<'a> PanelContext<'a> {
-    /// The open project.
-    pub fn project(&self) -> Option<&'a Project> {
-        self.session.project.as_ref()
-    }
-
-    /// Reason the project is read-only: another process holds its lock.
-    pub fn read_only(&self) -> Option<&'a str> {
-        self.session.read_only.as_deref()
-    }
-
     /// The list of environments.
     pub fn environments(&self) -> &'a [EnvironmentEntry] {
         self.library.entries()
@@ -104,14 +102,14 @@ impl<'a> PanelContext<'a> {
 
     /// Name of a lamp for people.
     pub fn lamp_title(&self, lamp: usize) -> String {
-        let lamps = self.project().map(|project| &project.settings.shoot.lamps);
+        let lamps = self.session.project.map(|project| &project.settings.shoot.lamps);
         let name = lamps.and_then(|lamps| lamps.get(lamp));
         name.map_or_else(|| format!("lamp {lamp}"), |name| lamp_title(name))
     }
 
     /// A sentence with the titles of the lamps in place of their names.
     pub fn with_lamp_titles(&self, sentence: &str) -> String {
-        let lamps = self.project().map(|project| project.settings.shoot.lamps.as_slice());
+        let lamps = self.session.project.map(|project| project.settings.shoot.lamps.as_slice());
         with_lamp_titles(sentence, lamps.unwrap_or_default())
     }
 

@@ -4,10 +4,8 @@
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
 //! light; all are linear, so their gradients are cheap. With a file the features of its network are compared.
 
-pub use super::features::EPSILON;
-
 use super::augment;
-use super::features::{Features, PictureId, PictureKind, rows};
+use super::features::{EPSILON, Features, PictureId, PictureKind, rows};
 use super::schedule::SampleSource;
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;

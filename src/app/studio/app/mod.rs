@@ -17,7 +17,6 @@ mod window;
 pub(crate) use autosave::Autosave;
 pub use gpu_lost::ProjectHandover;
 pub(crate) use preview::Preview;
-pub(crate) use session::Session;
 
 use super::command::{Command, WindowCommand};
 use super::layout::Pane;
@@ -48,6 +47,7 @@ use egui::{Context, InputState, UserAttentionType};
 use errands::Errands;
 use gpu::{DeviceChoice, Gpu};
 use project::Project;
+use session::Session;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -342,7 +342,7 @@ impl StudioApp {
         }
         let mut layout = self.autosave.lend_layout();
         let context = PanelContext {
-            session: &self.session,
+            session: self.session.shown(),
             state: &self.state,
             status: &self.status,
             library: &self.library,
@@ -353,8 +353,7 @@ impl StudioApp {
             picker: &self.picker,
             autosave: &self.autosave,
         };
-        let report = self.machine.report.as_ref();
-        let drawn = self.view.ui(ui, &context, report, &mut layout, commands);
+        let drawn = self.view.ui(ui, &context, &self.machine, &mut layout, commands);
         self.autosave.return_layout(layout, drawn.layout_edited);
         self.state.panes.drawn = drawn.panes;
         self.state.panes.activate_drawn();
@@ -364,15 +363,9 @@ impl StudioApp {
     fn ask(&mut self) {
         let wake = self.wake();
         if let Some(worker) = &self.session.worker {
-            let (library, state) = ((&self.library, &self.looks), &self.state);
+            let library = (&self.library, &self.looks);
             let root = self.session.project.as_ref().map(|project| &*project.root);
-            (self.preview).ask(
-                (worker, root),
-                &self.state.panes.drawn,
-                library,
-                state,
-                &mut self.status,
-            );
+            self.preview.ask((worker, root), library, &self.state, &mut self.status);
         }
         if self.state.panes.shows(Pane::Project) || self.session.project.is_some() {
             self.picker.ask(&self.autosave, wake.clone());
@@ -387,22 +380,9 @@ impl StudioApp {
             }
             let relit = self.preview.relit.as_ref();
             let measuring = self.status.job.is_some();
-            (self.readers).ask(
-                project,
-                &self.state,
-                &self.state.panes.drawn,
-                (measuring, self.device),
-                relit,
-                wake.clone(),
-            );
+            (self.readers).ask(project, &self.state, (measuring, self.device), relit, wake.clone());
             let waits = self.status.phase.waits_for_job();
-            (self.readers).ask_backdrop(
-                project,
-                &self.state,
-                &self.state.panes.drawn,
-                waits,
-                wake.clone(),
-            );
+            (self.readers).ask_backdrop(project, &self.state, waits, wake.clone());
             let still = !self.state.playback.playing && !self.ctx.input(|i| i.pointer.any_down());
             if still && self.status.phase != Phase::Opening {
                 let environments = self.library.entries();
@@ -422,7 +402,7 @@ impl StudioApp {
     }
 
     /// Saves the look if it changed, even while the clip plays.
-    fn save_look(&mut self) {
+    pub(crate) fn save_look(&mut self) {
         if let (Some(project), None) = (&self.session.project, &self.session.read_only) {
             self.autosave.save_look(project, &self.state);
         }

@@ -70,12 +70,11 @@ impl Preview {
         self.relit.as_ref().map_or(0, |relit| relit.rig.lamps.len())
     }
 
-    /// Requests the picture of the state if the request changed and its environment is loaded. `shown`: the visible
-    /// panes; `root`: the project's folder.
+    /// Requests the picture of the state if the request changed and its environment is loaded. `root`: the project's
+    /// folder.
     pub fn ask(
         &mut self,
         (worker, root): (&Worker, Option<&Path>),
-        shown: &[Pane],
         (library, stored): (&EnvironmentLibrary, &StoredLooks),
         state: &State,
         status: &mut Status,
@@ -106,7 +105,7 @@ impl Preview {
         let moving = state.is_dragged() || state.playback.playing;
         let shortcuts = Shortcuts {
             moving,
-            texture: self.shares_gpu && moving && !shown.contains(&Pane::Scopes),
+            texture: self.shares_gpu && moving && !state.panes.shows(Pane::Scopes),
         };
         let (same, same_shortcuts) = match &self.asked {
             Some((asked, before)) => (*asked == request, *before == shortcuts),

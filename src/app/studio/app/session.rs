@@ -1,5 +1,6 @@
 //! The open project, its threads, and its write lock.
 
+use crate::panel_context::OpenProject;
 use base::error::Error;
 use project::{Lock, Project};
 use std::path::Path;
@@ -30,6 +31,11 @@ impl Session {
         // checkpoint is saved.
         let old = (self.worker.replace(worker), before);
         drop_later(old);
+    }
+
+    /// The open project for the panels.
+    pub fn shown(&self) -> OpenProject<'_> {
+        OpenProject { project: self.project.as_ref(), read_only: self.read_only.as_deref() }
     }
 
     /// True if the open project is the one in `root`; symbolic links are resolved.

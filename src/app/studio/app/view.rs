@@ -5,14 +5,14 @@ use crate::keys;
 use crate::layout::{Layout, Pane};
 use crate::palette::Palette;
 use crate::panel_context::PanelContext;
+use crate::panels::machine::query::Machine;
 use crate::panels::{
     JobPanel, Panels, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui,
     machine_ui,
 };
-use crate::state::{PathEntry, Shown, State};
+use crate::state::{PathEntry, State, WindowParts};
 use crate::theme;
 use crate::workspace_view::WorkspaceView;
-use benchmark::MachineReport;
 use eframe::egui_wgpu::RenderState;
 use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 
@@ -76,17 +76,18 @@ impl WindowView {
         self.path.is_typed(entry)
     }
 
-    /// Draws the window. `report`: the performance of this machine, once measured.
+    /// Draws the window.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
         context: &PanelContext,
-        report: Option<&MachineReport>,
+        machine: &Machine,
         layout: &mut Layout,
         out: &mut Vec<Command>,
     ) -> Drawn {
         let state = context.state;
-        let whole = state.panes.shown == Shown::All && context.project().is_some();
+        let is_open = context.session.project.is_some();
+        let whole = is_open && state.panes.parts == WindowParts::All;
         if whole {
             bars_ui(ui, context, out);
         }
@@ -101,12 +102,11 @@ impl WindowView {
             if whole {
                 let has_no_keys = state.look.animation.is_empty();
                 layout.ui((state.panes.workspace, has_no_keys), ui, &mut view);
-            } else if state.panes.shown == Shown::PictureAndLight && context.project().is_some() {
+            } else if is_open && state.panes.parts == WindowParts::PictureAndLight {
                 view.picture_and_light_ui(ui);
             } else {
                 let main = state.panes.workspace.main()[0];
-                let offer = context.project().is_none().then_some(Pane::Project);
-                view.alone_ui(ui, offer.unwrap_or(main));
+                view.alone_ui(ui, if is_open { main } else { Pane::Project });
             }
             Drawn { panes: view.drawn, layout_edited: view.edited }
         });
@@ -115,7 +115,7 @@ impl WindowView {
             keys::overlay_ui(ui, state.panes.active, out);
         }
         if state.covers.machine {
-            machine_ui(ui, context, report, out);
+            machine_ui(ui, context, machine, out);
         }
         if state.covers.palette {
             self.palette.ui(ui, context, out);

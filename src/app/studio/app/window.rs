@@ -3,7 +3,7 @@
 use super::StudioApp;
 use crate::command::{AimCommand, LookCommand, ViewCommand, WindowCommand};
 use crate::layout::Workspace;
-use crate::state::{Shown, State, View};
+use crate::state::{State, View, WindowParts};
 use base::files::shown;
 use egui::ViewportCommand;
 
@@ -34,10 +34,10 @@ impl StudioApp {
             WindowCommand::Fold(heading, folded) => self.autosave.fold(heading, folded),
             WindowCommand::FocusPane => self.view.focus(state.panes.active),
             WindowCommand::TogglePanels => {
-                state.panes.shown = state.panes.shown.toggled(Shown::Main)
+                state.panes.parts = state.panes.parts.toggled(WindowParts::Main)
             }
             WindowCommand::ToggleLightAlone => {
-                state.panes.shown = state.panes.shown.toggled(Shown::PictureAndLight);
+                state.panes.parts = state.panes.parts.toggled(WindowParts::PictureAndLight);
             }
             WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.panes.full_screen),
             WindowCommand::ToggleKeys => state.covers.keys = !state.covers.keys,

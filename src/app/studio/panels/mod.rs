@@ -1,5 +1,5 @@
-//! The panels: a folder for each pane, with its drawing, its query or other data, its commands and their handler;
-//! `widgets` for several of them; a file for each bar and question over the panes.
+//! The panels: a folder for each pane, for the performance report and for the color views; a file for each bar and
+//! question over the panes; `readers`: the queries of all; `widgets`: parts of several.
 
 /// Table of the panels, a row for each pane in the order of the menu: the pane, the title of its tab, the field and
 /// type of its panel, and the frame around it. Makes [`Pane`] and [`Panels`].

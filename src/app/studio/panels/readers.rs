@@ -63,31 +63,31 @@ impl Readers {
         self.inspector.receive();
     }
 
-    /// Requests whatever the visible panes `shown` need and is not known yet.
+    /// Requests whatever the visible panes need and is not known yet.
     pub fn ask(
         &mut self,
         project: &Project,
         state: &State,
-        shown: &[Pane],
         (measuring, device): (bool, DeviceChoice),
         relit: Option<&Arc<PreviewPicture>>,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
+        let shown = &state.panes.drawn;
         self.training.ask(project, shown, wake.clone());
         self.colors.ask(project, state, wake.clone());
         self.analysis.ask(project, state, shown, wake.clone());
         // The timeline marks frames unlike every pose, whichever other panes are visible.
-        let draws = shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review);
+        let draws = state.panes.shows(Pane::Lamps) || state.panes.shows(Pane::Review);
         let still = relit.filter(|_| draws && !state.playback.playing);
         let cell = state.review.cell.map(|(case, lamp)| (case, lamp, device));
         self.review.ask(project, still, cell, wake.clone());
-        if shown.contains(&Pane::Export) {
+        if state.panes.shows(Pane::Export) {
             self.accuracy.ask(project, false, wake.clone());
         }
-        if shown.contains(&Pane::Accuracy) {
+        if state.panes.shows(Pane::Accuracy) {
             self.accuracy.ask(project, measuring, wake.clone());
         }
-        if shown.contains(&Pane::Footage) {
+        if state.panes.shows(Pane::Footage) {
             let (frame, pose, view) = (state.frame, state.shoot.pose, state.footage);
             (self.footage).ask(project, frame, pose, view, wake.clone());
             self.matte.ask(project, frame, wake.clone());
@@ -97,7 +97,7 @@ impl Readers {
             self.inspector.ask(&relit.predicted, pixel, shown, wake.clone());
         }
         if let (Some(relit), Some(pixel)) = (relit, state.viewport.probed)
-            && (state.viewport.aims && !state.playback.playing && shown.contains(&Pane::Picture))
+            && (state.viewport.aims && !state.playback.playing && state.panes.shows(Pane::Picture))
         {
             let question = AimQuestion {
                 of: relit.predicted.clone(),
@@ -107,7 +107,7 @@ impl Readers {
             };
             self.aim.point(question, wake.clone());
         }
-        match relit.filter(|_| state.shows_handles() && shown.contains(&Pane::Picture)) {
+        match relit.filter(|_| state.shows_handles() && state.panes.shows(Pane::Picture)) {
             // A frame that is only being played is not worth the work.
             Some(relit) if !state.playback.playing => {
                 self.aim.seek(&relit.predicted, &relit.rig, wake)
@@ -124,13 +124,12 @@ impl Readers {
         &mut self,
         project: &Project,
         state: &State,
-        shown: &[Pane],
         waits: bool,
         wake: impl Fn() + Clone + Send + 'static,
     ) {
-        let picture = waits && shown.contains(&Pane::Picture);
-        let training = self.training.is_empty() && shown.contains(&Pane::Training);
-        if (picture || training) && !shown.contains(&Pane::Footage) {
+        let picture = waits && state.panes.shows(Pane::Picture);
+        let training = self.training.is_empty() && state.panes.shows(Pane::Training);
+        if (picture || training) && !state.panes.shows(Pane::Footage) {
             let view = FootageView::default();
             (self.footage).ask(project, state.frame, state.shoot.pose, view, wake);
         }

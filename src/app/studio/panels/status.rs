@@ -60,7 +60,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if ui.button(device).on_hover_text(hint).clicked() {
         out.push(command);
     }
-    let Some(project) = context.project() else {
+    let Some(project) = context.session.project else {
         return;
     };
     // 24000 / 1001 has endless decimals.
@@ -87,7 +87,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// Save state of the settings on the disk.
 fn saved_ui(ui: &mut Ui, context: &PanelContext) {
-    if context.project().is_none() || context.read_only().is_some() {
+    if context.session.project.is_none() || context.session.read_only.is_some() {
         return;
     }
     match context.unsaved() {

@@ -18,7 +18,7 @@ pub struct TabsPanel;
 
 /// The project menu: the project's name, and the commands for projects.
 fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(project) = context.project() else {
+    let Some(project) = context.session.project else {
         return;
     };
     let menu = ui.menu_button(RichText::new(&project.settings.name), |ui| {
@@ -123,7 +123,7 @@ impl TabsPanel {
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
                 project_ui(ui, context, out);
                 undo_ui(ui, context, out);
-                if let Some(why) = context.read_only() {
+                if let Some(why) = context.session.read_only {
                     read_only_ui(ui, why, out);
                 }
             });

@@ -7,15 +7,15 @@ mod panes;
 mod playback;
 mod review;
 mod shoot;
-mod shown;
+mod view;
 mod viewport;
 
 pub use covers::{Covers, Leaving, PathEntry, Wanted};
-pub use panes::{Panes, Shown};
+pub use panes::{Panes, WindowParts};
 pub use playback::Playback;
 pub use review::ReviewView;
 pub use shoot::{LampCounts, ShootView};
-pub use shown::View;
+pub use view::View;
 pub use viewport::{Display, ViewportView};
 
 use super::command::{LookCommand, ViewCommand};

@@ -2,16 +2,16 @@
 
 use crate::layout::{Pane, Workspace};
 
-/// Panes in the window.
+/// Visible parts of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shown {
+pub enum WindowParts {
     All,
     PictureAndLight,
     /// The workspace's main pane.
     Main,
 }
 
-impl Shown {
+impl WindowParts {
     /// `few`, or all panes again.
     #[must_use]
     pub fn toggled(self, few: Self) -> Self {
@@ -25,7 +25,7 @@ pub struct Panes {
     pub workspace: Workspace,
     /// The active pane, which gets the keys.
     pub active: Pane,
-    pub shown: Shown,
+    pub parts: WindowParts,
     /// The panes drawn in the last frame.
     pub drawn: Vec<Pane>,
     /// True if the window fills the screen.
@@ -38,7 +38,7 @@ impl Default for Panes {
         Self {
             workspace,
             active: workspace.main()[0],
-            shown: Shown::All,
+            parts: WindowParts::All,
             drawn: Vec::new(),
             full_screen: false,
         }

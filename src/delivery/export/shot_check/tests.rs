@@ -4,7 +4,7 @@ use super::super::still::tests::{about, picture};
 use super::super::{
     About, Bits, ExrCompression, LayerFiles, OutputSpace, Samples, TimeCode, write_still,
 };
-use super::hash::c4;
+use super::hash::{c4, c4_of_file};
 use super::*;
 use base::error::Error;
 use compositor::Picture;
@@ -448,7 +448,7 @@ fn the_hashes_of_a_file_are_the_published_ones() {
     // Example of FIPS 180-4.
     let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
     assert_eq!(hash_file(&path).unwrap(), (3, wanted.to_owned()));
-    assert_eq!(frame::c4_of_file(&path, 2).unwrap(), (3, String::new()));
+    assert_eq!(c4_of_file(&path, 2).unwrap(), (3, String::new()));
     // C4 ID of no bytes, as the standard's authors publish it.
     let wanted = "c459dsjfscH38cYeXXYogktxf4Cd9ibshE3BHUo6a58hBXmRQdZrAkZzsWcbWtDg5oQstpDuni4Hirj75GEmTc1sFT";
     assert_eq!(c4(Sha512::digest("")), wanted);

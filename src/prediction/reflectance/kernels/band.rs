@@ -265,7 +265,7 @@ impl Weights<'_> {
                 let square = rows.map(|row| {
                     row[i * ROWS..].first_chunk::<ROWS>().copied().expect("length checked")
                 });
-                *into = core::array::from_fn(|i| square.map(|row| row[i]));
+                *into = core::array::from_fn(|column| square.map(|row| row[column]));
             }
             for (i, into) in rest.iter_mut().enumerate() {
                 *into = rows.map(|row| row[done + i]);
@@ -333,5 +333,69 @@ pub fn convolve(
         tasks.into_par_iter().for_each(task);
     } else {
         tasks.into_iter().for_each(task);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::chunks::tests::{every_arch, noise};
+
+    #[test]
+    fn sums_are_right_at_any_width_of_vectors() {
+        // Blocks of all rows, of half and of a row more; weights in order and reversed.
+        for (outputs, kernel) in [(8, 3), (4, 3), (9, 1), (13, 7)] {
+            let shape =
+                Shape { batch: 1, inputs: 2, outputs, height: 6, width: 11, kernel, bf16: false };
+            let band = Band::new(&shape, 0, shape.height);
+            let x = noise(2 * 6 * 11, 1);
+            let mut values = Vec::new();
+            band.fill(&shape, 2, &mut values, |c, y, into| {
+                into.copy_from_slice(shape.row(&x, 2, 0, c, y));
+            });
+            let (w, bias) = (noise(outputs * shape.columns(), 2), noise(outputs, 3));
+            for (arch, turned) in
+                every_arch().into_iter().flat_map(|arch| [(arch, false), (arch, true)])
+            {
+                let mut taps: Vec<usize> = (0..shape.taps()).collect();
+                if turned {
+                    taps.reverse();
+                }
+                let weights = Weights {
+                    values: &w,
+                    rows: outputs,
+                    row_stride: shape.columns(),
+                    channel_stride: shape.taps(),
+                    taps,
+                };
+                let mut block = vec![[0.0; ROWS]; shape.columns()];
+                let mut out = vec![0.0; outputs * shape.plane()];
+                let mut planes: Vec<&mut [f32]> = out.chunks_exact_mut(shape.plane()).collect();
+                arch.dispatch(Product {
+                    band: &band,
+                    values: &values,
+                    width: shape.width,
+                    bias: Some(&bias),
+                    first: 0,
+                    out: &mut planes,
+                    weights: Left::InTurn(&weights, &mut block),
+                });
+                for (i, found) in out.iter().enumerate() {
+                    let (output, pixel) = (i / shape.plane(), i % shape.plane());
+                    let place = pixel / shape.width * band.stride + pixel % shape.width;
+                    let terms = (0..shape.columns()).map(|column| {
+                        let (channel, tap) = (column / shape.taps(), column % shape.taps());
+                        let value = values[channel * band.plane + band.taps[tap] + place];
+                        let own = output * shape.columns() + channel * shape.taps();
+                        f64::from(value) * f64::from(w[own + weights.taps[tap]])
+                    });
+                    let wanted = f64::from(bias[output]) + terms.sum::<f64>();
+                    assert!(
+                        (f64::from(*found) - wanted).abs() < 1e-5,
+                        "{arch:?} {shape:?}: {found}, not {wanted}"
+                    );
+                }
+            }
+        }
     }
 }

@@ -106,6 +106,17 @@ pub mod tests {
         assert!(alone == on(7), "seven threads change the result");
     }
 
+    /// All widths of vectors that this processor has.
+    pub fn every_arch() -> Vec<Arch> {
+        let mut all = vec![Arch::Scalar];
+        #[cfg(target_arch = "x86_64")]
+        {
+            all.extend(pulp::x86::V3::try_new().map(Arch::V3));
+            all.extend(pulp::x86::V4::try_new().map(Arch::V4));
+        }
+        all
+    }
+
     /// `count` values in [-1, 1), the same at every call with the same `seed`.
     pub fn noise(count: usize, seed: u64) -> Vec<f32> {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;

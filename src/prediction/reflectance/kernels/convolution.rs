@@ -2,10 +2,10 @@
 
 use super::Precision;
 use super::band::{self, Weights};
-use super::bf16;
+use super::bf16::{self, Signs};
 use super::correlation::correlate;
 use super::peak::bf16_pays;
-use super::pointwise::Activation;
+use super::pointwise::{Activation, pull_back_leaky};
 use super::shape::{Shape, Sources};
 use super::tile::MAX_POSITIONS;
 use super::unfolded;
@@ -17,6 +17,15 @@ pub struct Gradients {
     /// By the weights, `[outputs, inputs, kernel, kernel]`, and by the biases, `[outputs]`; None if not
     /// requested.
     pub parameters: Option<(Vec<f32>, Vec<f32>)>,
+}
+
+/// A convolution's sources and output, as far as its gradients need them.
+#[derive(Clone, Copy)]
+pub enum GradientInputs<'a> {
+    /// Without activation the output is not read.
+    Exact(Sources<'a>, &'a [f32]),
+    /// Sources as bf16, for factors of bf16; None without activation.
+    Rounded(Sources<'a, u16>, Option<&'a Signs>),
 }
 
 /// Number of pixels up to which unfolding is faster than bands: for the products that read weights …
@@ -70,34 +79,43 @@ pub fn forward(
     convolve(shape, &weights, Some(bias), out, row, |plane| activation.apply(plane));
 }
 
-/// Gradients of [`forward`], from its output and the gradient of its output. Those by the input and
+/// Gradients of [`forward`], from `inputs` and the gradient of its output. Those by the input and
 /// by the parameters cost about the same; only the requested ones are computed.
 pub fn backward(
     shape: &Shape,
-    x: Sources,
+    inputs: GradientInputs,
     weight: &[f32],
     activation: Activation,
-    output: &[f32],
     gradient: &[f32],
     [input_gradient, weight_gradient]: [bool; 2],
 ) -> Gradients {
     let before = |picture: usize, channel: usize, y: usize, into: &mut [f32]| {
-        let row = |values| shape.row(values, shape.outputs, picture, channel, y);
-        activation.pull_back(row(gradient), row(output), into);
+        let outputs = shape.outputs;
+        let gradient = shape.row(gradient, outputs, picture, channel, y);
+        match inputs {
+            GradientInputs::Exact(_, output) => {
+                let output = shape.row(output, outputs, picture, channel, y);
+                activation.pull_back(gradient, output, into);
+            }
+            GradientInputs::Rounded(_, None) => into.copy_from_slice(gradient),
+            GradientInputs::Rounded(_, Some(signs)) => {
+                let positive = shape.row(&signs.positive, outputs, picture, channel, y);
+                pull_back_leaky(signs.slope, gradient, positive, into);
+            }
+        }
     };
     let input = input_gradient.then(|| {
         let mut input = vec![0.0; shape.batch * shape.inputs * shape.plane()];
         by_input(shape, weight, before, &mut input);
         input
     });
-    let parameters = weight_gradient.then(|| {
-        if shape.bf16 {
-            bf16::correlate(shape, x, before)
-        } else if shape.unfolds(SMALL) {
+    let parameters = weight_gradient.then(|| match inputs {
+        GradientInputs::Rounded(x, _) => bf16::correlate(shape, x, before),
+        GradientInputs::Exact(x, _) if shape.bf16 => bf16::correlate(shape, x, before),
+        GradientInputs::Exact(x, _) if shape.unfolds(SMALL) => {
             unfolded::by_weights(shape, x, before)
-        } else {
-            correlate(shape, x, before)
         }
+        GradientInputs::Exact(x, _) => correlate(shape, x, before),
     });
     Gradients { input, parameters }
 }

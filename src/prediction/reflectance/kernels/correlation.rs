@@ -6,12 +6,24 @@ use super::shape::{Shape, Sources};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-/// Output channels side by side in the transposed gradient, so that sums of several outputs share a vector: few …
+/// Outputs side by side in the turned gradient, so that a vector holds the sums of several.
 const NARROW: usize = 16;
-/// … and many.
-const WIDE: usize = 32;
-/// Rows of the gradient that are transposed at once.
+/// The same where it pads no more.
+const WIDE: usize = 2 * NARROW;
+/// Rows of the gradient that are turned at once.
 const SIDE: usize = 8;
+
+/// Sums of some input channels over some bands, for one task.
+struct Share<'a> {
+    /// Picture and first row of each band.
+    bands: &'a [(usize, usize)],
+    /// First input channel.
+    first: usize,
+    /// `[blocks, columns, lanes]`
+    weight: &'a mut [f32],
+    /// None while another task adds them.
+    bias: Option<&'a mut [f32]>,
+}
 
 /// Gradients by weights and biases for large pictures: each weight is the correlation of an output's
 /// gradient with a shifted input. Groups of bands are summed separately and then added in order, so that the
@@ -28,37 +40,42 @@ pub fn correlate(
     let columns = shape.columns();
     let groups = (shape.plane() / 4096).clamp(1, 16);
     let groups: Vec<_> = bands.chunks(bands.len().div_ceil(groups)).collect();
-    let lanes = if shape.outputs <= NARROW { NARROW } else { WIDE };
-    let padded = shape.outputs.next_multiple_of(lanes);
-    // With fewer groups than threads, each group is divided by output channels.
+    let [narrow, wide] = [NARROW, WIDE].map(|lanes| shape.outputs.next_multiple_of(lanes));
+    let (lanes, outputs) = if narrow < wide { (NARROW, narrow) } else { (WIDE, wide) };
+    // With fewer groups than threads, each group is divided by input channels.
     let parts = rayon::current_num_threads().div_ceil(groups.len());
-    let part = padded.div_ceil(parts).next_multiple_of(lanes);
-    let mut weights = vec![0.0; groups.len() * padded * columns];
-    let mut biases = vec![0.0; groups.len() * padded];
-    let tasks = weights.chunks_mut(padded * columns).zip(biases.chunks_mut(padded)).zip(&groups);
-    let tasks = tasks.flat_map(|((weight, bias), bands)| {
-        let shares = weight.chunks_mut(part * columns).zip(bias.chunks_mut(part));
-        shares.enumerate().map(move |(p, (weight, bias))| (p * part, weight, bias, *bands))
-    });
-    let tasks: Vec<_> = tasks.collect();
-    tasks.into_par_iter().for_each(|(first, weight, bias, bands)| {
+    let part = shape.inputs.div_ceil(parts);
+    let part_length = part * shape.taps() * outputs;
+    let mut weights = vec![0.0; groups.len() * columns * outputs];
+    let mut biases = vec![0.0; groups.len() * outputs];
+    let sums = weights.chunks_mut(columns * outputs).zip(biases.chunks_mut(outputs));
+    let shares: Vec<Share> = sums
+        .zip(&groups)
+        .flat_map(|((weight, bias), bands)| {
+            let mut bias = Some(bias);
+            let own = weight.chunks_mut(part_length).enumerate();
+            own.map(move |(p, weight)| Share { bands, first: p * part, weight, bias: bias.take() })
+        })
+        .collect();
+    shares.into_par_iter().for_each(|Share { bands, first, weight, bias }| {
+        let channels = weight.len() / (shape.taps() * outputs);
+        let mut ignored = vec![0.0; outputs];
+        let bias = bias.unwrap_or(&mut ignored);
         let mut lines = vec![0.0; lanes * shape.width];
         for &(picture, from) in bands {
             let band = Band::new(shape, from, rows.min(shape.height - from));
             let (mut input, mut gradient) = SCRATCH.take();
-            band.fill(shape, shape.inputs, &mut input, |c, y, into| {
-                into.copy_from_slice(shape.input_row(x, picture, c, y));
+            band.fill(shape, channels, &mut input, |c, y, into| {
+                into.copy_from_slice(shape.input_row(x, picture, first + c, y));
             });
-            let pixels = band.rows * shape.width;
-            gradient.resize(bias.len() * pixels, 0.0);
-            let blocks = gradient.chunks_exact_mut(lanes * pixels).zip(bias.chunks_mut(lanes));
-            for (block, (gradient, bias)) in blocks.enumerate() {
-                let first = first + block * lanes;
-                let used = lanes.min(shape.outputs - first);
+            gradient.resize(outputs * band.rows * shape.width, 0.0);
+            let blocks = gradient.chunks_exact_mut(lanes * band.rows * shape.width);
+            for (block, (gradient, bias)) in blocks.zip(bias.chunks_mut(lanes)).enumerate() {
+                let used = lanes.min(shape.outputs - block * lanes);
                 lines[used * shape.width..].fill(0.0);
                 for (y, into) in gradient.chunks_exact_mut(lanes * shape.width).enumerate() {
                     for (c, line) in lines.chunks_exact_mut(shape.width).take(used).enumerate() {
-                        before(picture, first + c, from + y, line);
+                        before(picture, block * lanes + c, from + y, line);
                     }
                     turn(&lines, shape.width, into, bias);
                 }
@@ -69,22 +86,29 @@ pub fn correlate(
                 input: &input,
                 gradient: &gradient,
                 lanes,
+                outputs,
                 weight,
             });
             SCRATCH.set((input, gradient));
         }
     });
     let mut weight = vec![0.0; shape.outputs * columns];
-    weight.par_chunks_mut(columns).enumerate().for_each(|(output, weight)| {
-        let start = output / lanes * columns * lanes + output % lanes;
-        for group in weights.chunks_exact(padded * columns) {
-            for (into, from) in weight.iter_mut().zip(group[start..].iter().step_by(lanes)) {
-                *into += from;
+    weight.par_chunks_mut(NARROW * columns).enumerate().for_each(|(tile, weight)| {
+        let (block, lane) = (tile * NARROW / lanes, tile * NARROW % lanes);
+        for group in weights.chunks_exact(columns * outputs) {
+            let parts = group.chunks(part_length).flat_map(|part| {
+                let block_length = part.len() / outputs * lanes;
+                part[block * block_length..][..block_length].chunks_exact(lanes)
+            });
+            for (column, sums) in parts.enumerate() {
+                for (weight, sum) in weight.chunks_exact_mut(columns).zip(&sums[lane..]) {
+                    weight[column] += sum;
+                }
             }
         }
     });
     let mut bias = vec![0.0; shape.outputs];
-    for group in biases.chunks_exact(padded) {
+    for group in biases.chunks_exact(outputs) {
         add(&mut bias, group);
     }
     (weight, bias)
@@ -127,11 +151,13 @@ fn turn(rows: &[f32], width: usize, into: &mut [f32], bias: &mut [f32]) {
 struct Correlation<'a> {
     shape: &'a Shape,
     band: &'a Band,
-    /// The input's band.
+    /// The input's band, for the channels of `weight`.
     input: &'a [f32],
     /// `[blocks, pixels, lanes]`
     gradient: &'a [f32],
     lanes: usize,
+    /// Blocks times lanes.
+    outputs: usize,
     /// `[blocks, columns, lanes]`
     weight: &'a mut [f32],
 }
@@ -158,21 +184,16 @@ impl Correlation<'_> {
     /// Tiles of `N` rows of `K` taps each × `V` vectors of outputs.
     #[inline(always)]
     fn add<S: Simd, const V: usize, const N: usize, const K: usize>(&mut self, simd: S) {
-        let (columns, lanes) = (self.shape.columns(), self.lanes);
-        let lines = columns / K;
-        let blocks = self.weight.len() / (columns * lanes);
-        let pixels = self.gradient.len() / blocks;
-        for line in (0..lines).step_by(N) {
-            let used = N.min(lines - line);
-            let places: [usize; N] =
-                core::array::from_fn(|n| self.place(K * (line + n.min(used - 1))));
-            for (weight, gradient) in self
-                .weight
-                .chunks_exact_mut(columns * lanes)
-                .zip(self.gradient.chunks_exact(pixels))
-            {
+        let lanes = self.lanes;
+        let columns = self.weight.len() / self.outputs;
+        let pixels = self.band.rows * self.shape.width;
+        for column in (0..columns).step_by(N * K) {
+            let used = N.min((columns - column) / K);
+            let places = core::array::from_fn(|n| self.place(column + K * n.min(used - 1)));
+            let weights = self.weight.chunks_exact_mut(columns * lanes);
+            for (weight, gradient) in weights.zip(self.gradient.chunks_exact(pixels * lanes)) {
                 for lane in (0..lanes).step_by(V * S::F32_LANES) {
-                    let tile = Tile {
+                    let tile = Tile::<N> {
                         input: self.input,
                         places,
                         stride: self.band.stride,
@@ -182,7 +203,7 @@ impl Correlation<'_> {
                         lane,
                     };
                     let sums = tile.sums::<S, V, K>(simd);
-                    let weight = weight[line * K * lanes..].chunks_exact_mut(lanes);
+                    let weight = weight[column * lanes..].chunks_exact_mut(lanes);
                     for (weight, sums) in weight.zip(sums.as_flattened()).take(used * K) {
                         let (weight, _) = S::as_mut_simd_f32s(&mut weight[lane..]);
                         for (weight, sum) in weight.iter_mut().zip(sums) {
@@ -237,5 +258,57 @@ impl<const N: usize> Tile<'_, N> {
             }
         }
         sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::chunks::tests::{dot, every_arch, noise};
+
+    #[test]
+    fn sums_are_right_at_any_width_of_vectors() {
+        for (kernel, lanes, outputs) in
+            [(1, 16, 48), (3, 16, 16), (3, 32, 64), (5, 32, 32), (7, 16, 16), (7, 32, 32)]
+        {
+            let shape =
+                Shape { batch: 1, inputs: 3, outputs, height: 5, width: 9, kernel, bf16: false };
+            let band = Band::new(&shape, 1, 3);
+            let mut input = Vec::new();
+            let x = noise(3 * 5 * 9, 1);
+            band.fill(&shape, 3, &mut input, |c, y, into| {
+                into.copy_from_slice(shape.row(&x, 3, 0, c, y));
+            });
+            let pixels = band.rows * shape.width;
+            let gradient = noise(outputs * pixels, 2);
+            for arch in every_arch() {
+                let mut weight = vec![1.0; shape.columns() * outputs];
+                arch.dispatch(Correlation {
+                    shape: &shape,
+                    band: &band,
+                    input: &input,
+                    gradient: &gradient,
+                    lanes,
+                    outputs,
+                    weight: &mut weight,
+                });
+                for (i, found) in weight.iter().enumerate() {
+                    let (block, column) =
+                        (i / lanes / shape.columns(), i / lanes % shape.columns());
+                    let start =
+                        column / shape.taps() * band.plane + band.taps[column % shape.taps()];
+                    let own = &gradient[block * lanes * pixels + i % lanes..];
+                    let own: Vec<f32> = own.iter().step_by(lanes).take(pixels).copied().collect();
+                    let near = (0..band.rows)
+                        .flat_map(|y| &input[start + y * band.stride..][..shape.width]);
+                    let near: Vec<f32> = near.copied().collect();
+                    let wanted = 1.0 + dot(&own, &near);
+                    assert!(
+                        (f64::from(*found) - wanted).abs() < 1e-5,
+                        "{arch:?} {shape:?} {i}: {found}, not {wanted}"
+                    );
+                }
+            }
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::Precision;
 use super::adam::AdamStep;
-use super::convolution;
+use super::bf16;
+use super::convolution::{self, GradientInputs};
 use super::losses::{Losses, Settings};
 use super::normalize::{GroupNorm, Moments};
 use super::pointwise::Activation;
@@ -272,6 +273,50 @@ fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTenso
     (tensor(vec![total], [1]), tensor(vec![parts.reconstruction, parts.rendering], [2]), gradient)
 }
 
+/// State of a convolution for its gradients.
+#[derive(Clone, Debug)]
+struct ConvolutionState {
+    shape: shape::Shape,
+    /// Pictures, and channels of both sources.
+    split: [usize; 3],
+    weight: FlexTensor,
+    activation: Activation,
+    inputs: GradientTensors,
+}
+
+/// See [`GradientInputs`].
+#[derive(Clone, Debug)]
+enum GradientTensors {
+    /// The output is None without activation.
+    Exact([FlexTensor; 2], Option<FlexTensor>),
+    Rounded([Vec<u16>; 2], Option<bf16::Signs>),
+}
+
+impl ConvolutionState {
+    fn new(
+        shape: shape::Shape,
+        sources: [FlexTensor; 2],
+        weight: FlexTensor,
+        activation: Activation,
+        output: &FlexTensor,
+    ) -> Self {
+        let split = [shape.batch, dims(&sources[0])[1], dims(&sources[1])[1]];
+        let rounded = |signs| {
+            let sources = sources.each_ref().map(|x| bf16::to_bf16(Values::new(x).get()));
+            GradientTensors::Rounded(sources, signs)
+        };
+        let inputs = match activation {
+            Activation::None if shape.bf16 => rounded(None),
+            Activation::LeakyRelu(slope) if shape.bf16 => {
+                rounded(Some(bf16::Signs::new(slope, Values::new(output).get())))
+            }
+            Activation::None => GradientTensors::Exact(sources, None),
+            _ => GradientTensors::Exact(sources, Some(output.clone())),
+        };
+        Self { shape, split, weight, activation, inputs }
+    }
+}
+
 /// Registers an operation: `state` is kept for `step` if a gradient is needed.
 macro_rules! record {
     ($step:expr, $guards:expr, $state:expr, $output:expr) => {
@@ -294,34 +339,37 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         #[derive(Debug)]
         struct Convolution;
         impl Backward<Flex, 4> for Convolution {
-            /// Both sources, the weights, the output (None without activation), the activation, the precision.
-            type State = ([FlexTensor; 3], Option<FlexTensor>, Activation, Precision);
+            type State = ConvolutionState;
             fn backward(
                 self,
                 ops: Ops<Self::State, 4>,
                 gradients: &mut Gradients,
                 _: &mut Checkpointer,
             ) {
-                let ([first, second, weight], output, activation, precision) = ops.state;
+                let ConvolutionState { shape, split: channels, weight, activation, inputs } =
+                    ops.state;
                 let gradient = gradients.consume::<Flex>(&ops.node);
-                let output = output.unwrap_or_else(|| gradient.clone());
-                let shape = convolution_shape(&first, &second, &weight, precision);
-                let channels = [shape.batch, dims(&first)[1], dims(&second)[1]];
-                let [x, y] = [&first, &second].map(Values::new);
-                let values = [&weight, &output, &gradient].map(Values::new);
                 let [first_node, second_node, weight_node, bias_node] = ops.parents;
-                let back = convolution::backward(
-                    &shape,
-                    [x.get(), y.get()],
-                    values[0].get(),
-                    activation,
-                    values[1].get(),
-                    values[2].get(),
-                    [
-                        first_node.is_some() || second_node.is_some(),
-                        weight_node.is_some() || bias_node.is_some(),
-                    ],
-                );
+                let wanted = [
+                    first_node.is_some() || second_node.is_some(),
+                    weight_node.is_some() || bias_node.is_some(),
+                ];
+                let [weights, gradient] = [&weight, &gradient].map(Values::new);
+                let (weights, gradient) = (weights.get(), gradient.get());
+                let back = |inputs: GradientInputs| {
+                    convolution::backward(&shape, inputs, weights, activation, gradient, wanted)
+                };
+                let back = match &inputs {
+                    GradientTensors::Exact(sources, output) => {
+                        let [x, y] = sources.each_ref().map(Values::new);
+                        let output = output.as_ref().map(Values::new);
+                        let output = output.as_ref().map_or(gradient, Values::get);
+                        back(GradientInputs::Exact([x.get(), y.get()], output))
+                    }
+                    GradientTensors::Rounded([x, y], signs) => {
+                        back(GradientInputs::Rounded([x, y], signs.as_ref()))
+                    }
+                };
                 if let Some(input) = back.input {
                     let sources = split(input, channels, [shape.height, shape.width]);
                     for (node, gradient) in [first_node, second_node].into_iter().zip(sources) {
@@ -342,11 +390,15 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let inputs = [first, second, weight, bias];
         let guards = inputs.each_ref().map(|t| t.node());
         let [first, second, weight, bias] = inputs.map(|t| t.into_primitive());
-        let kept = [&first, &second, &weight].map(Clone::clone);
+        let shape = convolution_shape(&first, &second, &weight, precision);
+        let [x, y, w] = [&first, &second, &weight].map(Clone::clone);
         let output = Flex::convolution(first, second, weight, bias, activation, precision);
-        let output_kept = (activation != Activation::None).then(|| output.clone());
-        let state = (kept, output_kept, activation, precision);
-        record!(Convolution, guards, state, output)
+        record!(
+            Convolution,
+            guards,
+            ConvolutionState::new(shape, [x, y], w, activation, &output),
+            output
+        )
     }
 
     fn blur_pool(x: FloatTensor<Self>) -> FloatTensor<Self> {

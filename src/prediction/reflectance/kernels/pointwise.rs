@@ -86,6 +86,18 @@ impl Activation {
     }
 }
 
+/// into = gradient · derivative of a leaky ReLU, from the places of its positive outputs.
+pub(super) fn pull_back_leaky(slope: f32, gradient: &[f32], positive: &[bool], into: &mut [f32]) {
+    vectorized(
+        #[inline(always)]
+        || {
+            for ((into, g), positive) in into.iter_mut().zip(gradient).zip(positive) {
+                *into = if *positive { *g } else { slope * g };
+            }
+        },
+    );
+}
+
 /// max(x, 0) + o, where NaN stays NaN.
 #[inline(always)]
 fn lifted(x: f32) -> f32 {

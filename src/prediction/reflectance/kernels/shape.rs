@@ -16,7 +16,7 @@ pub struct Shape {
 
 /// Concatenated inputs: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the
 /// convolution's inputs. The second may be empty.
-pub type Sources<'a> = [&'a [f32]; 2];
+pub type Sources<'a, T = f32> = [&'a [T]; 2];
 
 impl Shape {
     pub(super) fn radius(&self) -> usize {
@@ -37,26 +37,26 @@ impl Shape {
     }
 
     /// One row of a plane of `values`, `[batch, channels, height, width]`.
-    pub(super) fn row<'a>(
+    pub(super) fn row<'a, T>(
         &self,
-        values: &'a [f32],
+        values: &'a [T],
         channels: usize,
         picture: usize,
         channel: usize,
         y: usize,
-    ) -> &'a [f32] {
+    ) -> &'a [T] {
         let start = ((picture * channels + channel) * self.height + y) * self.width;
         &values[start..start + self.width]
     }
 
     /// One row of an input with the concatenated channels of two sources.
-    pub(super) fn input_row<'a>(
+    pub(super) fn input_row<'a, T>(
         &self,
-        sources: Sources<'a>,
+        sources: Sources<'a, T>,
         picture: usize,
         channel: usize,
         y: usize,
-    ) -> &'a [f32] {
+    ) -> &'a [T] {
         let first = sources[0].len() / (self.batch * self.plane()).max(1);
         match channel.checked_sub(first) {
             None => self.row(sources[0], first, picture, channel, y),

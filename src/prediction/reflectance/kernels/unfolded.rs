@@ -238,7 +238,7 @@ impl WithSimd for ByWeights<'_> {
             let blocks = self.weight.chunks_mut(ROWS * self.columns);
             for (block, weight) in blocks.enumerate() {
                 let product = tile::Product { left: left.block(block), right, start: [0.0; ROWS] };
-                product.fill(simd, column, ROWS, &mut tile);
+                product.fill(simd, column, weight.len() / self.columns, &mut tile);
                 for (weight, sums) in weight.chunks_exact_mut(self.columns).zip(&tile) {
                     add(&mut weight[column..][..run], &sums[..run]);
                 }
@@ -248,7 +248,7 @@ impl WithSimd for ByWeights<'_> {
 }
 
 /// Columns per task of [`by_input`]: enough that weights are read in runs of a kilobyte.
-const COLUMNS: usize = 3 * MAX_POSITIONS;
+const COLUMNS: usize = 5 * MAX_POSITIONS;
 
 /// Gradient by the input: the contribution of every pixel through each weight, `[columns, pixels]`, folded
 /// back to its source.

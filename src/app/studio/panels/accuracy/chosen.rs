@@ -39,7 +39,7 @@ impl Chosen<'_> {
             ui.label(RichText::new("In use").color(theme::GOOD));
             return;
         }
-        let (able, why) = match (&context.status.job, context.read_only()) {
+        let (able, why) = match (&context.status.job, context.session.read_only) {
             (Some(_), _) => (false, "Wait until the running job ends"),
             (_, Some(why)) => (false, why),
             _ => (true, ""),

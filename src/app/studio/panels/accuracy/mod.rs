@@ -59,7 +59,7 @@ impl AccuracyPanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(GAP);
             ui.set_max_width(ui.available_width() - GAP);
-            let Some(project) = context.project() else {
+            let Some(project) = context.session.project else {
                 quiet_ui(ui, "Open a project to measure speed against accuracy.");
                 return;
             };
@@ -91,7 +91,7 @@ impl AccuracyPanel {
             wish.ui(ui, project, truth.is_some());
             let goes_on = before == Some(wish);
             let is_done = ledger.is_some_and(|ledger| ledger.left() == 0);
-            let (able, why) = match (&context.status.job, context.read_only()) {
+            let (able, why) = match (&context.status.job, context.session.read_only) {
                 (Some(_), _) => (false, "Wait until the running job ends"),
                 (_, Some(why)) => (false, why),
                 _ => (true, ""),

@@ -1,7 +1,7 @@
 //! The environment list: favourites, search, and steps through the visible entries.
 
 use super::groups;
-use super::library::{MOST_WATCHED, Scan};
+use super::library::{MOST_WATCHED, Scan, is_panorama};
 use crate::app::StudioApp;
 use crate::command::{Command, EnvironmentsCommand, LookCommand};
 use base::FileFormat;

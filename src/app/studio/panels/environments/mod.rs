@@ -321,7 +321,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     }
 }
 
-/// The button that removes a row's entry; returns whether it was clicked.
+/// The button that removes a row's entry; returns true if it was clicked.
 fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = format!("Remove {}", entry.listed.name);
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
@@ -341,7 +341,7 @@ fn cross_ui(ui: &Ui, name: &str, place: Rect) -> Response {
     response
 }
 
-/// The star over a row's picture; returns whether it was clicked.
+/// The star over a row's picture; returns true if it was clicked.
 fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = &entry.listed.name;
     let (called, hint) = if entry.favourite {

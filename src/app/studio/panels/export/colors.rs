@@ -4,7 +4,7 @@ use super::choice::LIST;
 use crate::export_options::ExportOptions;
 use crate::panel_context::PanelContext;
 use crate::panels::color_views::{color_views_ui, config_ui, heading_ui};
-use crate::panels::viewport::short;
+use crate::panels::widgets::names::short;
 use crate::theme;
 use color_config::{ColorChoice, ConfigNames, SpaceName};
 use egui::{Checkbox, Color32, ComboBox, Label, RichText, Role, TextEdit, Ui, WidgetInfo};

@@ -13,15 +13,15 @@ pub struct Exports {
     pub queue: Vec<Export>,
     pub destination: DestinationCheck,
     /// Destinations of exports not covered by a check of the disk yet.
-    pub ahead: Vec<Ahead>,
+    pub(super) ahead: Vec<Ahead>,
 }
 
 /// Destination of an export whose files may not exist yet.
-pub struct Ahead {
-    pub id: u64,
-    pub to: Destination,
+pub(super) struct Ahead {
+    pub(super) id: u64,
+    pub(super) to: Destination,
     /// Numbers of the first and last file.
-    pub range: (i64, i64),
+    pub(super) range: (i64, i64),
 }
 
 impl Exports {

@@ -1,6 +1,6 @@
 //! The file format and its options.
 
-use super::choice::{LIST, choice_ui};
+use super::choice::{LIST, option_ui};
 use crate::export_options::ExportOptions;
 use crate::panels::widgets::rows::segments_ui;
 use egui::{ComboBox, Ui, WidgetText};
@@ -12,12 +12,12 @@ pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.spacing_mut().button_padding.x = 6.0;
         for format in [Format::Png8, Format::Png16, Format::Tiff, Format::Exr] {
             let (name, hint) = (format.name(), format.describe());
-            if choice_ui(ui, "Format", name, hint, options.format == format) {
+            if option_ui(ui, "Format", name, hint, options.format == format) {
                 options.format = format;
             }
         }
         let hint = "All frames in one file, with the interview's sound and time code";
-        if choice_ui(ui, "Format", "Movie", hint, options.format.is_movie()) {
+        if option_ui(ui, "Format", "Movie", hint, options.format.is_movie()) {
             options.format = Format::Movie(options.format.codec().unwrap_or(Codec::H264));
         }
     });
@@ -49,7 +49,7 @@ fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
                 (MovieAlpha::Straight, "Straight", "Unpremultiplied, as most editors expect"),
                 (MovieAlpha::Premultiplied, "Premultiplied", "Codes times alpha, over black"),
             ] {
-                if choice_ui(ui, "Matte", name, hint, options.movie_alpha == alpha) {
+                if option_ui(ui, "Matte", name, hint, options.movie_alpha == alpha) {
                     options.movie_alpha = alpha;
                 }
             }
@@ -68,7 +68,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ];
         segments_ui(ui, |ui| {
             for (samples, name, hint) in samples {
-                if choice_ui(ui, "Samples", name, hint, exr.samples == samples) {
+                if option_ui(ui, "Samples", name, hint, exr.samples == samples) {
                     exr.samples = samples;
                 }
             }
@@ -85,7 +85,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ];
         segments_ui(ui, |ui| {
             for (alpha, name, hint) in alphas {
-                if choice_ui(ui, "Matte", name, hint, exr.alpha == alpha) {
+                if option_ui(ui, "Matte", name, hint, exr.alpha == alpha) {
                     exr.alpha = alpha;
                 }
             }
@@ -103,7 +103,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ];
         segments_ui(ui, |ui| {
             for (layers, name, hint) in places {
-                if choice_ui(ui, "Layers in", name, hint, exr.layers == layers) {
+                if option_ui(ui, "Layers in", name, hint, exr.layers == layers) {
                     exr.layers = layers;
                 }
             }

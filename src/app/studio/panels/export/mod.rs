@@ -20,7 +20,7 @@ use crate::panels::widgets::rows::number_ui;
 use crate::panels::widgets::rows::segments_ui;
 use crate::state::State;
 use crate::theme::{self, GAP};
-use choice::choice_ui;
+use choice::option_ui;
 use egui::{
     Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui,
     UiBuilder, WidgetInfo, vec2,
@@ -59,7 +59,7 @@ impl ExportPanel {
     }
 
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.project() else {
+        let Some(project) = context.session.project else {
             return;
         };
         let mut options = context.state.export_options.clone();
@@ -142,7 +142,7 @@ fn frames_ui(ui: &mut Ui, state: &State, out: &mut Vec<Command>) -> Response {
         }
         from = from.min(to);
         let hint = "All frames. Keys: I and O set In and Out.";
-        if choice_ui(ui, "Frames", "All", hint, state.look.range.is_none()) {
+        if option_ui(ui, "Frames", "All", hint, state.look.range.is_none()) {
             out.push(range(None));
         } else if (from, to) != (first, last) {
             out.push(range(Some((from, to))));
@@ -170,7 +170,7 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
                 "The square that the network sees, at the network's resolution",
             ),
         ] {
-            if choice_ui(ui, "Picture", name, hint, options.at == at) {
+            if option_ui(ui, "Picture", name, hint, options.at == at) {
                 options.at = at;
             }
         }
@@ -236,7 +236,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<C
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         let hint = "Not resized";
-        if choice_ui(ui, "Size", "Original size", hint, options.size.is_none()) {
+        if option_ui(ui, "Size", "Original size", hint, options.size.is_none()) {
             options.size = None;
         } else if size != before {
             options.size = Some(size);
@@ -258,7 +258,7 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
             ),
             (Some(Background::None), "None", "No background: transparent; black in H.264"),
         ] {
-            if choice_ui(ui, "Background", name, hint, options.background == background) {
+            if option_ui(ui, "Background", name, hint, options.background == background) {
                 options.background = background;
             }
         }
@@ -287,7 +287,7 @@ fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
         segments_ui(ui, |ui| {
             for (by, name, hint) in ways {
                 let hint = if has_room { hint } else { "Only EXR holds layers" };
-                if choice_ui(ui, "Layers", name, hint, chosen == by) {
+                if option_ui(ui, "Layers", name, hint, chosen == by) {
                     options.layers = by.is_some();
                     options.exr.layers_by = by.unwrap_or(options.exr.layers_by);
                 }
@@ -355,7 +355,7 @@ fn first_number_ui(ui: &mut Ui, options: &mut ExportOptions, own: i64) {
             .labelled_by(label.id)
             .on_hover_text("Number of the interview's first frame in the names of the files");
         let hint = "The numbers of the interview's files; a movie counts from 0";
-        if choice_ui(ui, "First number", "Plate's", hint, options.first_number.is_none()) {
+        if option_ui(ui, "First number", "Plate's", hint, options.first_number.is_none()) {
             options.first_number = None;
         } else if number != before {
             options.first_number = Some(number);
@@ -389,7 +389,7 @@ fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
                     continue;
                 }
                 let hint = if existing > 0 { hint } else { "None of these files exists yet" };
-                if choice_ui(ui, "Existing files", name, hint, options.overwrite == way) {
+                if option_ui(ui, "Existing files", name, hint, options.overwrite == way) {
                     options.overwrite = way;
                 }
             }

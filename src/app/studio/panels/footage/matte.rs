@@ -1,13 +1,12 @@
 //! Settings and buttons of the matte brush.
 
-use super::fields::field_ui;
 use crate::command::{Command, MatteCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::footage::painting::MattePainting;
 use crate::panels::footage::reader::{FootagePicture, FootageView};
 use crate::panels::widgets::notice::quiet_ui;
 use crate::panels::widgets::numbers::computing;
-use crate::panels::widgets::rows::segments_ui;
+use crate::panels::widgets::rows::{field_ui, segments_ui};
 use crate::theme::{self, GAP};
 use egui::{Button, Ui};
 use footage::{BrushSide, strokes};
@@ -36,7 +35,7 @@ pub fn refusal(context: &PanelContext, project: &Project, frame: usize) -> Optio
                 .to_owned(),
         );
     }
-    if let Some(why) = context.read_only() {
+    if let Some(why) = context.session.read_only {
         return Some(why.to_owned());
     }
     match context.readers.matte.strokes() {
@@ -73,7 +72,7 @@ pub fn matte_ui(
     ui.add_space(GAP);
     strokes_ui(ui, context, frame, out);
     ui.add_space(GAP);
-    let free = context.read_only().is_none() && context.status.job.is_none();
+    let free = context.session.read_only.is_none() && context.status.job.is_none();
     let make = ui.add_enabled(free, Button::new("Make all mattes"));
     let make = make
         .on_hover_text("Remakes, with these strokes, every matte that the shoot does not supply")
@@ -149,7 +148,7 @@ fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<C
         ),
     );
     let clear = Button::new("Clear this frame");
-    let writable = context.read_only().is_none() && frames.contains(&frame);
+    let writable = context.session.read_only.is_none() && frames.contains(&frame);
     if ui.add_enabled(writable, clear).clicked() {
         out.push(Command::Matte(MatteCommand::Clear(frame)));
     }

@@ -3,7 +3,6 @@
 
 mod brush;
 pub mod command;
-mod fields;
 mod handler;
 mod matte;
 pub mod painting;
@@ -17,12 +16,11 @@ use crate::panels::footage::reader::{FootagePicture, FootageView, MatteView};
 use crate::panels::widgets::missing;
 use crate::panels::widgets::notice::{notice_ui, quiet_ui};
 use crate::panels::widgets::numbers::computing;
-use crate::panels::widgets::rows::segments_ui;
+use crate::panels::widgets::rows::{field_ui, segments_ui};
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use brush::Brush;
 use egui::{Button, Frame, Margin, Panel, Ui};
-use fields::field_ui;
 use footage::scan::counted;
 use project::{Framing, Padding, Project};
 use square::Square;
@@ -43,7 +41,7 @@ pub struct FootagePanel {
 
 impl FootagePanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.project() else {
+        let Some(project) = context.session.project else {
             return;
         };
         if let Err(e) = project.check_parts() {
@@ -187,7 +185,7 @@ impl FootagePanel {
         framing: Framing,
         out: &mut Vec<Command>,
     ) {
-        if let Some(why) = context.read_only() {
+        if let Some(why) = context.session.read_only {
             ui.colored_label(theme::WARNING, why);
         }
         if self.asking {
@@ -201,7 +199,7 @@ impl FootagePanel {
         };
         ui.horizontal(|ui| {
             let name = if self.asking { "Change framing anyway" } else { "Use this framing" };
-            let free = context.read_only().is_none() && context.status.job.is_none();
+            let free = context.session.read_only.is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
             if response
                 .on_disabled_hover_text("Not while a job is running or the project is read-only")

@@ -360,7 +360,7 @@ fn free_name(names: &[String]) -> String {
     free.next().unwrap_or_default()
 }
 
-/// A group's line: name, mute, solo and intensity. Returns whether it is folded.
+/// A group's line: name, mute, solo and intensity. Returns true if it is folded.
 fn group_ui(
     ui: &mut Ui,
     context: &PanelContext,

@@ -187,7 +187,7 @@ fn ball_ui(painter: &Painter, rect: Rect) {
     }
 }
 
-/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each. Returns whether one of
+/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each. Returns true if one of
 /// them, or a light in front of them, is under the pointer.
 fn areas_ui(ui: &Ui, context: &PanelContext, map: LightMap, areas: &[Area], turn: Quat) -> bool {
     let rect = map.rect();

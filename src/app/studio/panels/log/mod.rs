@@ -13,7 +13,7 @@ const BUTTONS: f32 = 104.0;
 /// Width of the pane in points below which the buttons are above the lines.
 const NARROW: f32 = 420.0;
 
-/// The panel has no state of its own.
+/// The log; it keeps no state.
 #[derive(Default)]
 pub struct LogPanel;
 

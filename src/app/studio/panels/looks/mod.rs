@@ -151,7 +151,7 @@ impl LooksPanel {
             let state = context.state;
             let same = newest.is_some_and(|newest| newest.look.is(&state.look, state.frame));
             let is_project = id.as_ref().is_none_or(|id| id.shelf == Shelf::Project);
-            let why = match (&name, context.read_only()) {
+            let why = match (&name, context.session.read_only) {
                 (_, Some(_)) if is_project => Some("This window only reads the project".to_owned()),
                 _ if self.name.trim().is_empty() => Some("Type a name first".to_owned()),
                 (Err(e), _) => Some(e.to_string()),

@@ -127,7 +127,7 @@ impl LooksPanel {
         let icon = RichText::new(icons::MORE).size(16.0);
         let button = Button::new(icon).min_size(Vec2::splat(MORE)).frame_when_inactive(false);
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
-            let can_write = id.shelf == Shelf::Person || context.read_only().is_none();
+            let can_write = id.shelf == Shelf::Person || context.session.read_only.is_none();
             let mut entry = |ui: &mut Ui, enabled: bool, words: &str, does: LooksCommand| {
                 if ui.add_enabled(enabled, Button::new(words)).clicked() {
                     out.push(Command::Looks(does));
@@ -151,7 +151,7 @@ impl LooksPanel {
             }
             let (words, enabled) = match id.shelf {
                 Shelf::Project => ("Keep for all projects", true),
-                Shelf::Person => ("Store in this project", context.read_only().is_none()),
+                Shelf::Person => ("Store in this project", context.session.read_only.is_none()),
             };
             entry(ui, enabled, words, LooksCommand::Copy(id.clone()));
             entry(ui, true, "Save look…", LooksCommand::SaveAs(id.clone()));

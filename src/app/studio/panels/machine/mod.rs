@@ -8,8 +8,8 @@ use crate::command::{Command, Dialog, MachineCommand, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use benchmark::MachineReport;
 use egui::{Grid, Label, RichText, ScrollArea, Ui};
+use query::Machine;
 
 /// Default time limit of `afterlight device` in minutes.
 const MINUTES: f64 = 8.0;
@@ -19,12 +19,7 @@ const OFFER: &str = "Times training, prediction and relighting on GPU and CPU, i
      measured; Stop keeps them. Other jobs wait.";
 
 /// Draws the window, and sends a command when it is closed.
-pub fn machine_ui(
-    ui: &Ui,
-    context: &PanelContext,
-    report: Option<&MachineReport>,
-    out: &mut Vec<Command>,
-) {
+pub fn machine_ui(ui: &Ui, context: &PanelContext, machine: &Machine, out: &mut Vec<Command>) {
     let mut open = true;
     egui::Window::new("Performance of this machine")
         .open(&mut open)
@@ -33,8 +28,8 @@ pub fn machine_ui(
         .show(ui.ctx(), |ui| {
             ui.add(Label::new(quiet(OFFER)).wrap());
             ui.add_space(GAP);
-            buttons_ui(ui, context, report, out);
-            if let Some(report) = report {
+            buttons_ui(ui, context, machine, out);
+            if let Some(report) = &machine.report {
                 ui.add_space(GAP);
                 ScrollArea::both()
                     .auto_shrink(false)
@@ -46,16 +41,12 @@ pub fn machine_ui(
     }
 }
 
-fn buttons_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    report: Option<&MachineReport>,
-    out: &mut Vec<Command>,
-) {
+fn buttons_ui(ui: &mut Ui, context: &PanelContext, machine: &Machine, out: &mut Vec<Command>) {
+    let report = machine.report.as_ref();
     ui.horizontal(|ui| {
-        let idle = context.status.job.is_none() && context.project().is_some();
+        let idle = context.status.job.is_none() && context.session.project.is_some();
         let measure = ui.add_enabled(idle, egui::Button::new("Measure this machine"));
-        let measure = measure.on_disabled_hover_text(if context.project().is_none() {
+        let measure = measure.on_disabled_hover_text(if context.session.project.is_none() {
             "Open a project first"
         } else {
             "Another job is running: wait until it ends, or stop it"

@@ -7,7 +7,7 @@ use worker::Latest;
 /// State of the machine's measurement.
 pub struct Machine {
     /// Slot that the job fills.
-    pub known: Arc<Latest<MachineReport>>,
+    pub(super) known: Arc<Latest<MachineReport>>,
     pub report: Option<MachineReport>,
 }
 

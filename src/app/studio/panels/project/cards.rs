@@ -20,7 +20,7 @@ const SHAPE: f32 = 0.46;
 
 pub fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.strong("Recent");
-    let open = context.project().map(|project| &project.root);
+    let open = context.session.project.map(|project| &project.root);
     let others = context.picker.recents.list().iter();
     let others: Vec<&Recent> = others.filter(|recent| Some(&recent.folder) != open).collect();
     if others.is_empty() {
@@ -65,7 +65,7 @@ fn card_ui(
     });
 }
 
-/// The first frame, or a neutral box; returns whether the project is to be opened.
+/// The first frame, or a neutral box; returns true if the project is to be opened.
 fn thumbnail_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32) -> bool {
     let can_open = recent.trouble.is_none();
     let sense = if can_open { Sense::click() } else { Sense::hover() };

@@ -79,23 +79,23 @@ impl ProjectPanel {
             refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
-        if context.project().is_some() || context.picker.wizard.plan().is_some() {
+        if context.session.project.is_some() || context.picker.wizard.plan().is_some() {
             self.traced = Traced::default();
         }
         // With a project open, the window shows the job in a line of its own.
-        if let (Some(job), None) = (&context.status.job, context.project()) {
+        if let (Some(job), None) = (&context.status.job, context.session.project) {
             whole_job_ui(ui, job, out);
             ui.add_space(2.0 * GAP);
             return self.traced.ui(ui, height);
         }
-        if let (Some(said), None) = (&context.status.message, context.project()) {
+        if let (Some(said), None) = (&context.status.message, context.session.project) {
             ui.label(said);
             ui.add_space(GAP);
         }
         if let Some(plan) = context.picker.wizard.plan() {
             return wizard::plan_ui(ui, context, plan, out);
         }
-        match context.project() {
+        match context.session.project {
             Some(project) => open_ui(ui, context, project),
             None => {
                 ui.heading("No project is open");
@@ -112,7 +112,7 @@ impl ProjectPanel {
                 (icons::ADD, "New project…", Command::Project(ProjectCommand::New(None))),
                 (icons::FOLDER, "Open project…", Command::Dialog(Dialog::Project)),
             ] {
-                let main = icon == icons::ADD && context.project().is_none();
+                let main = icon == icons::ADD && context.session.project.is_none();
                 let button = if main {
                     theme::main_button(true, format!("{icon} {words}"))
                 } else {
@@ -127,7 +127,7 @@ impl ProjectPanel {
         });
         ui.add_space(2.0 * GAP);
         cards::recent_ui(ui, context, out);
-        if context.project().is_none() {
+        if context.session.project.is_none() {
             ui.add_space(2.0 * GAP);
             self.demo_ui(ui, out);
         }
@@ -155,7 +155,7 @@ impl ProjectPanel {
 
 /// True for the start page: no project, no plan for one, and no job that makes one.
 fn is_start(context: &PanelContext) -> bool {
-    context.project().is_none()
+    context.session.project.is_none()
         && context.picker.wizard.plan().is_none()
         && context.status.job.is_none()
 }
@@ -176,7 +176,7 @@ fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     quiet_ui(ui, &format!("Shoot: {}", shown(&project.shoot_path(""))));
     quiet_ui(
         ui,
-        match context.read_only() {
+        match context.session.read_only {
             Some(_) => "Read-only: nothing is saved",
             None => "Everything is saved as you work",
         },

@@ -86,7 +86,7 @@ fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
     });
 }
 
-/// A path to type, with a button for a dialog; returns whether the button was clicked.
+/// A path to type, with a button for a dialog; returns true if the button was clicked.
 fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -> bool {
     let width = ui.available_width() - 96.0;
     let field = TextEdit::singleline(path).desired_width(width).hint_text(hint);

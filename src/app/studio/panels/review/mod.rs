@@ -48,7 +48,7 @@ impl ReviewPanel {
 
     fn contents_ui(&self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let kept = match &context.readers.review.saved {
-            _ if context.project().is_none() => {
+            _ if context.session.project.is_none() => {
                 return quiet_ui(ui, "Open a project to review its network.");
             }
             None => return quiet_ui(ui, "Reading the last measurement."),
@@ -123,7 +123,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut V
         }
         return;
     }
-    let poses = match context.project().map_or(0, |p| p.settings.shoot.poses.len()) {
+    let poses = match context.session.project.map_or(0, |p| p.settings.shoot.poses.len()) {
         1 => "the pose".to_owned(),
         poses => format!("each of {poses} poses"),
     };

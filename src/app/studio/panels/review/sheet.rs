@@ -35,7 +35,7 @@ impl LampSheetPanel {
             return;
         }
         let empty = match (&context.readers.review.sheet, context.relit()) {
-            _ if context.project().is_none() => {
+            _ if context.session.project.is_none() => {
                 "Open a project to see its frames under every lamp."
             }
             (Some(Err(sentence)), _) => {
@@ -72,7 +72,7 @@ impl LampSheetPanel {
         let lamps = &relit.rig.lamps;
         let directions: Vec<Vec3> = lamps.iter().map(|lamp| lamp.direction).collect();
         let placed = place_by_direction(&directions, area.width(), area.height());
-        let frame = context.project().and_then(|p| p.settings.shoot.frames.get(sheet.frame));
+        let frame = context.session.project.and_then(|p| p.settings.shoot.frames.get(sheet.frame));
         for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
             let corner = area.min + vec2(*x, *y);
             let marked = frame

@@ -77,7 +77,7 @@ struct CaseItem<'a> {
 }
 
 impl CaseItem<'_> {
-    /// Draws the case. Returns whether it was clicked.
+    /// Draws the case. Returns true if it was clicked.
     fn ui(&self, ui: &Ui, context: &PanelContext, worst_lamp: &str) -> bool {
         let id = ui.scope_id().with(("case", &self.case.name));
         let response = ui.interact(self.rect, id, Sense::click());

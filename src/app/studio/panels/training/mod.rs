@@ -35,7 +35,7 @@ pub struct TrainingPanel {
 
 impl TrainingPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.project() else {
+        let Some(project) = context.session.project else {
             return notice_ui(ui, |ui| {
                 ui.heading("No project is open");
                 ui.add_space(GAP);

@@ -89,7 +89,7 @@ impl Pictures {
 
 /// The list of lamps, and the pose.
 pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let lamps = context.project().map_or(0, |project| project.settings.shoot.lamps.len());
+    let lamps = context.session.project.map_or(0, |project| project.settings.shoot.lamps.len());
     let shown = context.state.shoot.trained_lamp.min(lamps.saturating_sub(1));
     let label = ui.label(RichText::new("Lamp").size(13.0));
     let list = egui::ComboBox::from_id_salt("trained lamp")
@@ -104,7 +104,7 @@ pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         });
     list.response.labelled_by(label.id).on_hover_text("Keys: Page Up, Page Down");
     if let Some(pictures) = &context.readers.training.pictures {
-        let poses = context.project().map_or(&[][..], |p| &p.settings.shoot.poses);
+        let poses = context.session.project.map_or(&[][..], |p| &p.settings.shoot.poses);
         let pose = poses.get(pictures.pose).map_or("", String::as_str);
         let seen = if pictures.held_out { ", held out" } else { "" };
         let text = format!("{pose}{seen}, after step {}", pictures.step);

@@ -81,7 +81,7 @@ fn shown(report: &ConfidenceReport, frame: usize) -> Option<&FrameConfidence> {
 
 /// Rectangle of the network's crop, for a picture in `place`.
 fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
-    let (Some(_), Some(project)) = (&relit.predicted.plate, context.project()) else {
+    let (Some(_), Some(project)) = (&relit.predicted.plate, context.session.project) else {
         return place;
     };
     let framing = project.settings.framing.for_size((relit.width, relit.height));

@@ -13,7 +13,6 @@ mod handler;
 mod instead;
 pub mod light_aim;
 mod look_list;
-mod names;
 mod native_texture;
 pub mod readout;
 pub mod side;
@@ -44,7 +43,6 @@ use side::{Side, peeks};
 use std::sync::Arc;
 use worker::PreviewPicture;
 
-pub use names::short;
 pub use viewing::words;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.

@@ -1,7 +1,6 @@
 //! The bar above the picture: the comparison on the left; on the right the viewing settings, which exports ignore.
 
 use super::look_list::{list, look_list_ui};
-use super::names::{called, short};
 use super::viewing;
 use crate::command::{Command, Dialog, ExportCommand, LookCommand, TrainingCommand, ViewCommand};
 use crate::comparison::{CompareMode, CompareSettings, GAINS, Reference};
@@ -12,6 +11,7 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::environments::library::EnvironmentEntry;
 use crate::panels::training::checkpoints;
+use crate::panels::widgets::names::{called, short};
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
@@ -53,7 +53,7 @@ pub fn name(with: &Reference, context: &PanelContext) -> String {
         }
         Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).name(),
         Reference::Exemplar(pose) => {
-            let poses = context.project().map(|p| &p.settings.shoot.poses);
+            let poses = context.session.project.map(|p| &p.settings.shoot.poses);
             let name = poses.and_then(|poses| poses.get(*pose));
             format!("{}, photographed", name.map_or("pose", |name| name))
         }
@@ -257,7 +257,7 @@ fn pictures_ui(
         }
     });
     ui.menu_button("Photographed pose", |ui| {
-        let poses = context.project().map(|project| &project.settings.shoot.poses);
+        let poses = context.session.project.map(|project| &project.settings.shoot.poses);
         for (pose, name) in poses.into_iter().flatten().enumerate() {
             entry(ui, out, name, Reference::Exemplar(pose));
         }
@@ -281,7 +281,8 @@ fn checkpoints_ui(
     if !context.readers.training.is_asked() {
         out.push(Command::Training(TrainingCommand::ListCheckpoints));
     }
-    let (Some(project), Some(records)) = (context.project(), &context.readers.training.records)
+    let (Some(project), Some(records)) =
+        (context.session.project, &context.readers.training.records)
     else {
         ui.label(RichText::new("Reading the checkpoints").color(theme::QUIET));
         return;
@@ -315,7 +316,7 @@ fn solo_ui(ui: &mut Ui, names: &str, hint: &str) -> bool {
 /// The look-up table that the picture is shown through, as a button that removes it.
 fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let options = &context.state.export_options;
-    let root = context.project().map(|project| &project.root);
+    let root = context.session.project.map(|project| &project.root);
     let Some(table) = root.and_then(|root| options.shown_table(root)) else {
         return;
     };

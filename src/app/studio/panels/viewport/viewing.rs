@@ -1,11 +1,11 @@
 //! Viewing settings of the picture: exposure, gamma, tone curve and channels. Exports ignore them, and a sign says so.
 
-use super::names::{called, short};
 use crate::command::{Command, ViewCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::color_views::{color_views_ui, config_ui};
 use crate::panels::light::picture::{SHOWN, TONE_CURVES, curve_name};
+use crate::panels::widgets::names::{called, short};
 use crate::panels::widgets::numbers::computing;
 use crate::state::State;
 use crate::theme::{self, GAP};
@@ -61,7 +61,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
     shown.response.rect.width()
 }
 
-/// A number with its name to the left. Returns whether it was reset.
+/// A number with its name to the left. Returns true if it was reset.
 fn number_ui(ui: &mut Ui, name: &str, field: DragValue, is_set: bool, hint: &str) -> bool {
     let response = ui
         .scope(|ui| {

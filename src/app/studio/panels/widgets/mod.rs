@@ -7,6 +7,7 @@ pub mod frame;
 pub mod group;
 pub mod lamp_title;
 pub mod missing;
+pub mod names;
 pub mod notice;
 pub mod numbers;
 pub mod rows;

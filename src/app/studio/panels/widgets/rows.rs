@@ -162,6 +162,14 @@ pub fn number_ui(
     resettable_ui(ui, response, out, reset)
 }
 
+/// A number's row. Returns true if a double-click resets the number.
+pub fn field_ui(ui: &mut Ui, name: &str, field: DragValue) -> bool {
+    let label = ui.label(name);
+    let field = ui.add_sized(vec2(84.0, 24.0), field).labelled_by(label.id);
+    ui.end_row();
+    is_reset(ui, &field)
+}
+
 /// As [`number_ui`], with a bar behind it that shows `value` within `range`. Leaves `beside` points of the width free.
 fn bar_ui(
     ui: &mut Ui,

@@ -2,7 +2,7 @@
 //! gradient with its channels side by side. Sums run over the pixels of a band.
 
 use super::layout::{Blocking, Factor, SIDE, Steps, Sums, TILE};
-use super::pack::{self, Buffer};
+use super::pack::{self, Buffer, Round};
 use super::sum::sum;
 use crate::kernels::chunks::vectorized;
 use crate::kernels::shape::{Shape, Sources};
@@ -85,31 +85,29 @@ impl Band {
         Self { from, rows, pixels, stride: division.stride, plane }
     }
 
-    /// Copies one channel of the input; `row(y, into)` gives a row.
-    fn fill_input(
+    /// Copies one channel of the input; `row(y)` gives a row.
+    fn fill_input<'a, T: Round + 'a>(
         &self,
         shape: &Shape,
-        line: &mut [f32],
         into: &mut [u16],
-        row: impl Fn(usize, &mut [f32]),
+        row: impl Fn(usize) -> &'a [T],
     ) {
         let (radius, width, stride) = (shape.radius(), shape.width, self.stride);
         let rows = self.rows + 2 * radius;
         for i in 0..rows {
+            let into = &mut into[i * stride..][..stride];
             match (self.from + i).checked_sub(radius) {
-                Some(y) if y < shape.height => row(y, &mut line[..width]),
-                _ => line[..width].fill(0.0),
-            }
-            let line = &line[..width];
-            vectorized(
-                #[inline(always)]
-                || {
-                    let into = &mut into[i * stride..][..stride];
+                Some(y) if y < shape.height => {
+                    let row = row(y);
                     into[..radius].fill(0);
                     into[radius + width..].fill(0);
-                    pack::singles(line, &mut into[radius..]);
-                },
-            );
+                    vectorized(
+                        #[inline(always)]
+                        || T::to_bf16(row, &mut into[radius..]),
+                    );
+                }
+                _ => into.fill(0),
+            }
         }
         into[rows * stride..].fill(0);
     }
@@ -183,9 +181,9 @@ thread_local! {
 
 /// Gradients by weights and biases. `before(picture, channel, y, into)` fills a row of the gradient
 /// of the convolution's sums.
-pub fn correlate(
+pub fn correlate<T: Round>(
     shape: &Shape,
-    x: Sources,
+    x: Sources<T>,
     before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
 ) -> (Vec<f32>, Vec<f32>) {
     let division = Division::new(shape);
@@ -243,10 +241,10 @@ fn add(into: &mut [f32], from: &[f32]) {
     }
 }
 
-fn add_up(
+fn add_up<T: Round>(
     shape: &Shape,
     division: &Division,
-    x: Sources,
+    x: Sources<T>,
     before: &(impl Fn(usize, usize, usize, &mut [f32]) + Sync),
     mut share: Share,
     scratch: &mut Scratch,
@@ -263,9 +261,7 @@ fn add_up(
         for (c, into) in input.chunks_exact_mut(band.plane).enumerate() {
             let channel = share.first * down * SIDE + c;
             if channel < shape.inputs {
-                band.fill_input(shape, line, into, |y, into| {
-                    into.copy_from_slice(shape.input_row(x, picture, channel, y));
-                });
+                band.fill_input(shape, into, |y| shape.input_row(x, picture, channel, y));
             } else {
                 into.fill(0);
             }

@@ -8,13 +8,16 @@ mod correlation;
 mod layout;
 mod pack;
 mod product;
+mod stored;
 mod sum;
 #[cfg(test)]
 mod tests;
 mod weights;
 
 pub use correlation::correlate;
+
 pub use product::convolve;
+pub use stored::{Signs, to_bf16};
 pub use sum::{available, multiply_add};
 
 /// Inputs and outputs from which blocks of sums are full enough: below, f32 is faster.

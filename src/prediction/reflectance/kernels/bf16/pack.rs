@@ -35,11 +35,26 @@ pub fn neighbours(row: &[f32], into: &mut [u32]) {
     }
 }
 
-/// The values of a row, one by one.
-#[inline(always)]
-pub fn singles(row: &[f32], into: &mut [u16]) {
-    for (x, into) in row.iter().zip(into) {
-        *into = (rounded(*x) >> 16) as u16;
+/// Values that become bf16.
+pub trait Round: Copy + Sync {
+    /// The bf16 of each value of a row.
+    fn to_bf16(row: &[Self], into: &mut [u16]);
+}
+
+impl Round for f32 {
+    #[inline(always)]
+    fn to_bf16(row: &[Self], into: &mut [u16]) {
+        for (x, into) in row.iter().zip(into) {
+            *into = (rounded(*x) >> 16) as u16;
+        }
+    }
+}
+
+/// Rounded before.
+impl Round for u16 {
+    #[inline(always)]
+    fn to_bf16(row: &[Self], into: &mut [u16]) {
+        into[..row.len()].copy_from_slice(row);
     }
 }
 

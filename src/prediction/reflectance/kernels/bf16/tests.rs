@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::kernels::chunks::tests::noise;
-use crate::kernels::convolution;
+use crate::kernels::convolution::{self, GradientInputs};
 use crate::kernels::pointwise::Activation;
 use crate::kernels::shape::Shape;
 use proptest::prelude::*;
@@ -46,25 +46,29 @@ impl Case {
         }
     }
 
+    fn sources(&self) -> [Vec<f32>; 2] {
+        let plane = self.shape.height * self.shape.width;
+        let [mut one, mut two] = [Vec::new(), Vec::new()];
+        for picture in self.x.chunks(self.shape.inputs * plane) {
+            let (first, second) = picture.split_at(self.first * plane);
+            one.extend_from_slice(first);
+            two.extend_from_slice(second);
+        }
+        [one, two]
+    }
+
     /// Forward, by input, by weights and by biases.
     fn run(&self) -> [Vec<f32>; 4] {
         let shape = &Shape { bf16: true, ..self.shape };
-        let plane = shape.height * shape.width;
-        let a = self.first;
-        let [mut one, mut two] = [Vec::new(), Vec::new()];
-        for picture in self.x.chunks(shape.inputs * plane) {
-            one.extend_from_slice(&picture[..a * plane]);
-            two.extend_from_slice(&picture[a * plane..]);
-        }
+        let [one, two] = self.sources();
         let mut out = vec![0.0; self.gradient.len()];
         let none = Activation::None;
         convolution::forward(shape, [&one, &two], &self.weight, &self.bias, none, &mut out);
         let back = convolution::backward(
             shape,
-            [&one, &two],
+            GradientInputs::Exact([&one, &two], &out),
             &self.weight,
             none,
-            &out,
             &self.gradient,
             [true, true],
         );
@@ -266,6 +270,41 @@ fn threads_change_no_bit() {
     for (batch, channels, size, kernel) in SHAPES {
         let case = Case::new(shape(batch, channels, size, kernel), 8);
         same_bits(&case);
+    }
+}
+
+#[test]
+fn inputs_kept_as_bf16_and_signs_change_no_bit() {
+    if !bf16() {
+        return;
+    }
+    for (batch, channels, size, kernel) in SHAPES {
+        let case = Case::new(shape(batch, channels, size, kernel), 5);
+        let [one, two] = case.sources();
+        for activation in [Activation::None, Activation::LeakyRelu(0.1)] {
+            let mut out = vec![0.0; case.gradient.len()];
+            let s = &Shape { bf16: true, ..case.shape };
+            let sources = [&one[..], &two];
+            convolution::forward(s, sources, &case.weight, &case.bias, activation, &mut out);
+            let back = |inputs| {
+                let (weight, gradient) = (&case.weight, &case.gradient);
+                let back =
+                    convolution::backward(s, inputs, weight, activation, gradient, [true, true]);
+                let (weight, bias) = back.parameters.unwrap();
+                let all = [back.input.unwrap(), weight, bias].concat();
+                all.into_iter().map(f32::to_bits).collect::<Vec<_>>()
+            };
+            let signs = match activation {
+                Activation::LeakyRelu(slope) => Some(Signs::new(slope, &out)),
+                _ => None,
+            };
+            let halves = [&one, &two].map(|x| to_bf16(x));
+            let rounded = GradientInputs::Rounded([&halves[0], &halves[1]], signs.as_ref());
+            assert!(
+                back(rounded) == back(GradientInputs::Exact(sources, &out)),
+                "{s:?} {activation:?}"
+            );
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Names of menus.
+//! Names of buttons and menus.
 
 use egui::{Response, Role, WidgetInfo};
 
