@@ -2,7 +2,7 @@
 
 use crate::{Learner, Options, Result, Shape, compute, name};
 use afterlight::reflectance::kernels::Activation;
-use afterlight::reflectance::kernels::convolution::{backward, forward};
+use afterlight::reflectance::kernels::convolution::{GradientInputs, backward, forward};
 use afterlight::reflectance::kernels::peak::Peak;
 use afterlight::reflectance::kernels::shape::Shape as ConvolutionShape;
 use afterlight::reflectance::{Convolution, Precision, UNetConfig};
@@ -98,8 +98,8 @@ fn time(layer: &Convolution, precision: Precision, threads: usize, peak: &Peak) 
     let mut out = vec![0.0; gradient.len()];
     forward(&shape, [&x, &[]], &weight, &bias, rectified, &mut out);
     let output = out.clone();
-    let gradients =
-        |wanted| backward(&shape, [&x, &[]], &weight, rectified, &output, &gradient, wanted);
+    let inputs = GradientInputs::Exact([&x, &[]], &output);
+    let gradients = |wanted| backward(&shape, inputs, &weight, rectified, &gradient, wanted);
     let measured = [
         least(|| forward(&shape, [&x, &[]], &weight, &bias, rectified, &mut out)),
         least(|| drop(black_box(gradients([true, false])))),

@@ -288,7 +288,7 @@ struct ConvolutionState {
 #[derive(Clone, Debug)]
 enum GradientTensors {
     /// The output is None without activation.
-    Exact([FlexTensor; 2], Option<FlexTensor>),
+    Exact(Box<[FlexTensor; 2]>, Option<Box<FlexTensor>>),
     Rounded([Vec<u16>; 2], Option<bf16::Signs>),
 }
 
@@ -310,8 +310,8 @@ impl ConvolutionState {
             Activation::LeakyRelu(slope) if shape.bf16 => {
                 rounded(Some(bf16::Signs::new(slope, Values::new(output).get())))
             }
-            Activation::None => GradientTensors::Exact(sources, None),
-            _ => GradientTensors::Exact(sources, Some(output.clone())),
+            Activation::None => GradientTensors::Exact(sources.into(), None),
+            _ => GradientTensors::Exact(sources.into(), Some(output.clone().into())),
         };
         Self { shape, split, weight, activation, inputs }
     }
@@ -362,7 +362,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                 let back = match &inputs {
                     GradientTensors::Exact(sources, output) => {
                         let [x, y] = sources.each_ref().map(Values::new);
-                        let output = output.as_ref().map(Values::new);
+                        let output = output.as_deref().map(Values::new);
                         let output = output.as_ref().map_or(gradient, Values::get);
                         back(GradientInputs::Exact([x.get(), y.get()], output))
                     }
