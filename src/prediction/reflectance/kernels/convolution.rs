@@ -1,11 +1,11 @@
 //! Two-dimensional convolution of stride one that keeps the size of the picture, and its gradients.
 
-use super::Precision;
 use super::band::{self, Weights};
 use super::bf16::{self, Signs};
 use super::correlation::correlate;
 use super::peak::bf16_pays;
 use super::pointwise::{Activation, pull_back_leaky};
+use super::precision::Precision;
 use super::shape::{Shape, Sources};
 use super::tile::MAX_POSITIONS;
 use super::unfolded;

@@ -17,6 +17,7 @@ mod normalize;
 mod operations;
 pub mod peak;
 mod pointwise;
+mod precision;
 mod resample;
 pub mod shape;
 mod sums;
@@ -27,6 +28,7 @@ mod unfolded;
 
 pub use losses::Settings as LossSettings;
 pub use pointwise::Activation;
+pub use precision::Precision;
 
 use self::adam::AdamStep;
 use self::operations::{Kernels, Updates};
@@ -38,24 +40,6 @@ use burn::nn::{BatchNorm, GroupNorm};
 use burn::tensor::module::conv2d;
 use burn::tensor::ops::ConvOptions;
 use burn::tensor::{DType, Int, Tensor, TensorData, activation};
-use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
-
-/// Precision of convolutions: accuracy against time. Sums are f32 in each, on a CPU.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Precision {
-    /// f32.
-    Full,
-    /// Factors rounded to bf16 if the processor multiplies these (AVX-512 BF16): results differ by 3e-3 of the largest. f32
-    /// elsewhere, except that predictions on a GPU use f16 where available.
-    #[serde(alias = "split", alias = "half")]
-    #[value(aliases = ["split", "half"])]
-    Mixed,
-    /// `mixed` on a CPU that multiplies bf16 faster than f32 (AMD since Zen 4), else `full`.
-    #[default]
-    Auto,
-}
 
 /// True if the processor multiplies bf16, so that [`Precision`] makes a difference.
 pub fn has_bf16() -> bool {

@@ -1,12 +1,12 @@
 //! The kernels as operations of burn: their results, and their gradients derived by hand.
 
-use super::Precision;
 use super::adam::AdamStep;
 use super::bf16;
 use super::convolution::{self, GradientInputs};
 use super::losses::{Losses, Settings};
 use super::normalize::{GroupNorm, Moments};
 use super::pointwise::Activation;
+use super::precision::Precision;
 use super::shape;
 use super::{adam, resample};
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
