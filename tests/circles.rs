@@ -79,12 +79,12 @@ impl Crate {
                 }
             }
             child => {
-                let inner: Module = [module, &[child.to_owned()]].concat();
+                let inner = [module, &[child.to_owned()]].concat();
                 self.imports.get(&inner)?;
             }
         }
         while let Some(name) = rest.first() {
-            let inner = [&at[..], &[name.clone()]].concat();
+            let inner = [&at[..], std::slice::from_ref(name)].concat();
             if !self.imports.contains_key(&inner) {
                 break;
             }
