@@ -75,7 +75,7 @@ impl Readers {
         let shown = &state.panes.drawn;
         self.training.ask(project, shown, wake.clone());
         self.colors.ask(project, state, wake.clone());
-        self.analysis.ask(project, state, shown, wake.clone());
+        self.analysis.ask(project, state, wake.clone());
         // The timeline marks frames unlike every pose, whichever other panes are visible.
         let draws = state.panes.shows(Pane::Lamps) || state.panes.shows(Pane::Review);
         let still = relit.filter(|_| draws && !state.playback.playing);

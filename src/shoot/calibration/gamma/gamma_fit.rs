@@ -118,11 +118,6 @@ impl CurveFit {
     pub fn ball_psnr(&self) -> f32 {
         psnr(self.ball)
     }
-
-    /// Peak signal-to-noise ratio of the subject in decibels.
-    pub fn subject_psnr(&self) -> f32 {
-        psnr(self.subject)
-    }
 }
 
 /// −20·log10 of a root-mean-square distance, clamped to at least a millionth.

@@ -129,21 +129,21 @@ fn hint(compression: ExrCompression) -> &'static str {
     }
 }
 
-/// A drop-down list; `of` names it for screen readers.
+/// A drop-down list with a name for screen readers.
 fn list_ui<T: PartialEq>(
     ui: &mut Ui,
-    of: &str,
+    name: &str,
     shown: &str,
     chosen: &mut T,
     all: impl Iterator<Item = (T, &'static str, &'static str)>,
 ) {
-    let list = ComboBox::from_id_salt(of).width(LIST).selected_text(shown);
+    let list = ComboBox::from_id_salt(name).width(LIST).selected_text(shown);
     let response = list.show_ui(ui, |ui| {
-        for (value, name, hint) in all {
-            ui.selectable_value(chosen, value, WidgetText::from(name)).on_hover_text(hint);
+        for (value, choice, hint) in all {
+            ui.selectable_value(chosen, value, WidgetText::from(choice)).on_hover_text(hint);
         }
     });
-    let text = format!("{of}: {shown}");
+    let text = format!("{name}: {shown}");
     let combo = egui::Role::ComboBox;
     (response.response).widget_info(|| egui::WidgetInfo::labeled(combo, true, &text));
 }

@@ -51,17 +51,12 @@ impl CalibrationAnalysis {
         self.gamma = gamma.or(self.gamma.take());
     }
 
-    /// Requests what the panes `shown` need, if that changed. If both panes are visible, the active one counts.
-    pub fn ask(
-        &mut self,
-        project: &Project,
-        state: &State,
-        shown: &[Pane],
-        wake: impl Fn() + Send + 'static,
-    ) {
+    /// Requests what the visible panes need, if that changed. If both panes are visible, the active one counts.
+    pub fn ask(&mut self, project: &Project, state: &State, wake: impl Fn() + Send + 'static) {
         let calibrations = self.calibrations;
         let study = |stop| CalibrationStudy::new(project.root.clone(), stop);
-        let mut studied = shown.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
+        let mut studied =
+            state.panes.drawn.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
         let active = studied.clone().find(|&&pane| pane == state.panes.active);
         match active.or(studied.next()) {
             Some(Pane::Probe) => {
