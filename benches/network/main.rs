@@ -8,7 +8,7 @@ mod layers;
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::reflectance::kernels::chunks::keep_to_avx2;
-use afterlight::reflectance::kernels::{LossInputs, LossSettings, losses};
+use afterlight::reflectance::kernels::{LossInputs, LossSettings, losses, on_pool};
 use afterlight::reflectance::predictor::predicts_in_half;
 use afterlight::reflectance::{
     Device, Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
@@ -249,7 +249,8 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, options: &Options) -> Res
                 }),
             },
             "step" => {
-                let steps: Vec<Step> = (0..count).map(|_| learner.step()).collect();
+                let steps: Vec<Step> =
+                    (0..count).map(|_| on_pool(plain, || learner.step())).collect();
                 let column = |f: fn(&Step) -> f64| steps.iter().map(f).collect::<Vec<_>>();
                 json!({
                     "seconds": column(|s| s.forward + s.backward + s.optimizer),
@@ -269,7 +270,7 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, options: &Options) -> Res
                 let mut seconds = Vec::with_capacity(count);
                 for _ in 0..count {
                     let start = Instant::now();
-                    let output = network.forward(input.clone());
+                    let output = on_pool(plain, || network.forward(input.clone()));
                     plain.sync().map_err(text)?;
                     seconds.push(start.elapsed().as_secs_f64());
                     drop(output);

@@ -3,12 +3,12 @@
 use super::checkpoint::{self, CheckpointInfo};
 use super::device_field::DeviceField;
 use super::field::ReflectanceField;
-use super::kernels::Precision;
+use super::kernels::{Precision, on_pool};
 use super::render::{encode, light, network_input, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
 use base::error::{Error, Result};
 use base::turn;
-use burn::tensor::{DType, Device, FloatDType};
+use burn::tensor::{DType, Device, FloatDType, Tensor};
 use footage::Frame;
 use project::Project;
 use std::path::Path;
@@ -97,6 +97,11 @@ impl Predictor {
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
         let _turn = turn::DEVICE.lock();
+        DeviceField::finished(on_pool(&self.device, || self.olats(frame)))
+    }
+
+    /// OLATs `[lamps, 3, size, size]`.
+    fn olats(&self, frame: &Frame) -> Tensor<4> {
         let plate = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let input = network_input(encode(plate.clone()), mask.clone());
@@ -109,8 +114,7 @@ impl Predictor {
         let network = &self.info.network;
         let light = light(&plate, network.formulation, self.info.scale);
         // The light of an output of 1 is a single picture: masking it is cheaper than masking all OLATs.
-        let olats = olats(output, &(light * mask.greater_elem(0.0).float()));
-        DeviceField::finished(olats)
+        olats(output, &(light * mask.greater_elem(0.0).float()))
     }
 
     /// Predicts the OLATs of a frame, zero outside the subject's matte.

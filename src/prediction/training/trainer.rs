@@ -17,7 +17,7 @@ use burn::tensor::{Device, Tensor};
 use calibration::Calibration;
 use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
-use reflectance::kernels::{LossInputs, LossSettings, serve};
+use reflectance::kernels::{LossInputs, LossSettings, on_pool, serve};
 use reflectance::predictor::check_fits;
 use reflectance::render::{encode, light, network_input};
 use reflectance::{UNet, UNetConfig};
@@ -132,6 +132,11 @@ impl Trainer {
 
     /// Makes one step; `done` is the finished share of the run, for the learning rate.
     pub fn step(&mut self, done: f64) -> StepReport {
+        let device = self.data.weights.device();
+        on_pool(&device, || self.step_here(done))
+    }
+
+    fn step_here(&mut self, done: f64) -> StepReport {
         let step = self.info.step;
         let statistics = self.live.running_statistics();
         let most = (self.config.shift * self.info.network.size as f32).round() as i64;

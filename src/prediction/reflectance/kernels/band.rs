@@ -7,7 +7,7 @@
 //! Results between rows are discarded.
 
 use super::chunks::arch;
-use super::shape::Shape;
+use super::shape::{Rows, Shape};
 use super::tile::{self, Factor, MAX_POSITIONS, Packed, ROWS, Tile};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
@@ -281,14 +281,13 @@ impl Weights<'_> {
     }
 }
 
-/// The sums of a convolution over all bands. `row(picture, channel, y, into)` fills a row of the
-/// input, `finish` is applied to the output of a task.
+/// The sums of a convolution over all bands. `finish` is applied to the output of a task.
 pub fn convolve(
     shape: &Shape,
     weights: &Weights,
     bias: Option<&[f32]>,
     out: &mut [f32],
-    row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    input: &impl Rows,
     finish: impl Fn(&mut [f32]) + Sync,
 ) {
     let rows = shape.band_rows();
@@ -308,7 +307,7 @@ pub fn convolve(
         let (picture, from) = (i / bands, i % bands * rows);
         let band = Band::new(shape, from, rows.min(shape.height - from));
         let (mut values, mut block) = SCRATCH.take();
-        band.fill(shape, shape.inputs, &mut values, |c, y, into| row(picture, c, y, into));
+        band.fill(shape, shape.inputs, &mut values, |c, y, into| input.fill(picture, c, y, into));
         arch().dispatch(Product {
             band: &band,
             values: &values,

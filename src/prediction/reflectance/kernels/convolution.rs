@@ -6,7 +6,7 @@ use super::correlation::correlate;
 use super::peak::bf16_pays;
 use super::pointwise::{Activation, pull_back_leaky};
 use super::precision::Precision;
-use super::shape::{Shape, Sources};
+use super::shape::{Input, Rows, Shape, Sources};
 use super::tile::MAX_POSITIONS;
 use super::unfolded;
 
@@ -73,10 +73,8 @@ pub fn forward(
         channel_stride: taps,
         taps: (0..taps).collect(),
     };
-    let row = |picture: usize, channel: usize, y: usize, into: &mut [f32]| {
-        into.copy_from_slice(shape.input_row(x, picture, channel, y));
-    };
-    convolve(shape, &weights, Some(bias), out, row, |plane| activation.apply(plane));
+    let rows = Input(shape, x);
+    convolve(shape, &weights, Some(bias), out, &rows, |plane| activation.apply(plane));
 }
 
 /// Gradients of [`forward`], from `inputs` and the gradient of its output. Those by the input and
@@ -139,7 +137,7 @@ fn by_input(
         channel_stride: shape.inputs * taps,
         taps: (0..taps).rev().collect(),
     };
-    convolve(&shape.reversed(), &weights, None, out, before, |_| {});
+    convolve(&shape.reversed(), &weights, None, out, &before, |_| {});
 }
 
 /// The sums of a convolution: see [`band::convolve`].
@@ -148,12 +146,12 @@ fn convolve(
     weights: &Weights,
     bias: Option<&[f32]>,
     out: &mut [f32],
-    row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    rows: &impl Rows,
     finish: impl Fn(&mut [f32]) + Sync,
 ) {
     if shape.bf16 {
-        bf16::convolve(shape, weights, bias, out, row, finish);
+        bf16::convolve(shape, weights, bias, out, rows, finish);
     } else {
-        band::convolve(shape, weights, bias, out, row, finish);
+        band::convolve(shape, weights, bias, out, rows, finish);
     }
 }

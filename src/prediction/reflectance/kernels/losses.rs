@@ -4,6 +4,7 @@
 use super::chunks::{each_chunk, vectorized};
 use super::feature_distance::FeatureDistance;
 use super::pointwise::{encode, sigmoid};
+use std::cell::Cell;
 
 /// Meaning of the network's output, and the pictures for comparison.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,11 @@ pub struct Values {
     pub rendering: f32,
 }
 
+thread_local! {
+    /// Slopes of a lamp's encoding, whose memory the next lamp reuses.
+    static SLOPES: Cell<Vec<f32>> = const { Cell::new(Vec::new()) };
+}
+
 impl Losses<'_> {
     /// Losses of the network's output `[lamps, 3, h, w]`. The gradient of λ1 · reconstruction + λ2 · rendering takes
     /// its place.
@@ -54,6 +60,14 @@ impl Losses<'_> {
         assert_eq!(output.len(), lamps * picture);
         assert_eq!((self.plate.len(), self.weights.len()), (picture, lamps * 3));
         assert!(self.olats.is_none_or(|olats| olats.len() == output.len()));
+        if self.settings.logits {
+            each_chunk(
+                output,
+                picture,
+                #[inline(always)]
+                |_, output| output.iter_mut().for_each(|x| *x = sigmoid(*x)),
+            );
+        }
         let (rendering, relit_gradient) = self.rendering(output);
         let distance = FeatureDistance::new(self.mask, self.size, lamps);
         let distances = each_chunk(
@@ -63,7 +77,6 @@ impl Losses<'_> {
             |lamp, output| {
                 let mut sigmoids = Vec::new();
                 if self.settings.logits {
-                    output.iter_mut().for_each(|x| *x = sigmoid(*x));
                     sigmoids.extend_from_slice(output);
                 }
                 let distance = match self.olats {
@@ -96,7 +109,8 @@ impl Losses<'_> {
     #[inline(always)]
     fn reconstruction(&self, distance: &FeatureDistance, olat: &[f32], output: &mut [f32]) -> f64 {
         let gain = self.settings.gain;
-        let mut slopes = vec![0.0; output.len()];
+        let mut slopes = SLOPES.take();
+        slopes.resize(output.len(), 0.0);
         for ((s, slope), light) in output.iter_mut().zip(&mut slopes).zip(self.light) {
             let factor = gain * light;
             let (value, steepness) = encode(factor * *s);
@@ -107,6 +121,7 @@ impl Losses<'_> {
         for (g, slope) in output.iter_mut().zip(&slopes) {
             *g *= slope;
         }
+        SLOPES.set(slopes);
         distance
     }
 
@@ -126,11 +141,8 @@ impl Losses<'_> {
                     let pictures = output.chunks_exact(picture);
                     for (olat, weights) in pictures.zip(self.weights.chunks_exact(3)) {
                         let weight = weights[channel];
-                        let pairs = relit.iter_mut().zip(&olat[start..]);
-                        if self.settings.logits {
-                            pairs.for_each(|(sum, x)| *sum += weight * sigmoid(*x));
-                        } else {
-                            pairs.for_each(|(sum, s)| *sum += weight * s);
+                        for (sum, s) in relit.iter_mut().zip(&olat[start..]) {
+                            *sum += weight * s;
                         }
                     }
                 },

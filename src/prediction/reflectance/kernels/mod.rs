@@ -39,7 +39,7 @@ use burn::nn::conv::Conv2d;
 use burn::nn::{BatchNorm, GroupNorm};
 use burn::tensor::module::conv2d;
 use burn::tensor::ops::ConvOptions;
-use burn::tensor::{DType, Int, Tensor, TensorData, activation};
+use burn::tensor::{DType, Device, Int, Tensor, TensorData, activation};
 
 /// True if the processor multiplies bf16, so that [`Precision`] makes a difference.
 pub fn has_bf16() -> bool {
@@ -50,6 +50,16 @@ pub fn has_bf16() -> bool {
 pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
     let device = x.device().without_autodiff();
     x.dtype() == DType::F32 && matches!(device.as_dispatch(), DispatchDevice::Flex(_))
+}
+
+/// Runs `work`, on the CPU in the thread pool: from outside, each parallel loop would wait for one of its threads to wake.
+///
+/// No job of the pool may lock [`turn::DEVICE`](base::turn::DEVICE): a thread that waits within `work` may take it up.
+pub fn on_pool<T: Send>(device: &Device, work: impl FnOnce() -> T + Send) -> T {
+    match device.as_dispatch() {
+        DispatchDevice::Flex(_) => rayon::scope(|_| work()),
+        _ => work(),
+    }
 }
 
 /// A second source without channels.

@@ -18,6 +18,43 @@ pub struct Shape {
 /// convolution's inputs. The second may be empty.
 pub type Sources<'a, T = f32> = [&'a [T]; 2];
 
+/// Rows of a convolution's input.
+pub trait Rows: Sync {
+    /// Writes row `y` of a channel.
+    fn fill(&self, picture: usize, channel: usize, y: usize, into: &mut [f32]);
+
+    /// The same row, in `scratch` if it has to be computed.
+    fn get<'s>(
+        &'s self,
+        picture: usize,
+        channel: usize,
+        y: usize,
+        scratch: &'s mut [f32],
+    ) -> &'s [f32] {
+        self.fill(picture, channel, y, scratch);
+        scratch
+    }
+}
+
+impl<F: Fn(usize, usize, usize, &mut [f32]) + Sync> Rows for F {
+    fn fill(&self, picture: usize, channel: usize, y: usize, into: &mut [f32]) {
+        self(picture, channel, y, into);
+    }
+}
+
+/// The sources' own rows.
+pub struct Input<'a>(pub &'a Shape, pub Sources<'a>);
+
+impl Rows for Input<'_> {
+    fn fill(&self, picture: usize, channel: usize, y: usize, into: &mut [f32]) {
+        into.copy_from_slice(self.0.input_row(self.1, picture, channel, y));
+    }
+
+    fn get<'s>(&'s self, picture: usize, channel: usize, y: usize, _: &'s mut [f32]) -> &'s [f32] {
+        self.0.input_row(self.1, picture, channel, y)
+    }
+}
+
 impl Shape {
     pub(super) fn radius(&self) -> usize {
         self.kernel / 2

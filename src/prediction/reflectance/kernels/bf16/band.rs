@@ -4,7 +4,7 @@
 use super::layout::{Blocking, SIDE};
 use super::pack;
 use crate::kernels::chunks::vectorized;
-use crate::kernels::shape::Shape;
+use crate::kernels::shape::{Rows, Shape};
 
 /// Division of the input's channels into steps of a sum.
 #[derive(Clone, Copy)]
@@ -123,44 +123,45 @@ impl Band {
         runs
     }
 
-    /// Copies a pair of channels; `row(channel, y, into)` fills one row.
+    /// Copies a pair of channels of a picture.
     pub fn fill(
         &self,
         shape: &Shape,
-        pair: usize,
-        lines: &mut Vec<f32>,
+        input: &impl Rows,
+        (picture, pair): (usize, usize),
+        scratch: &mut Vec<f32>,
         into: &mut [u32],
-        row: impl Fn(usize, usize, &mut [f32]),
     ) {
         let (radius, width) = (shape.radius(), shape.width);
         if 2 * pair >= shape.inputs {
             into.fill(0);
             return;
         }
+        let alone = 2 * pair + 1 == shape.inputs;
+        scratch.resize(2 * width, 0.0);
+        let (first, second) = scratch.split_at_mut(width);
         let rows = self.rows + 2 * radius;
-        lines.resize(2 * rows * width, 0.0);
-        let (first, second) = lines.split_at_mut(rows * width);
-        for (channel, lines) in [(2 * pair, &mut *first), (2 * pair + 1, &mut *second)] {
-            for (i, line) in lines.chunks_exact_mut(width).enumerate() {
-                match (self.from + i).checked_sub(radius) {
-                    Some(y) if y < shape.height && channel < shape.inputs => row(channel, y, line),
-                    _ => line.fill(0.0),
-                }
-            }
-        }
-        let (first, second) = (&*first, &*second);
-        vectorized(
-            #[inline(always)]
-            || {
-                for i in 0..rows {
-                    let row = [first, second].map(|lines| &lines[i * width..][..width]);
-                    let into = &mut into[i * self.stride..][..self.stride];
+        for i in 0..rows {
+            let into = &mut into[i * self.stride..][..self.stride];
+            match (self.from + i).checked_sub(radius) {
+                Some(y) if y < shape.height => {
+                    let first = input.get(picture, 2 * pair, y, first);
+                    let second = if alone {
+                        second.fill(0.0);
+                        &*second
+                    } else {
+                        input.get(picture, 2 * pair + 1, y, second)
+                    };
                     into[..radius].fill(0);
                     into[radius + width..].fill(0);
-                    pack::pairs(row, &mut into[radius..]);
+                    vectorized(
+                        #[inline(always)]
+                        || pack::pairs([first, second], &mut into[radius..]),
+                    );
                 }
-                into[rows * self.stride..].fill(0);
-            },
-        );
+                _ => into.fill(0),
+            }
+        }
+        into[rows * self.stride..].fill(0);
     }
 }

@@ -125,7 +125,7 @@ impl Band {
         let (line, words) = scratch;
         let length = self.pixels / 2;
         let words = &mut words[..SIDE * length];
-        words.fill(0);
+        words[bias.len() * length..].fill(0);
         let line = &mut line[..width.next_multiple_of(SIDE)];
         for (c, bias) in bias.iter_mut().enumerate() {
             let mut sums = [0.0; SIDE];
@@ -133,12 +133,16 @@ impl Band {
                 line[width..].fill(0.0);
                 row(c, self.from + i, &mut line[..width]);
                 let place = c * length + i * self.stride / 2;
+                let next = place + self.stride / 2;
+                let end = if i + 1 < self.rows { next } else { (c + 1) * length };
                 let line = &*line;
                 vectorized(
                     #[inline(always)]
                     || {
                         let row = &line[..width.next_multiple_of(2)];
-                        pack::neighbours(row, &mut words[place..][..row.len() / 2]);
+                        let (words, rest) = words[place..end].split_at_mut(row.len() / 2);
+                        pack::neighbours(row, words);
+                        rest.fill(0);
                         for chunk in line.as_chunks::<SIDE>().0 {
                             for (sum, x) in sums.iter_mut().zip(chunk) {
                                 *sum += x;

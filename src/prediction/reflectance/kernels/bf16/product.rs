@@ -7,7 +7,7 @@ use super::sum::sum;
 use super::weights;
 use crate::kernels::band::{Share, Weights, shares, split_bands};
 use crate::kernels::chunks::vectorized;
-use crate::kernels::shape::Shape;
+use crate::kernels::shape::{Rows, Shape};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 
@@ -133,14 +133,13 @@ thread_local! {
     static SHARED: Cell<[Buffer<u32>; 2]> = const { Cell::new([Buffer::new(), Buffer::new()]) };
 }
 
-/// The sums of a convolution. `row(picture, channel, y, into)` fills a row of the input, `finish` is
-/// applied to complete rows of the output, as many at a time as are finished.
+/// The sums of a convolution. `finish` is applied to complete rows of the output, as many at a time as are finished.
 pub fn convolve(
     shape: &Shape,
     weights: &Weights,
     bias: Option<&[f32]>,
     out: &mut [f32],
-    row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    input: &impl Rows,
     finish: impl Fn(&mut [f32]) + Sync,
 ) {
     let cover = Cover::new(shape);
@@ -169,9 +168,7 @@ pub fn convolve(
             values.par_chunks_exact_mut(band.plane).take(chunks.total()).enumerate().for_each(
                 |(pair, into)| {
                     SCRATCH.with_borrow_mut(|(_, lines)| {
-                        band.fill(shape, pair, lines, into, |c, y, into| {
-                            row(i / bands, c, y, into);
-                        });
+                        band.fill(shape, input, (i / bands, pair), lines, into);
                     });
                 },
             );
@@ -197,9 +194,7 @@ pub fn convolve(
             let values = if common.is_empty() {
                 let values = values.get(band.plane * chunks.total());
                 for (pair, into) in values.chunks_exact_mut(band.plane).enumerate() {
-                    band.fill(shape, pair, lines, into, |c, y, into| {
-                        row(i / bands, c, y, into);
-                    });
+                    band.fill(shape, input, (i / bands, pair), lines, into);
                 }
                 values
             } else {
