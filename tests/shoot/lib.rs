@@ -7,7 +7,9 @@ use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage};
 use footage::ImportSettings;
 use imaging::Image;
 use project::Project;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use virtual_stage::{StageSettings, write_shoot};
 
 /// Sizes of the footage and of its project.
@@ -22,6 +24,9 @@ pub struct TestShoot {
     pub working_size: usize,
 }
 
+/// Paths within a shoot, and their content.
+type Files = BTreeMap<PathBuf, Vec<u8>>;
+
 impl Default for TestShoot {
     fn default() -> Self {
         Self { frames: 3, lamps: 6, size: 32, working_size: 32 }
@@ -33,15 +38,46 @@ impl TestShoot {
     pub fn write(&self, folder: &Path) -> PathBuf {
         let shoot = folder.join("shoot");
         if !shoot.join("manifest.json").exists() {
-            let settings = StageSettings {
-                frames: self.frames,
-                size: self.size,
-                lamps: self.lamps,
-                ..StageSettings::default()
-            };
-            write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
+            for (path, bytes) in self.files().iter() {
+                let path = shoot.join(path);
+                std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+                std::fs::write(path, bytes).unwrap();
+            }
         }
         shoot
+    }
+
+    /// Files of the shoot, rendered once in a process.
+    fn files(&self) -> Arc<Files> {
+        static RENDERED: Mutex<BTreeMap<[usize; 3], Arc<Files>>> = Mutex::new(BTreeMap::new());
+        let key = [self.frames, self.size, self.lamps];
+        let mut rendered = RENDERED.lock().unwrap_or_else(PoisonError::into_inner);
+        rendered.entry(key).or_insert_with(|| Arc::new(self.render())).clone()
+    }
+
+    fn render(&self) -> Files {
+        let settings = StageSettings {
+            frames: self.frames,
+            size: self.size,
+            lamps: self.lamps,
+            ..StageSettings::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
+        let mut files = Files::new();
+        let mut folders = vec![folder.path().to_owned()];
+        while let Some(next) = folders.pop() {
+            for entry in std::fs::read_dir(next).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else {
+                    let name = path.strip_prefix(folder.path()).unwrap().to_owned();
+                    files.insert(name, std::fs::read(&path).unwrap());
+                }
+            }
+        }
+        files
     }
 
     /// Imports the shoot as a project at `project`, relative to `folder` or outside of it.
