@@ -38,7 +38,11 @@ impl TestShoot {
     pub fn write(&self, folder: &Path) -> PathBuf {
         let shoot = folder.join("shoot");
         if !shoot.join("manifest.json").exists() {
-            for (path, bytes) in self.files().iter() {
+            let files = self.files();
+            // The manifest last: its presence means that the rest is complete.
+            let manifest = Path::new("manifest.json");
+            let (last, first): (Vec<_>, Vec<_>) = files.iter().partition(|(p, _)| *p == manifest);
+            for (path, bytes) in first.into_iter().chain(last) {
                 let path = shoot.join(path);
                 std::fs::create_dir_all(path.parent().unwrap()).unwrap();
                 std::fs::write(path, bytes).unwrap();

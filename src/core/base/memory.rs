@@ -1,9 +1,8 @@
 //! Memory use of the process, and the allocator's settings.
 
 /// Keeps freed memory for the next allocation. By default glibc returns large blocks to the system at once and
-/// gets them again page by page, with a page fault each: a tenth of a training step's time. All threads share one arena,
-/// or what one of them freed would not serve another: a quarter of a training step's memory. Call it once, at the start
-/// of a program.
+/// gets them again page by page, with a page fault each: a tenth of a training step's time. One arena for all threads:
+/// memory freed by one serves all, a quarter less in a training step. Call it once, at the start of a program.
 pub fn keep_freed() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

@@ -3,7 +3,8 @@
 
 use parking_lot::{FairMutex, const_fair_mutex};
 
-/// Lock for computing on the one device of the process. A thread that holds it must not lock it again.
+/// Lock for computing on the one device of the process. A thread that holds it must not lock it again, nor may a
+/// job of the thread pool lock it: the holder's own parallel loops may take up that job.
 pub static DEVICE: FairMutex<()> = const_fair_mutex(());
 
 #[cfg(test)]

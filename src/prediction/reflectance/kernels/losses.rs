@@ -1,5 +1,5 @@
-//! Both losses of a training step and their gradient, in two passes over the network's output: the
-//! intermediate OLATs and their encoded form never leave the cache.
+//! Both losses of a training step and their gradient, in two passes over the network's output, three with its sigmoid: the
+//! encoded OLATs never leave the cache.
 
 use super::chunks::{each_chunk, vectorized};
 use super::feature_distance::FeatureDistance;

@@ -53,10 +53,8 @@ pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
 }
 
 /// Runs `work`, on the CPU in the thread pool: from outside, each parallel loop would wait for one of its threads to wake.
-///
-/// No job of the pool may lock [`turn::DEVICE`](base::turn::DEVICE): a thread that waits within `work` may take it up.
 pub fn on_pool<T: Send>(device: &Device, work: impl FnOnce() -> T + Send) -> T {
-    match device.as_dispatch() {
+    match device.clone().without_autodiff().as_dispatch() {
         DispatchDevice::Flex(_) => rayon::scope(|_| work()),
         _ => work(),
     }

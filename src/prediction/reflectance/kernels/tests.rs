@@ -416,3 +416,10 @@ fn convolutions_at_once_do_not_disturb_each_other() {
         assert!(alone == together, "{precision:?}");
     }
 }
+
+#[test]
+fn steps_and_predictions_on_the_cpu_run_on_the_pool() {
+    for device in [Device::flex(), Device::flex().autodiff()] {
+        assert!(on_pool(&device, || rayon::current_thread_index().is_some()));
+    }
+}
