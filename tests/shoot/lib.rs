@@ -10,6 +10,7 @@ use project::Project;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use test_support::accident::contents;
 use virtual_stage::{StageSettings, write_shoot};
 
 /// Sizes of the footage and of its project.
@@ -68,20 +69,9 @@ impl TestShoot {
         };
         let folder = tempfile::tempdir().unwrap();
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
-        let mut files = Files::new();
-        let mut folders = vec![folder.path().to_owned()];
-        while let Some(next) = folders.pop() {
-            for entry in std::fs::read_dir(next).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else {
-                    let name = path.strip_prefix(folder.path()).unwrap().to_owned();
-                    files.insert(name, std::fs::read(&path).unwrap());
-                }
-            }
-        }
-        files
+        let relative = |path: &Path| path.strip_prefix(folder.path()).unwrap().to_owned();
+        let files = contents(folder.path()).into_iter().filter(|(path, _)| path.is_file());
+        files.map(|(path, bytes)| (relative(&path), bytes)).collect()
     }
 
     /// Imports the shoot as a project at `project`, relative to `folder` or outside of it.

@@ -132,11 +132,10 @@ impl Trainer {
 
     /// Makes one step; `done` is the finished share of the run, for the learning rate.
     pub fn step(&mut self, done: f64) -> StepReport {
-        let device = self.data.weights.device();
-        on_pool(&device, || self.step_here(done))
+        on_pool(&self.data.weights.device(), || self.step_on_pool(done))
     }
 
-    fn step_here(&mut self, done: f64) -> StepReport {
+    fn step_on_pool(&mut self, done: f64) -> StepReport {
         let step = self.info.step;
         let statistics = self.live.running_statistics();
         let most = (self.config.shift * self.info.network.size as f32).round() as i64;

@@ -133,8 +133,8 @@ impl Band {
                 line[width..].fill(0.0);
                 row(c, self.from + i, &mut line[..width]);
                 let place = c * length + i * self.stride / 2;
-                let next = place + self.stride / 2;
-                let end = if i + 1 < self.rows { next } else { (c + 1) * length };
+                let last = i + 1 == self.rows;
+                let end = if last { (c + 1) * length } else { place + self.stride / 2 };
                 let line = &*line;
                 vectorized(
                     #[inline(always)]
