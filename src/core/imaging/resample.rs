@@ -107,23 +107,25 @@ fn resampled<T: Blend>(
     rows: &[Vec<(usize, f32)>],
 ) -> Raster<T> {
     let (width, height) = (columns.len(), rows.len());
-    let narrow: Vec<T> = source
-        .pixels
-        .par_chunks(source.width)
-        .flat_map_iter(|row| columns.iter().map(|c| blend(c, |x| row[x])))
-        .collect();
-    let pixels = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            let narrow = &narrow;
-            (0..width).map(move |x| blend(&rows[y], |sy| narrow[sy * width + x]))
-        })
-        .collect();
+    let mut narrow = vec![T::ZERO; width * source.height];
+    let lines = narrow.par_chunks_mut(width.max(1)).zip(source.pixels.par_chunks(source.width));
+    lines.for_each(|(out, row)| {
+        for (out, shares) in out.iter_mut().zip(columns) {
+            for &(x, share) in shares {
+                *out = out.add_scaled(row[x], share);
+            }
+        }
+    });
+    let mut pixels = vec![T::ZERO; width * height];
+    pixels.par_chunks_mut(width.max(1)).zip(rows).for_each(|(out, shares)| {
+        for &(y, share) in shares {
+            let row = &narrow[y * width..][..width];
+            for (out, pixel) in out.iter_mut().zip(row) {
+                *out = out.add_scaled(*pixel, share);
+            }
+        }
+    });
     Raster { width, height, pixels }
-}
-
-fn blend<T: Blend>(shares: &[(usize, f32)], pixel: impl Fn(usize) -> T) -> T {
-    shares.iter().fold(T::ZERO, |sum, &(i, share)| sum.add_scaled(pixel(i), share))
 }
 
 #[cfg(test)]

@@ -142,9 +142,7 @@ impl Target<'_> {
         let motion = self.moved(self.offsets(&self.contrast, &alone.contrast));
         let unlike = self.unlike(&motion.pulled(&alone.plate), &motion.pulled(&alone.frame.mask));
         let median = |value: &dyn Fn(usize) -> f32| {
-            let mut sorted: Vec<f32> = self.pixels.iter().map(|&p| value(p)).collect();
-            sorted.sort_unstable_by(f32::total_cmp);
-            quantile(&sorted, 0.5)
+            quantile(self.pixels.iter().map(|&p| value(p)).collect(), 0.5)
         };
         let length = median(&|p| motion.offsets[p][0].hypot(motion.offsets[p][1]));
         let side = self.plate.width.max(self.plate.height) as f32;

@@ -3,6 +3,7 @@
 use imaging::Raster;
 use imaging::resample::{resize, resize_area};
 use rayon::prelude::*;
+use reflectance::kernels::chunks::vectorized;
 
 /// Deviations at which the kernel is cut off.
 const REACH: f32 = 4.0;
@@ -35,24 +36,37 @@ fn convolved(picture: &Raster<f32>, row: &[f32], column: &[f32]) -> Raster<f32> 
         |(out, pixels)| {
             let padded: Vec<f32> =
                 (0..width + 2 * radius).map(|i| pixels[mirrored(i, radius, width)]).collect();
-            for (k, weight) in row.iter().enumerate() {
-                for (out, value) in out.iter_mut().zip(&padded[k..]) {
-                    *out += weight * value;
-                }
-            }
+            vectorized(
+                #[inline(always)]
+                || {
+                    for (k, weight) in row.iter().enumerate() {
+                        add_scaled(out, *weight, &padded[k..]);
+                    }
+                },
+            );
         },
     );
     let radius = column.len() / 2;
     let mut pixels = vec![0.0; width * height];
     pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, out)| {
-        for (k, weight) in column.iter().enumerate() {
-            let above = &rows[mirrored(y + k, radius, height) * width..][..width];
-            for (out, value) in out.iter_mut().zip(above) {
-                *out += weight * value;
-            }
-        }
+        vectorized(
+            #[inline(always)]
+            || {
+                for (k, weight) in column.iter().enumerate() {
+                    let above = &rows[mirrored(y + k, radius, height) * width..];
+                    add_scaled(out, *weight, above);
+                }
+            },
+        );
     });
     Raster { width, height, pixels }
+}
+
+#[inline(always)]
+fn add_scaled(out: &mut [f32], weight: f32, values: &[f32]) {
+    for (out, value) in out.iter_mut().zip(values) {
+        *out += weight * value;
+    }
 }
 
 /// Weights of a Gaussian, which sum to 1.

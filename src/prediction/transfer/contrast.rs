@@ -33,15 +33,14 @@ pub fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raste
 
 /// The subject's bright level: a high quantile of its light.
 pub fn bright_level(light: &Raster<f32>, mask: &Mask) -> f32 {
-    let mut subject: Vec<f32> = light
+    let subject = light
         .pixels
         .iter()
         .zip(&mask.pixels)
         .filter(|(v, m)| **m > 0.5 && v.is_finite())
         .map(|(v, _)| *v)
         .collect();
-    subject.sort_unstable_by(f32::total_cmp);
-    quantile(&subject, BRIGHT)
+    quantile(subject, BRIGHT)
 }
 
 /// Texture that light and shade change little, in codes of 0 to 255: the logarithm of `light`, less its local mean, over its

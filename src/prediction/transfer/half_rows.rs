@@ -68,24 +68,23 @@ impl HalfRows {
     /// The values at a place between four pixels, by their shares.
     #[inline(always)]
     pub fn pull(&self, places: [(usize, f32); 4], out: &mut [f32]) {
-        const PART: usize = 48;
-        out.fill(0.0);
-        let mut part = [0.0; PART];
-        for (p, share) in places {
-            let row = self.rows[p] as usize;
-            if row == 0 || share == 0.0 {
-                continue;
-            }
-            let values = &self.values[row * self.length..][..self.length];
-            let share = share * self.scale;
-            for (out, values) in out.chunks_mut(PART).zip(values.chunks(PART)) {
-                let part = &mut part[..values.len()];
-                values.convert_to_f32_slice(part);
-                let pairs = out.iter_mut().zip(part);
-                pairs.for_each(|(out, value)| *out += share * *value);
-            }
+        let row = |(p, _): (usize, f32)| {
+            self.values[self.rows[p] as usize * self.length..][..self.length].iter()
+        };
+        let [a, b, c, d] = places.map(row);
+        let shares = places.map(|(_, share)| share * self.scale);
+        for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+            let [a, b, c, d] = [a, b, c, d].map(|value| widened(*value));
+            *out = shares[0] * a + shares[1] * b + shares[2] * c + shares[3] * d;
         }
     }
+}
+
+/// A finite value from 0 up. Exponents of both formats have biases of 15 and 127.
+#[inline(always)]
+fn widened(value: f16) -> f32 {
+    const BIAS: f32 = (1u128 << (127 - 15)) as f32;
+    f32::from_bits(u32::from(value.to_bits()) << 13) * BIAS
 }
 
 #[cfg(test)]
@@ -95,7 +94,7 @@ mod tests {
     #[test]
     fn rows_of_the_subject_come_back_and_all_else_is_zero() {
         let mask = Mask::from_fn(7, 5, |x, y| f32::from(u8::from(x == 3 && y == 2)));
-        let value = |p: usize, i: usize| 1e4 * (1 + p) as f32 / (1 + i) as f32;
+        let value = |p: usize, i: usize| 1e30 * (1 + p) as f32 / (1 + i) as f32;
         let rows = HalfRows::new(&mask, 100, |p, out| {
             out.iter_mut().enumerate().for_each(|(i, v)| *v = value(p, i));
         });

@@ -11,7 +11,7 @@ const NEGLIGIBLE: f32 = 1e-3;
 const SHADE: f32 = 0.1;
 
 /// Values of a pixel are kept for a multiple of this many lamps: one vector of the processor.
-const LANES: usize = 16;
+pub const LANES: usize = 16;
 
 /// The lamps of a rig as transfer sees them.
 #[derive(Clone, Debug)]
@@ -31,6 +31,8 @@ pub struct TurnedLamps {
     pub nearest: Vec<f32>,
     /// Weight of each lamp of the pose in each of the frame: `weights[m · stride + l]`. Those of a lamp of the frame sum to 1.
     pub weights: Vec<f32>,
+    /// For each vector of lamps of the frame: the pose's lamps with weight in any of them.
+    near: Vec<Vec<usize>>,
     /// The frame's lamps in the pose's own frame, by axis; 0 for a lamp that no ball shows.
     toward: [Vec<f32>; 3],
     /// Ambient share of each lamp's shading.
@@ -48,20 +50,40 @@ impl TurnedLamps {
         }
     }
 
-    /// Values of the frame's lamps, blended from those of the pose's.
+    /// Adds lamp `m` of the pose to vector `n` of the frame's lamps, in each channel.
+    #[inline(always)]
+    fn add(&self, m: usize, n: usize, values: &[f32], sums: &mut [[f32; LANES]; 3]) {
+        let stride = self.ambient.len();
+        let weights = &self.weights[m * stride..].as_chunks::<LANES>().0[n];
+        for (c, sums) in sums.iter_mut().enumerate() {
+            let value = values[c * stride + m];
+            for (sum, weight) in sums.iter_mut().zip(weights) {
+                *sum += value * weight;
+            }
+        }
+    }
+
+    /// Values of the frame's lamps, blended from those of the pose's, channel by channel: `[3, stride]`.
     #[inline(always)]
     pub fn blend(&self, values: &[f32], out: &mut [f32]) {
-        let out = out.as_chunks_mut::<LANES>().0;
-        for (n, out) in out.iter_mut().enumerate() {
-            let mut sums = [0.0; LANES];
-            for (value, weights) in values.iter().zip(self.weights.chunks_exact(self.ambient.len()))
-            {
-                let weights = &weights.as_chunks::<LANES>().0[n];
-                for (sum, weight) in sums.iter_mut().zip(weights) {
-                    *sum += value * weight;
+        let stride = self.ambient.len();
+        for (n, lamps) in self.near.iter().enumerate() {
+            // Two sets of sums, since an addition waits for the one before.
+            let (mut even, mut odd) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+            let (pairs, rest) = lamps.as_chunks::<2>();
+            for &[a, b] in pairs {
+                self.add(a, n, values, &mut even);
+                self.add(b, n, values, &mut odd);
+            }
+            for &m in rest {
+                self.add(m, n, values, &mut even);
+            }
+            for c in 0..3 {
+                let out = &mut out[c * stride..].as_chunks_mut::<LANES>().0[n];
+                for ((out, a), b) in out.iter_mut().zip(even[c]).zip(odd[c]) {
+                    *out = a + b;
                 }
             }
-            *out = sums;
         }
     }
 }
@@ -107,6 +129,7 @@ impl Lamps {
         let mut turned = TurnedLamps {
             nearest: vec![0.0; count],
             weights: vec![0.0; count * stride],
+            near: Vec::new(),
             toward: [0, 1, 2].map(axis),
             ambient: self.padded((0..count).map(|l| toward(l).map_or(1.0, |_| SHADE))),
         };
@@ -129,6 +152,11 @@ impl Lamps {
             }
             turned.nearest[l] = nearest;
         }
+        let chunk = |m: usize, n: usize| &turned.weights[m * stride + n * LANES..][..LANES];
+        let near = |n: usize| {
+            (0..count).filter(move |&m| chunk(m, n).iter().any(|weight| *weight > 0.0)).collect()
+        };
+        turned.near = (0..stride / LANES).map(near).collect();
         turned
     }
 }
@@ -195,6 +223,35 @@ mod tests {
         assert!((weights[0] - 0.5).abs() < 1e-3 && (weights[2] - 0.5).abs() < 1e-3);
         assert_eq!(weights[1], 0.0);
         assert!((turned.nearest[3] - 30.0).abs() < 0.01 && turned.nearest[4] < 0.1);
+    }
+
+    #[test]
+    fn blends_are_sums_over_all_lamps_of_the_pose() {
+        let mut rig = rig();
+        rig.lamps = (0..41)
+            .map(|i: usize| {
+                let at =
+                    Mat3::from_rotation_y(0.3 * i as f32) * Mat3::from_rotation_x(0.05 * i as f32);
+                Lamp { direction: at * Vec3::Z, ..rig.lamps[i % 12].clone() }
+            })
+            .collect();
+        let lamps = Lamps::new(&rig);
+        let stride = lamps.stride;
+        let values: Vec<f32> = (0..3 * stride).map(|i| (i * 37 % 101) as f32).collect();
+        let mut odd = [false; 2];
+        for turn in 0..6 {
+            let turned = lamps.turned(&Mat3::from_rotation_x(0.1 * turn as f32), &[7]);
+            turned.near.iter().for_each(|near| odd[near.len() % 2] = true);
+            let mut out = vec![f32::NAN; 3 * stride];
+            turned.blend(&values, &mut out);
+            for (i, found) in out.into_iter().enumerate() {
+                let (c, l) = (i / stride, i % stride);
+                let term = |m: usize| turned.weights[m * stride + l] * values[c * stride + m];
+                let expected: f32 = (0..41).map(term).sum();
+                assert!((found - expected).abs() < 1e-3, "{c} {l}: {found} is not {expected}");
+            }
+        }
+        assert_eq!(odd, [true; 2], "lists of even and of odd length");
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub struct Match {
 
 impl Match {
     /// Place in the pose of a pixel of the frame: the four pixels around it, inside the picture, with their shares.
+    #[inline(always)]
     pub fn place(&self, (x, y): (usize, usize)) -> [(usize, f32); 4] {
         let [dx, dy] = self.offsets[y * self.size.0 + x];
         around([x as f32 + dx, y as f32 + dy], self.size)

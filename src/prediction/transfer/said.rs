@@ -1,7 +1,7 @@
 //! One exemplar's prediction of a frame.
 
 use crate::blur::blur;
-use crate::lamps::{Lamps, TurnedLamps};
+use crate::lamps::{LANES, Lamps, TurnedLamps};
 use crate::matching::Match;
 use crate::pose::Pose;
 use crate::target::Target;
@@ -113,7 +113,9 @@ impl Target<'_> {
     ) -> (Vec<f32>, Vec<[f32; 3]>) {
         let (lamps, weights) = (self.lamps, self.weights);
         let stride = lamps.stride;
-        let (energies, weights) = (by_channel(lamps, &lamps.energies), by_channel(lamps, weights));
+        let weights = by_channel(lamps, weights);
+        let energies = by_channel(lamps, &lamps.energies)
+            .map(|energies| energies.into_iter().map(f32::sqrt).collect::<Vec<f32>>());
         let mut roots = vec![0.0; self.pixels.len() * 3 * stride];
         let mut lit = vec![[0.0; 3]; self.pixels.len()];
         let width = found.size.0;
@@ -122,36 +124,39 @@ impl Target<'_> {
             .zip(lit.par_chunks_mut(PIXELS))
             .zip(self.pixels.par_chunks(PIXELS))
             .for_each(|((roots, lit), pixels)| {
-                let (mut wanted, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
-                let mut blended = vec![0.0; stride];
-                let (energies, weights) = (&energies, &weights);
+                let (mut shades, mut pulled) = (vec![0.0; stride], vec![0.0; 3 * stride]);
+                let mut blended = vec![0.0; 3 * stride];
                 vectorized(
                     #[inline(always)]
                     || {
-                        for (i, &p) in pixels.iter().enumerate() {
+                        let rows = roots.chunks_exact_mut(3 * stride).zip(lit.iter_mut());
+                        for ((roots, lit), &p) in rows.zip(pixels) {
                             let places = found.place((p % width, p / width));
                             pose.bare.pull(places, &mut pulled);
+                            let normal = pose.normal(places);
                             let share = self.head.pixels[p];
                             for (turned, share) in turned.iter().zip([share, 1.0 - share]) {
                                 if share <= 0.0 {
                                     continue;
                                 }
-                                turned.shade(pose.normal(places), &mut wanted);
-                                for c in 0..3 {
-                                    turned.blend(&pulled[c * stride..][..stride], &mut blended);
-                                    let out = &mut roots[(3 * i + c) * stride..][..stride];
-                                    let lamps = blended.iter().zip(&wanted).zip(&energies[c]);
-                                    for (root, ((blended, wanted), energy)) in
-                                        out.iter_mut().zip(lamps)
+                                turned.shade(normal, &mut shades);
+                                shades.iter_mut().for_each(|shade| *shade = share * shade.sqrt());
+                                turned.blend(&pulled, &mut blended);
+                                let channels = roots.chunks_exact_mut(stride).zip(&energies);
+                                for ((roots, energies), blended) in
+                                    channels.zip(blended.chunks_exact(stride))
+                                {
+                                    let lamps = blended.iter().zip(&shades).zip(energies);
+                                    for (root, ((blended, shade), energy)) in
+                                        roots.iter_mut().zip(lamps)
                                     {
-                                        *root += share * (wanted * energy).sqrt() * blended;
+                                        *root += shade * energy * blended;
                                     }
                                 }
                             }
-                            for c in 0..3 {
-                                let roots = roots[(3 * i + c) * stride..][..stride].iter();
-                                let lamps = roots.zip(&weights[c]);
-                                lit[i][c] = lamps.map(|(root, weight)| weight * root * root).sum();
+                            let channels = roots.chunks_exact(stride).zip(&weights);
+                            for (lit, (roots, weights)) in lit.iter_mut().zip(channels) {
+                                *lit = weighted_squares(roots, weights);
                             }
                         }
                     },
@@ -159,6 +164,19 @@ impl Target<'_> {
             });
         (roots, lit)
     }
+}
+
+/// Sum of squares of roots, each by its weight, for a whole number of vectors.
+#[inline(always)]
+fn weighted_squares(roots: &[f32], weights: &[f32]) -> f32 {
+    let mut sums = [0.0; LANES];
+    for (roots, weights) in roots.as_chunks::<LANES>().0.iter().zip(weights.as_chunks::<LANES>().0)
+    {
+        for ((sum, root), weight) in sums.iter_mut().zip(roots).zip(weights) {
+            *sum += weight * root * root;
+        }
+    }
+    sums.iter().sum()
 }
 
 /// 1 at 0, e^−½ at `width`.

@@ -21,9 +21,7 @@ pub fn normals(olats: &[f32], directions: &[Vec3]) -> Vec<Vec3> {
         return Vec::new();
     }
     let normal = |light: &[f32]| {
-        let mut sorted = light.to_vec();
-        sorted.sort_unstable_by(f32::total_cmp);
-        let (shadow, glint) = (quantile(&sorted, SHADOW), quantile(&sorted, GLINT));
+        let [shadow, glint] = [SHADOW, GLINT].map(|share| quantile(light.to_vec(), share));
         let (mut a, mut b) = (DMat3::from_diagonal(DVec3::splat(1e-4)), DVec3::ZERO);
         for (&light, direction) in light.iter().zip(directions) {
             if light > shadow && light < glint {
@@ -37,15 +35,15 @@ pub fn normals(olats: &[f32], directions: &[Vec3]) -> Vec<Vec3> {
     olats.par_chunks_exact(lamps).map(normal).collect()
 }
 
-/// The quantile of sorted values, linear between two.
-pub fn quantile(sorted: &[f32], share: f32) -> f32 {
-    let Some(last) = sorted.len().checked_sub(1) else {
+/// The `share` quantile, linear between two values; 0 if there are none.
+pub fn quantile(mut values: Vec<f32>, share: f32) -> f32 {
+    let Some(last) = values.len().checked_sub(1) else {
         return 0.0;
     };
     let at = share.clamp(0.0, 1.0) * last as f32;
-    let below = at.floor() as usize;
-    let above = sorted[(below + 1).min(last)];
-    sorted[below] + (at - below as f32) * (above - sorted[below])
+    let (_, below, above) = values.select_nth_unstable_by(at as usize, f32::total_cmp);
+    let above = above.iter().copied().min_by(f32::total_cmp).unwrap_or(*below);
+    *below + at.fract() * (above - *below)
 }
 
 /// Heights towards the camera in pixels, whose slopes are those of the normals in the least-squares sense, where `inside`; 0
@@ -184,7 +182,7 @@ mod tests {
         assert!(flat.pixels.iter().all(|z| z.abs() < 1e-6));
         let none = depth(&[Vec3::X; 6], &Raster::filled(3, 2, false));
         assert_eq!(none.pixels, [0.0; 6]);
-        assert_eq!(quantile(&[], 0.5), 0.0);
-        assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.75), 3.0);
+        assert_eq!(quantile(Vec::new(), 0.5), 0.0);
+        assert_eq!(quantile(vec![4.0, 1.0, 2.0], 0.75), 3.0);
     }
 }

@@ -168,14 +168,13 @@ impl<'a> Target<'a> {
     pub fn unlike(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
         let ratio = |(a, b): (&f32, &f32)| a.max(self.dark).ln() - b.max(self.dark).ln();
         let ratio: Vec<f32> = self.plate.pixels.iter().zip(&lit.pixels).map(ratio).collect();
-        let mut within: Vec<f32> = ratio
+        let within = ratio
             .iter()
             .zip(&self.inside.pixels)
             .filter(|(_, inside)| **inside)
             .map(|(r, _)| *r)
             .collect();
-        within.sort_unstable_by(f32::total_cmp);
-        let median = quantile(&within, 0.5);
+        let median = quantile(within, 0.5);
         let (width, height) = self.plate.size();
         let squares = ratio
             .iter()

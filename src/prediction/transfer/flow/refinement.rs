@@ -48,17 +48,22 @@ fn slope(picture: &[f32], width: usize, along_x: bool) -> Vec<f32> {
 fn pulled(to: &Raster<f32>, field: &Field) -> (Vec<f32>, Vec<f32>) {
     let (width, height) = to.size();
     let (mut codes, mut seen) = (vec![0.0; width * height], vec![0.0; width * height]);
-    for p in 0..width * height {
-        let (x, y) =
-            ((p % width) as f32 + field[0].pixels[p], (p / width) as f32 + field[1].pixels[p]);
-        let inside = (x.clamp(0.0, (width - 1) as f32), y.clamp(0.0, (height - 1) as f32));
-        seen[p] = if inside == (x, y) { 1.0 } else { 0.0 };
-        let (left, top) = ((inside.0 as usize).min(width - 2), (inside.1 as usize).min(height - 2));
-        let (x, y) = (inside.0 - left as f32, inside.1 - top as f32);
-        let (above, below) =
-            (&to.pixels[top * width + left..][..2], &to.pixels[(top + 1) * width + left..][..2]);
-        let (a, b) = (above[0] + x * (above[1] - above[0]), below[0] + x * (below[1] - below[0]));
-        codes[p] = a + y * (b - a);
+    let (right, bottom) = ((width - 1) as f32, (height - 1) as f32);
+    for (y, (codes, seen)) in
+        codes.chunks_exact_mut(width).zip(seen.chunks_exact_mut(width)).enumerate()
+    {
+        let offsets = field[0].pixels[y * width..].iter().zip(&field[1].pixels[y * width..]);
+        for (x, ((code, seen), (u, v))) in codes.iter_mut().zip(seen).zip(offsets).enumerate() {
+            let (x, y) = (x as f32 + u, y as f32 + v);
+            let inside = (x.clamp(0.0, right), y.clamp(0.0, bottom));
+            *seen = if inside == (x, y) { 1.0 } else { 0.0 };
+            let left = (inside.0 as usize).min(width - 2);
+            let top = (inside.1 as usize).min(height - 2);
+            let (x, y) = (inside.0 - left as f32, inside.1 - top as f32);
+            let near = &to.pixels[top * width + left..][..width + 2];
+            let [above, below] = [0, width].map(|row| near[row] + x * (near[row + 1] - near[row]));
+            *code = above + y * (below - above);
+        }
     }
     (codes, seen)
 }
@@ -101,9 +106,24 @@ impl Halves {
     #[inline(always)]
     fn split(self, row: &[f32], out: &mut [f32]) {
         let (even, odd) = out.split_at_mut(self.length());
-        for ((pair, even), odd) in row.chunks(2).zip(&mut even[1..]).zip(&mut odd[1..]) {
-            *even = pair[0];
-            *odd = pair[pair.len() - 1];
+        let (pairs, rest) = row.as_chunks();
+        for (([a, b], even), odd) in pairs.iter().zip(&mut even[1..]).zip(&mut odd[1..]) {
+            (*even, *odd) = (*a, *b);
+        }
+        if let [last] = rest {
+            (even[1 + pairs.len()], odd[1 + pairs.len()]) = (*last, *last);
+        }
+    }
+
+    #[inline(always)]
+    fn join(self, row: &[f32], out: &mut [f32]) {
+        let (even, odd) = row.split_at(self.length());
+        let (pairs, rest) = out.as_chunks_mut();
+        if let [last] = rest {
+            *last = even[1 + pairs.len()];
+        }
+        for ((pair, even), odd) in pairs.iter_mut().zip(&even[1..]).zip(&odd[1..]) {
+            *pair = [*even, *odd];
         }
     }
 }
@@ -224,8 +244,10 @@ pub fn refine(from: &Raster<f32>, to: &Raster<f32>, field: &mut Field, settings:
                 }
             }
             for (plane, field) in [&u, &v].into_iter().zip(field.iter_mut()) {
-                for (p, out) in field.pixels.iter_mut().enumerate() {
-                    *out = plane[(p / width + 1) * stride + halves.index(p % width)];
+                for (row, out) in
+                    plane[stride..].chunks_exact(stride).zip(field.pixels.chunks_exact_mut(width))
+                {
+                    halves.join(row, out);
                 }
             }
         },
