@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights accuracy trials demo-interview screenshots clean-demo
+.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate bench-transfer weights accuracy trials demo-interview screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -36,7 +36,7 @@ stability: test
 	mv docs/stability.md.new docs/stability.md
 
 # For sessions without a runtime folder, where Mesa's driver prints an error each time.
-test bench bench-relight bench-passes bench-plate: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
+test bench bench-relight bench-passes bench-plate bench-transfer: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
 
 lint:
 	$(CARGO) fmt --check
@@ -91,6 +91,11 @@ bench-passes:
 # the accuracy of each way to transfer light to the plate.
 bench-plate:
 	$(CARGO) bench --locked --profile dev --bench plate -- $(addprefix --shoot ,$(SHOOTS)) $(BENCH)
+
+# A frame's OLATs by transfer, and a dense flow beside OpenCV's.
+bench-transfer:
+	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
+		$(CARGO) bench --locked --profile dev --bench transfer -- $(BENCH)
 
 # Accuracy of the kinds of weights: writes docs/weights.md in some minutes.
 weights:
