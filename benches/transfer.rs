@@ -1,6 +1,7 @@
 //! Time of a frame's OLATs by transfer at 128², and of a dense flow beside `OpenCV`'s: `cargo bench --profile dev
 //! --bench transfer`.
 
+use afterlight::benchmark::{Budget, Spread};
 use afterlight::footage::Frame;
 use afterlight::imaging::Raster;
 use afterlight::memory::keep_freed;
@@ -8,15 +9,16 @@ use afterlight::transfer::Transfer;
 use afterlight::transfer::flow::{FlowSettings, flow};
 use clap::Parser;
 use std::error::Error;
-use std::hint::black_box;
 use std::process::{Command, Stdio};
-use std::time::Instant;
+use std::time::Duration;
 use test_shoot::TestShoot;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 const PYTHON: &str = "AFTERLIGHT_PYTHON";
 const SHOOT: TestShoot = TestShoot { frames: 1, lamps: 41, size: 128, working_size: 128 };
+/// Runs of each row after the first.
+const ROUNDS: usize = 31;
 /// Side of the pictures that transfer matches at this size.
 const MATCHED: usize = 192;
 /// Waves of the flow's pictures: along x and y, in radians per pixel, and their codes.
@@ -29,9 +31,6 @@ struct Options {
     /// Threads of the transfer; 0 uses all of the processor's. A flow has one.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Runs of each row.
-    #[arg(long, default_value_t = 31)]
-    rounds: usize,
     /// Flag that cargo passes to benches.
     #[arg(long, hide = true)]
     bench: bool,
@@ -65,11 +64,11 @@ fn main() -> Result<()> {
     };
 
     println!("{} threads.\n", rayon::current_num_threads());
-    println!("| work | least, ms | median, ms |\n|---|---:|---:|");
-    row("OLATs of a frame alone", times(options.rounds, || transfer.carry(&frame)));
+    println!("| work | median, ms | from 5th to 95th percentile |\n|---|---:|---:|");
+    row("OLATs of a frame alone", times(|| transfer.carry(&frame))?);
     let settings = FlowSettings::default();
     let run = || flow(&from, &to, None, &settings);
-    let mut ours = times(options.rounds, run);
+    let mut ours = times(run)?;
     let Some(python) = std::env::var(PYTHON).ok().filter(|python| !python.is_empty()) else {
         row("flow", ours);
         eprintln!("OpenCV is left out: {PYTHON} is not set.");
@@ -82,14 +81,8 @@ fn main() -> Result<()> {
     let mut peer = Command::new(python);
     peer.arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peers/flow.py")).args(&files);
     let FlowSettings { finest_scale, stride, descent_iterations, .. } = settings;
-    let counts = [
-        MATCHED,
-        options.rounds,
-        finest_scale,
-        stride,
-        descent_iterations,
-        settings.refinement_iterations,
-    ];
+    let counts =
+        [MATCHED, ROUNDS, finest_scale, stride, descent_iterations, settings.refinement_iterations];
     peer.args(counts.map(|n| n.to_string()));
     peer.args([settings.alpha, settings.delta, settings.gamma].map(|weight| weight.to_string()));
     let told = peer.stderr(Stdio::inherit()).output()?;
@@ -97,7 +90,7 @@ fn main() -> Result<()> {
         return Err("OpenCV's flow failed".into());
     }
     // Before and after the peer.
-    ours.extend(times(options.rounds, run));
+    ours.extend(times(run)?);
     let found: Vec<f32> = bytemuck::pod_collect_to_vec(&std::fs::read(&files[2])?);
     let errors = [error(&run()), error(found.as_chunks().0)];
     let ours = row("flow", ours);
@@ -107,20 +100,14 @@ fn main() -> Result<()> {
 }
 
 /// Milliseconds of each run after the first.
-fn times<T>(rounds: usize, work: impl Fn() -> T) -> Vec<f64> {
-    let run = |_| {
-        let start = Instant::now();
-        black_box(work());
-        1e3 * start.elapsed().as_secs_f64()
-    };
-    (0..=rounds).map(run).skip(1).collect()
+fn times<T>(work: impl Fn() -> T) -> Result<Vec<f64>> {
+    work();
+    Ok(Budget { runs: (ROUNDS, ROUNDS), time: Duration::ZERO }.time(|| Ok(work()))?)
 }
 
 /// Prints a row, and returns its median.
-fn row(work: &str, mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    let at = |index: usize| times.get(index).copied().unwrap_or(f64::NAN);
-    let median = at(times.len() / 2);
-    println!("| {work} | {:.1} | {median:.1} |", at(0));
-    median
+fn row(work: &str, times: Vec<f64>) -> f64 {
+    let Spread { median_ms, low_ms, high_ms, .. } = Spread::from_times(times);
+    println!("| {work} | {median_ms:.1} | {low_ms:.1} to {high_ms:.1} |");
+    median_ms
 }

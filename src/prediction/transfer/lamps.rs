@@ -238,10 +238,10 @@ mod tests {
         let lamps = Lamps::new(&rig);
         let stride = lamps.stride;
         let values: Vec<f32> = (0..3 * stride).map(|i| (i * 37 % 101) as f32).collect();
-        let mut odd = [false; 2];
+        let mut parities = [false; 2];
         for turn in 0..6 {
             let turned = lamps.turned(&Mat3::from_rotation_x(0.1 * turn as f32), &[7]);
-            turned.near.iter().for_each(|near| odd[near.len() % 2] = true);
+            turned.near.iter().for_each(|near| parities[near.len() % 2] = true);
             let mut out = vec![f32::NAN; 3 * stride];
             turned.blend(&values, &mut out);
             for (i, found) in out.into_iter().enumerate() {
@@ -251,7 +251,7 @@ mod tests {
                 assert!((found - expected).abs() < 1e-3, "{c} {l}: {found} is not {expected}");
             }
         }
-        assert_eq!(odd, [true; 2], "lists of even and of odd length");
+        assert_eq!(parities, [true; 2], "lists of even and of odd length");
     }
 
     #[test]
