@@ -8,7 +8,7 @@ use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
 use afterlight::reflectance::{
-    Formulation, Normalization, Predictor, ReflectanceField, Statistics,
+    Formulation, Normalization, Precision, Predictor, ReflectanceField, Statistics,
 };
 use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
 use burn::tensor::Device;
@@ -103,7 +103,24 @@ fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
 }
 
 #[test]
-fn what_is_computed_anew_on_the_way_back_changes_nothing() {
+fn the_number_of_threads_changes_no_bit() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let networks = [1, 2, 7].map(|threads| {
+        let (project, calibration) = project(folder.path(), &format!("{threads}"));
+        let config =
+            TrainingConfig { epochs: 3, precision: Precision::Mixed, width: 16, ..small() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            run(&project, &calibration, config);
+            predicted(&project, &calibration).values
+        })
+    });
+    assert!(networks[0] == networks[1] && networks[0] == networks[2]);
+}
+
+#[test]
+fn what_is_recomputed_on_the_way_back_changes_nothing() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     let networks = [false, true].map(|recompute| {
@@ -194,15 +211,8 @@ fn outputs_that_have_died_are_named() {
         fresh: true,
         device: DeviceChoice::Cpu,
     };
-    let said = Mutex::new(String::new());
-    let hear = |report| {
-        if let Report::Say(sentence) | Report::Advise { sentence, .. } = report {
-            *said.lock().unwrap() += &format!("{sentence}\n");
-        }
-    };
-    let progress = Progress::new(&hear, Control::default());
-    let report = train(&project, &calibration, &settings, &progress).unwrap();
-    let said = said.into_inner().unwrap();
+    let (report, said) =
+        Progress::heard(|progress| train(&project, &calibration, &settings, progress).unwrap());
     let lamps = &project.settings.shoot.lamps;
     assert!(!report.dead_lamps.is_empty(), "{said}");
     assert!(report.dead_lamps.iter().all(|lamp| lamps.contains(lamp)));

@@ -4,7 +4,6 @@ use crate::{Learner, Options, Result, Shape, compute, name};
 use afterlight::reflectance::kernels::Activation;
 use afterlight::reflectance::kernels::convolution::{GradientInputs, backward, forward};
 use afterlight::reflectance::kernels::peak::Peak;
-use afterlight::reflectance::kernels::shape::Shape as ConvolutionShape;
 use afterlight::reflectance::{Convolution, Precision, UNetConfig};
 use std::hint::black_box;
 use std::time::Instant;
@@ -78,16 +77,7 @@ fn network(shape: Shape, size: usize, threads: usize, options: &Options, peak: &
 }
 
 fn time(layer: &Convolution, precision: Precision, threads: usize, peak: &Peak) -> Times {
-    let shape = ConvolutionShape {
-        batch: 1,
-        inputs: layer.inputs,
-        outputs: layer.outputs,
-        height: layer.size,
-        width: layer.size,
-        kernel: layer.kernel,
-        bf16: false,
-    }
-    .with_precision(precision);
+    let shape = layer.shape(precision);
     let values = |count: usize| (0..count).map(|i| ((i * 7919) % 997) as f32 / 997.0).collect();
     let pixels = layer.size * layer.size;
     let x: Vec<f32> = values(layer.inputs * pixels);
@@ -120,7 +110,7 @@ fn step(config: &UNetConfig, options: &Options) -> f64 {
 }
 
 /// Least seconds of `work` within half a second, after a first run.
-fn least(mut work: impl FnMut()) -> f64 {
+pub fn least(mut work: impl FnMut()) -> f64 {
     work();
     let start = Instant::now();
     let mut least = f64::INFINITY;

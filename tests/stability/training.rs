@@ -4,6 +4,7 @@ use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::{Encoded, Image, file};
 use afterlight::progress::Progress;
 use afterlight::project::Project;
+use afterlight::reflectance::kernels::has_bf16;
 use afterlight::reflectance::{Normalization, Precision, Statistics};
 use afterlight::training::{Preset, TrainSettings, Trainer, TrainingConfig};
 use burn::tensor::Device;
@@ -24,7 +25,7 @@ fn noise(picture: usize, i: usize) -> f32 {
 fn settings(normalization: Normalization, precision: Precision) -> TrainSettings {
     TrainSettings {
         config: TrainingConfig {
-            width: 8,
+            width: 16,
             most_channels: 16,
             normalization,
             statistics: Statistics::Own,
@@ -57,7 +58,7 @@ fn paint(project: &Project, codes: Codes) {
 
 /// A project with the light and camera of a small shoot.
 fn project(folder: &Path) -> (Project, afterlight::calibration::Calibration) {
-    let shoot = TestShoot { frames: 2, lamps: 4, size: 2 * SIZE, working_size: SIZE };
+    let shoot = TestShoot { frames: 2, lamps: 6, size: 2 * SIZE, working_size: SIZE };
     shoot.calibrate(folder, "film")
 }
 
@@ -96,13 +97,15 @@ fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began()
             let settings = settings(normalization, precision);
             let mut trainer =
                 Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
+            let rounds = trainer.info().network.multiplies_bf16();
+            assert_eq!(rounds, precision == Precision::Mixed && has_bf16());
             let [first, last] = losses(&mut trainer);
             println!("{name}, {normalization:?}, {precision:?}: {first:.4} to {last:.4}");
             assert!(last <= first, "{name}, {normalization:?}: {first} became {last}");
             measured.push(format!("{name} {first:.1e} to {last:.1e}"));
         }
     }
-    shown!(Network, "2,000 steps on noise, on the darkest code and on one grey, by group and by batch normalisation, f32 and half",
+    shown!(Network, "2,000 steps on noise, on the darkest code and on one grey, by group and by batch normalisation, f32 and bf16",
         bound: "every step taken, all weights finite, the loss of the last 100 steps at most that of the first 20",
         measured: measured.join(", "));
 }

@@ -77,6 +77,19 @@ fn one_flipped_byte_in_any_file_is_noticed() {
 }
 
 #[test]
+fn older_names_of_precisions_are_read() {
+    for (name, precision) in
+        [("full", Precision::Full), ("split", Precision::Mixed), ("half", Precision::Mixed)]
+    {
+        let folder = saved();
+        change_table(folder.path(), "\"auto\"", &format!("{name:?}"));
+        let read = load_training(folder.path(), &Device::flex()).unwrap();
+        assert_eq!(read.info.network.precision, precision);
+        assert_eq!(<Precision as clap::ValueEnum>::from_str(name, false), Ok(precision));
+    }
+}
+
+#[test]
 fn weights_that_are_nan_are_refused_where_no_checksum_tells() {
     struct Broken;
     impl burn::module::ModuleMapper for Broken {

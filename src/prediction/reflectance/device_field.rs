@@ -252,4 +252,22 @@ mod tests {
             assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
         }
     }
+
+    #[test]
+    fn fields_are_scaled_to_the_plate_by_at_most_eight() {
+        // Two lamps and three pixels: sums of 3 and of a hundredth of it, and no light.
+        let planes =
+            [[1.0, 0.01, 0.0], [2.0, 0.02, 0.0]].map(|plane: [f32; 3]| [plane; 3].concat());
+        let field = ReflectanceField { width: 3, height: 1, lamps: 2, values: planes.concat() };
+        let own = DeviceField::upload(&field, &Device::flex()).unwrap();
+        let plate = Image::filled(3, 1, [6.0, 3.0, -1.0]);
+        let scaled = own.summing_to(&plate, &[[1.0; 3]; 2]).unwrap().read().unwrap();
+        let sum = |c: usize| [0, 1, 2].map(|p| scaled.plane(0, c)[p] + scaled.plane(1, c)[p]);
+        for (c, expected) in [[6.0, 0.24, 0.0], [3.0, 0.24, 0.0], [0.0; 3]].into_iter().enumerate()
+        {
+            for (found, expected) in sum(c).into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-5, "{c}: {found} is not {expected}");
+            }
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The U-Net of the paper's section 3.2: from one encoded plate of the interview to all OLATs.
 
+use super::kernels::shape::Shape;
 use super::kernels::{self, Activation, Precision};
 use base::error::{Error, Result};
 use burn::module::{Initializer, Module, ModuleMapper, ModuleVisitor, Param, RunningState};
@@ -33,7 +34,7 @@ pub struct UNetConfig {
     pub statistics: Statistics,
     /// Meaning of the sigmoid's output.
     pub formulation: Formulation,
-    /// Precision of convolutions on a CPU; `half` also predicts in f16 on a GPU.
+    /// Precision of convolutions on a CPU; `mixed` also predicts in f16 on a GPU.
     #[serde(default)]
     pub precision: Precision,
 }
@@ -112,6 +113,12 @@ impl UNetConfig {
         }
         layer(inputs, 3 * self.lamps, 3, 0);
         layers
+    }
+
+    /// True if a layer multiplies factors of bf16 on this processor.
+    pub fn multiplies_bf16(&self) -> bool {
+        let rounds = |layer: &Convolution| layer.shape(self.precision).bf16;
+        self.convolutions().iter().any(rounds)
     }
 
     /// Cost of the network, from its shape.
@@ -248,6 +255,20 @@ pub struct Convolution {
 impl Convolution {
     fn weights(&self) -> u64 {
         (self.inputs * self.outputs * self.kernel.pow(2)) as u64
+    }
+
+    /// Shape for one picture.
+    pub fn shape(&self, precision: Precision) -> Shape {
+        Shape {
+            batch: 1,
+            inputs: self.inputs,
+            outputs: self.outputs,
+            height: self.size,
+            width: self.size,
+            kernel: self.kernel,
+            bf16: false,
+        }
+        .with_precision(precision)
     }
 
     /// Multiply-adds of the result, and of each gradient.

@@ -1,4 +1,4 @@
-//! Losses, gradients and weights that are NaN or infinite.
+//! Losses, gradients and weights that are NaN or infinite, and OLATs near black.
 
 use super::config::{Preset, TrainSettings, TrainingConfig};
 use super::run::train;
@@ -10,20 +10,21 @@ use calibration::Calibration;
 use gpu::DeviceChoice;
 use project::Project;
 use reflectance::checkpoint;
-use reflectance::{Normalization, Statistics, UNet};
-use std::collections::BTreeMap;
+use reflectance::kernels::has_bf16;
+use reflectance::{Normalization, Precision, Statistics, UNet};
 use std::path::Path;
 use test_shoot::TestShoot;
+use test_support::accident::contents;
 
 fn project(folder: &Path) -> (Project, Calibration) {
-    let shoot = TestShoot { frames: 2, lamps: 4, working_size: 16, ..TestShoot::default() };
+    let shoot = TestShoot { frames: 2, lamps: 6, working_size: 16, ..TestShoot::default() };
     shoot.calibrate(folder, "film")
 }
 
 fn settings(config: TrainingConfig) -> TrainSettings {
     TrainSettings {
         config: TrainingConfig {
-            width: 8,
+            width: 16,
             most_channels: 16,
             minutes: None,
             decay: false,
@@ -74,19 +75,22 @@ fn spoil(trainer: &mut Trainer, by: f32) {
 
 #[test]
 fn a_step_that_is_not_finite_leaves_no_trace() {
-    for (normalization, statistics) in [
-        (Normalization::Group, Statistics::Own),
-        (Normalization::Batch, Statistics::Own),
-        (Normalization::Batch, Statistics::Running),
+    for (normalization, statistics, precision) in [
+        (Normalization::Group, Statistics::Own, Precision::Mixed),
+        (Normalization::Batch, Statistics::Own, Precision::Full),
+        (Normalization::Batch, Statistics::Running, Precision::Mixed),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let (project, calibration) = project(folder.path());
-        let settings = settings(TrainingConfig { normalization, statistics, ..quick() });
+        let config = TrainingConfig { normalization, statistics, precision, ..quick() };
+        let settings = settings(config);
         let trainer = || {
             let (device, silent) = (Device::flex(), Progress::silent());
             Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap()
         };
         let mut spoilt = trainer();
+        let rounds = spoilt.info.network.multiplies_bf16();
+        assert_eq!(rounds, precision == Precision::Mixed && has_bf16());
         assert!((0..3).all(|_| spoilt.step(0.0).taken));
         let before = kept(&spoilt, &project);
         // It continues from the checkpoint, and passes over the sample that the other skips.
@@ -110,9 +114,52 @@ fn a_step_that_is_not_finite_leaves_no_trace() {
     }
     test_support::shown!(
         Network,
-        "A picture is NaN or infinite",
+        "A picture is NaN or infinite, f32 and bf16",
         bound: "equal bit for bit",
         measured: "equal",
+    );
+}
+
+/// Encoded 14 stops down, they are darker than in linear light.
+#[test]
+fn lamps_that_are_black_or_14_stops_down_cost_no_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = project(folder.path());
+    let mut measured = Vec::new();
+    for precision in [Precision::Full, Precision::Mixed] {
+        let settings = settings(TrainingConfig { precision, ..quick() });
+        let (device, silent) = (Device::flex(), Progress::silent());
+        for (name, lamps) in [
+            ("five black", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            ("all 14 stops down", [2f32.powi(-14); 6]),
+            ("black, dark and lit", [0.0, 2f32.powi(-14), 1.0, 0.0, 2f32.powi(-14), 1.0]),
+        ] {
+            let mut trainer =
+                Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
+            let factors = Tensor::<1>::from_floats(lamps, &device.clone().autodiff());
+            let factors = factors.reshape([6, 1, 1, 1]);
+            for sample in trainer.data.exemplars.iter_mut().flatten() {
+                sample.encoded_olats = sample.encoded_olats.clone() * factors.clone();
+            }
+            let mut losses = Vec::new();
+            for step in 0..200 {
+                let report = trainer.step(0.0);
+                assert!(report.taken, "{name}, {precision:?}, step {step}: {report:?}");
+                losses.extend(report.reconstruction);
+            }
+            trainer.check_weights().unwrap();
+            let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
+            let tenth = losses.len() / 10;
+            let [first, last] = [&losses[..tenth], &losses[losses.len() - tenth..]].map(mean);
+            assert!(last < first, "{name}, {precision:?}: {first} became {last}");
+            measured.push(format!("{name} {first:.1e} to {last:.1e}"));
+        }
+    }
+    test_support::shown!(
+        Network,
+        "OLATs that are black, or 14 stops down, beside others and alone, f32 and bf16",
+        bound: "200 steps taken, the loss falls",
+        measured: measured.join(", "),
     );
 }
 
@@ -145,16 +192,6 @@ fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
     );
 }
 
-/// Names and contents of the checkpoint's files.
-fn contents(project: &Project) -> BTreeMap<String, Vec<u8>> {
-    let entries = std::fs::read_dir(project.checkpoint_path()).unwrap();
-    let read = |path: &Path| std::fs::read(path).unwrap();
-    entries
-        .map(|entry| entry.unwrap())
-        .map(|entry| (entry.file_name().into_string().unwrap(), read(&entry.path())))
-        .collect()
-}
-
 #[test]
 fn weights_that_are_not_finite_are_never_saved() {
     let folder = tempfile::tempdir().unwrap();
@@ -162,14 +199,14 @@ fn weights_that_are_not_finite_are_never_saved() {
     let silent = Progress::silent();
     let good = settings(TrainingConfig { epochs: 1, ..quick() });
     let steps = train(&project, &calibration, &good, &silent).unwrap().steps;
-    let before = contents(&project);
+    let before = contents(&project.checkpoint_path());
     // Saved after each step, or only at the end.
     for (learning_rate, checkpoint_seconds) in [(1e30, 0.0), (1e30, 1e9), (f64::NAN, 0.0)] {
         let wild =
             settings(TrainingConfig { learning_rate, checkpoint_seconds, epochs: 2, ..quick() });
         let said = train(&project, &calibration, &wild, &silent).unwrap_err().to_string();
         assert!(said.contains("The last checkpoint is kept"), "{said}");
-        assert!(contents(&project) == before);
+        assert!(contents(&project.checkpoint_path()) == before);
     }
     let gone_on = settings(TrainingConfig { epochs: 2, ..quick() });
     let report = train(&project, &calibration, &gone_on, &silent).unwrap();

@@ -1,18 +1,24 @@
-//! Comparison of the network with PyTorch: output, gradients, running statistics, first losses, losses of training.
+//! Comparison of the network with PyTorch: output, gradients, running statistics, first losses, losses of training;
+//! and of its gradients by factors of bf16 with those in f32.
 
 use super::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Device, Distribution, Tensor, TensorData};
 use reflectance::kernels::{self, LossInputs, LossSettings, blur_pool};
 use reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
 use std::path::Path;
 use std::process::Command;
+use test_support::Need;
 
 /// Largest differences as shares of the largest value.
 const FORWARD: f64 = 1e-5;
 const GRADIENT: f64 = 1e-4;
+/// Difference from f32 with factors of bf16, rounded to 2⁻⁸ in each layer, as a share of the norm.
+const BF16: f64 = 2e-2;
+/// The same for a single layer's weights, whose gradients are small in a fresh network.
+const BF16_LAYER: f64 = 0.25;
 const LEARNING_RATE: f64 = 1e-3;
 
 #[test]
@@ -47,6 +53,76 @@ fn a_whole_network_and_its_gradients_are_those_of_pytorch() {
             precision: Precision::Full,
         };
         compare_all(folder.path(), &config);
+    }
+}
+
+/// Output and all gradients, in bf16 beside f32.
+#[test]
+fn gradients_by_factors_of_bf16_are_those_in_f32_within_their_rounding() {
+    if !test_support::require(
+        Need::Bf16,
+        kernels::has_bf16(),
+        "the processor does not multiply bf16",
+    ) {
+        return;
+    }
+    let device = Device::flex().autodiff();
+    let random = |channels| {
+        let uniform = Distribution::Uniform(0.0, 1.0);
+        Tensor::<4>::random([1, channels, 64, 64], uniform, &device)
+    };
+    for normalization in [Normalization::Group, Normalization::Batch, Normalization::None] {
+        let (input, target) = (random(3), random(36));
+        let config = |precision| UNetConfig {
+            size: 64,
+            lamps: 12,
+            depth: None,
+            width: 32,
+            most_channels: 64,
+            normalization,
+            statistics: Statistics::Own,
+            formulation: Formulation::Direct,
+            precision,
+        };
+        let weights = config(Precision::Full).init(0.5, &device);
+        let [mixed, full] = [Precision::Mixed, Precision::Full].map(|precision| {
+            let config = config(precision);
+            assert_eq!(config.multiplies_bf16(), precision == Precision::Mixed);
+            let network = config.init(0.5, &device);
+            let network = network.try_load_record(weights.clone().into_record()).unwrap();
+            let output = network.forward(input.clone());
+            let loss = (output.clone() - target.clone()).square().mean();
+            let gradients = GradientsParams::from_grads(loss.backward(), &network);
+            let mut all = Named::collect(&network, gradients);
+            all.push(("output".to_owned(), output.inner().into_data()));
+            all
+        });
+        let [mut apart, mut whole] = [0.0; 2];
+        for ((name, mixed), (_, full)) in mixed.into_iter().zip(full) {
+            let [mixed, full] = [mixed, full].map(|data| data.try_into_vec::<f32>().unwrap());
+            assert_eq!(mixed.len(), full.len(), "{name}");
+            let squares = |value: &dyn Fn(f32, f32) -> f32| {
+                mixed.iter().zip(&full).map(|(m, f)| f64::from(value(*m, *f)).powi(2)).sum::<f64>()
+            };
+            let [off, all] = [squares(&|m, f| m - f), squares(&|_, f| f)];
+            println!("{normalization:?}, {name}: {:.1e}", (off / all).sqrt());
+            // Biases before normalisation have gradients of rounding alone.
+            let bound = match &*name {
+                "output" => BF16,
+                name if name.ends_with("weight") => BF16_LAYER,
+                _ => f64::INFINITY,
+            };
+            assert!(off.sqrt() <= bound * all.sqrt(), "{normalization:?}: {name}");
+            if name != "output" {
+                (apart, whole) = (apart + off, whole + all);
+            }
+        }
+        let share = (apart / whole).sqrt();
+        println!("{normalization:?}: {share:.1e}");
+        assert!(
+            share <= BF16,
+            "{normalization:?}: all gradients differ by {share:.1e} of their norm"
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! Helpers for the tests of all crates.
 
 pub mod accident;
+mod folder;
 mod need;
 mod paths;
 mod programs;
@@ -9,6 +10,7 @@ pub mod small_disk;
 pub mod stability;
 mod waiting;
 
+pub use folder::{copy_folder, files};
 pub use need::{Need, found, require};
 pub use paths::{repository, shared};
 pub use programs::{blender, ffmpeg, mediapipe, openjd, pfspanoramic, python};

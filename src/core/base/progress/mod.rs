@@ -5,8 +5,8 @@ mod training;
 pub use training::{LossPoint, TrainingPhase, TrainingPictures, TrainingPoint};
 
 use crate::error::{Error, Result};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// One report of a long action.
@@ -86,6 +86,18 @@ impl<'a> Progress<'a> {
     /// Reports nothing and never stops: for tests and short work.
     pub fn silent() -> Progress<'static> {
         Progress { sink: &|_| {}, pictures: None, attended: false, control: Control::default() }
+    }
+
+    /// Result of `act`, and the sentences it reports, a line each: for tests.
+    pub fn heard<T>(act: impl FnOnce(&Progress) -> T) -> (T, String) {
+        let said = Mutex::new(String::new());
+        let sink = |report: Report| {
+            if let Report::Say(sentence) | Report::Advise { sentence, .. } = report {
+                *said.lock().unwrap_or_else(PoisonError::into_inner) += &format!("{sentence}\n");
+            }
+        };
+        let result = act(&Progress::new(&sink, Control::default()));
+        (result, said.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Reports that `done` of `total` units are finished.
@@ -184,7 +196,6 @@ impl<'a> Progress<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Mutex;
 
     fn full() -> Result<()> {
         let remedy = "Check that the disk has room";
