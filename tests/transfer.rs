@@ -8,8 +8,12 @@ use afterlight::footage::{Exemplar, Frame, PictureSize};
 use afterlight::imaging::color::luminance;
 use afterlight::imaging::{Image, Mask};
 use afterlight::light::Rig;
+use afterlight::progress::Progress;
 use afterlight::reflectance::{Device, ReflectanceField};
-use afterlight::transfer::{ExemplarDetail, FineField, OlatPredictor, PlatePose, Transfer};
+use afterlight::transfer::{
+    Carried, ExemplarDetail, FineField, OlatPredictor, PlatePose, Transfer,
+};
+use afterlight::virtual_stage::{StageSettings, write_shoot};
 use std::path::Path;
 use std::sync::{Arc, LazyLock, OnceLock};
 use test_shoot::TestShoot;
@@ -170,15 +174,137 @@ fn a_pose_among_the_exemplars_is_carried_over_as_it_is() {
     assert!(found > 32.0 && found > others + 3.0, "{found} dB, without the pose {others} dB");
 }
 
+/// Decibels of each pose's OLATs from these others, in the mean.
+fn from_others(others: impl Fn(usize) -> Vec<PlatePose>) -> f64 {
+    let poses = &STAGE.poses;
+    let (rig, light) = (&STAGE.calibration.rig, STAGE.calibration.learnt_light());
+    let one = |PlatePose { exemplar, plate }: &PlatePose| {
+        let frame = Frame { index: 0, plate: plate.clone(), mask: exemplar.mask.clone() };
+        let transfer = Transfer::new(&others(exemplar.pose), rig, light.clone());
+        decibels(&transfer.carry(&frame).field, &exemplar.olats, &exemplar.mask)
+    };
+    poses.iter().map(one).sum::<f64>() / poses.len() as f64
+}
+
+#[test]
+fn fewer_exemplars_cost_accuracy_step_by_step() {
+    let poses = &STAGE.poses;
+    let found = [5, 4, 3, 2, 1].map(|count| {
+        from_others(|pose| {
+            let next = (1..=count).map(|k| poses[(pose + k) % poses.len()].clone());
+            next.collect()
+        })
+    });
+    println!("{found:?}");
+    for pair in found.windows(2) {
+        assert!((-0.3..3.0).contains(&(pair[0] - pair[1])), "{found:?}");
+    }
+    assert!(found[0] > found[4] + 1.0, "{found:?}");
+}
+
+/// OLATs of a pose times the quotient of a frame and the pose under the interview's light.
+fn ratio_image(PlatePose { exemplar, plate }: &PlatePose, frame: &Frame) -> ReflectanceField {
+    let ratio = |olat: &Image| {
+        Image::from_fn(64, 64, |x, y| {
+            let [olat, plate, filmed] = [olat, plate, &frame.plate].map(|picture| picture.at(x, y));
+            std::array::from_fn(|c| olat[c] * filmed[c] / plate[c].max(1e-3))
+        })
+    };
+    ReflectanceField::from_olats(&exemplar.olats.iter().map(ratio).collect::<Vec<_>>())
+}
+
+/// Mean distance from the nearest exemplar.
+fn mean_unlike(carried: &Carried, mask: &Mask) -> f64 {
+    let inside = carried.unlike.pixels.iter().zip(&mask.pixels).filter(|(_, mask)| **mask > 0.5);
+    let (sum, count) = inside.fold((0.0, 0), |(sum, n), (v, _)| (sum + f64::from(*v), n + 1));
+    sum / f64::from(count.max(1))
+}
+
+/// Up to 46° between the poses.
+#[test]
+fn one_pose_carried_to_a_far_one_beats_its_ratio_image_and_says_how_far() {
+    let stage = &*STAGE;
+    let mut found = Vec::new();
+    for from in &stage.poses {
+        let light = stage.calibration.learnt_light();
+        let transfer = Transfer::new(std::slice::from_ref(from), &stage.calibration.rig, light);
+        for PlatePose { exemplar, plate } in &stage.poses {
+            if exemplar.pose == from.exemplar.pose {
+                continue;
+            }
+            let frame = Frame { index: 0, plate: plate.clone(), mask: exemplar.mask.clone() };
+            let carried = transfer.carry(&frame);
+            let far = mean_unlike(&carried, &frame.mask);
+            let [carried, ratio] = [carried.field, ratio_image(from, &frame)]
+                .map(|field| decibels(&field, &exemplar.olats, &exemplar.mask));
+            found.push((far, carried, carried - ratio));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    println!("{found:.2?}");
+    let mean = |of: &[(f64, f64, f64)], value: fn(&(f64, f64, f64)) -> f64| {
+        of.iter().map(value).sum::<f64>() / of.len() as f64
+    };
+    let least = found.iter().map(|pair| pair.2).fold(f64::INFINITY, f64::min);
+    assert!(least > 0.5 && mean(&found, |pair| pair.2) > 3.0, "{found:.2?}");
+    let (near, far) = found.split_at(found.len() / 2);
+    assert!(mean(near, |pair| pair.1) > mean(far, |pair| pair.1) + 2.0, "{found:.2?}");
+}
+
+#[test]
+fn another_person_is_unlike_every_exemplar() {
+    let stage = &*STAGE;
+    let folder = tempfile::tempdir().unwrap();
+    let mut other =
+        StageSettings { frames: 2, lamps: 20, size: 64, seed: 11, ..StageSettings::default() };
+    other.trouble.skin = Some(0.9);
+    other.trouble.glasses = Some(true);
+    write_shoot(&folder.path().join("shoot"), &other, &Progress::silent()).unwrap();
+    let (project, calibration) = SHOOT.calibrate(folder.path(), "project");
+    let transfer = transfer();
+    let unlike = |frame: &Frame| mean_unlike(&transfer.carry(frame), &frame.mask);
+    let own = stage.frames.iter().map(unlike).fold(0.0, f64::max);
+    let others = (0..2)
+        .map(|index| unlike(&Frame::load(&project, &calibration.response, index).unwrap()))
+        .fold(f64::INFINITY, f64::min);
+    println!("{own:.3} at most of the same person, {others:.3} at least of another");
+    assert!(others > 1.5 * own, "{own} at most of the same person, {others} at least of another");
+}
+
+/// Every second lamp in some poses and the others in the rest, and the same half in all.
+#[test]
+fn poses_with_different_lamps_are_pooled() {
+    let lacking = |pose: usize, parity: usize| {
+        let mut pose = STAGE.poses[pose].clone();
+        let exemplar = &mut pose.exemplar;
+        exemplar.missing = (0..exemplar.olats.len()).filter(|lamp| lamp % 2 != parity).collect();
+        for &lamp in &exemplar.missing {
+            exemplar.olats[lamp] = exemplar.olats[lamp].map(|_| [0.0; 3]);
+        }
+        pose
+    };
+    let others = |pose| (0..STAGE.poses.len()).filter(move |&other| other != pose);
+    let [same, pooled] = [0, 1].map(|step| {
+        from_others(|pose| others(pose).map(|other| lacking(other, step * other % 2)).collect())
+    });
+    let whole = from_others(|pose| others(pose).map(|other| STAGE.poses[other].clone()).collect());
+    println!("{whole:.2} dB, {pooled:.2} dB from both halves of the lamps, {same:.2} dB from one");
+    assert!(whole > pooled && pooled > same + 0.5, "{whole} dB, {pooled} dB, {same} dB");
+}
+
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let stage = &*STAGE;
     let (transfer, frame) = (transfer(), stage.frames[2].clone());
     let carried = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| transfer.carry(&frame).field)
+        pool.install(|| {
+            let beside = [1, 3].map(|i| Arc::new(transfer.alone(&stage.frames[i])));
+            let steady = transfer.carry_beside(&transfer.alone(&frame), &beside).field;
+            [transfer.carry(&frame).field, steady]
+        })
     };
-    assert_eq!(carried(1), carried(3));
+    assert!(carried(1) == carried(3));
 }
 
 /// A frame with its own grain.

@@ -118,7 +118,7 @@ impl SavedReview {
         let project = Project::open(root)?;
         let review = Review::load(&project)?;
         let outdated = review.as_ref().and_then(|review| {
-            // Without a network nothing can be measured, so the saved figures are used.
+            // Without a calibration nothing can be measured, so the saved figures are used.
             let now = Fingerprint::from_project(&project).ok()?;
             review.basis.difference(&now)
         });

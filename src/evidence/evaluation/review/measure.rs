@@ -23,7 +23,7 @@ pub struct ReviewSettings {
     /// Also write a self-contained page for sharing.
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Device of the network.
+    /// Device of the network, if one is trained.
     #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
