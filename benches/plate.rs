@@ -374,7 +374,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
         let mut pictures: Vec<Vec<Vec<Image>>> =
             vec![vec![Vec::new(); environments.len()]; METHODS.len() + 2];
         let mut truths: Vec<Vec<Image>> = vec![Vec::new(); environments.len()];
-        let mut mattes = Vec::new();
+        let (mut mattes, mut ms) = (Vec::new(), [Vec::new(), Vec::new()]);
         let mut plate_size = (0, 0);
         for &index in &frames {
             let (frame, filmed) = Frame::load_filmed(&project, &calibration.response, index)?;
@@ -421,6 +421,10 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
                 cover(&mut covered, &frame.mask);
                 let scaled: Vec<_> = (weights.iter()).map(|w| w.map(|w| w * units)).collect();
                 let mut finely = finely_lit.relit_by(&covered, &frame.mask, &scaled);
+                ms[0].push(timed(5, || drop(black_box(shot.plate.relit(&covered, &frame.mask)))));
+                ms[1].push(timed(5, || {
+                    drop(black_box(finely_lit.relit_by(&covered, &frame.mask, &scaled)));
+                }));
                 uncover(&mut finely, &shot.plate.matte);
                 pictures[METHODS.len()][e].push(finely);
                 pictures[METHODS.len() + 1][e].push(relight(&full, weights, &lit));
@@ -458,7 +462,8 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             }
             println!("| {name} | {} |", cells.join(" | "));
         }
-        println!();
+        let [pass, fine] = ms.map(|ms| median(ms.into_iter()));
+        println!("\nPass `plate` {pass:.0} ms, with fine light {fine:.0}.\n");
     }
     Ok(())
 }

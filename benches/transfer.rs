@@ -66,6 +66,8 @@ fn main() -> Result<()> {
     println!("{} threads.\n", rayon::current_num_threads());
     println!("| work | median, ms | from 5th to 95th percentile |\n|---|---:|---:|");
     row("OLATs of a frame alone", times(|| transfer.carry(&frame))?);
+    let first = || Transfer::open(&project, &calibration).map(|transfer| transfer.carry(&frame));
+    row("the first, exemplars read", times(first)?);
     let settings = FlowSettings::default();
     let run = || flow(&from, &to, None, &settings);
     let mut ours = times(run)?;

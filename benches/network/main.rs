@@ -4,6 +4,7 @@
 //! The driver starts one process per peer and case, so that the number of threads is set before any starts and peak
 //! memory belongs to one case. Both peers answer the same commands: `step N`, `predict N`, `memory`, `quit`.
 
+mod beside_burn;
 mod layers;
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
@@ -71,6 +72,9 @@ struct Options {
     /// Share of the processor's peak of each convolution, instead of the race.
     #[arg(long)]
     layers: bool,
+    /// Our kernels beside burn's operations, instead of the race.
+    #[arg(long)]
+    burn: bool,
     /// Answer commands as a peer; used by the driver.
     #[arg(long, hide = true)]
     serve: bool,
@@ -139,6 +143,9 @@ fn main() -> Result<()> {
     }
     if options.layers {
         return layers::measure(&options);
+    }
+    if options.burn {
+        return beside_burn::measure(&options);
     }
     race(&options)
 }

@@ -40,14 +40,26 @@ use burn::nn::{BatchNorm, GroupNorm};
 use burn::tensor::module::conv2d;
 use burn::tensor::ops::ConvOptions;
 use burn::tensor::{DType, Device, Int, Tensor, TensorData, activation};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// True if the processor multiplies bf16, so that [`Precision`] makes a difference.
 pub fn has_bf16() -> bool {
     bf16::available()
 }
 
+/// True if burn's operations stand in for our kernels.
+static BURN: AtomicBool = AtomicBool::new(false);
+
+/// Computes with burn's operations in this process from now on, or with our kernels again. For benchmarks.
+pub fn keep_to_burn(on: bool) {
+    BURN.store(on, Ordering::Relaxed);
+}
+
 /// True if our kernels can compute on `x`: f32 on burn's CPU backend.
 pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
+    if BURN.load(Ordering::Relaxed) {
+        return false;
+    }
     let device = x.device().without_autodiff();
     x.dtype() == DType::F32 && matches!(device.as_dispatch(), DispatchDevice::Flex(_))
 }
