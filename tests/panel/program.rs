@@ -51,8 +51,12 @@ const UNTRAINED: [&str; 4] = ["nearest", "ratio", "transfer", "truth-olats"];
 struct Figures {
     /// Mean over environments and frames, and the worst environment's mean.
     relit: [f64; 2],
+    /// The worst environment's name.
+    worst: String,
     /// OLATs at shadow edges.
     edges: Option<f64>,
+    /// Share of these edges in the OLATs' squared error.
+    edge_share: Option<f64>,
     /// Mean over frames, and the worst frame's value; None for a method whose OLATs are the truth.
     olats: Option<[f64; 2]>,
 }
@@ -130,22 +134,28 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
 /// Table of each shoot: the transfer, the prediction after the longest training, and the limit.
 fn by_shoot(all: &[(Shoot, Vec<Row>)]) -> String {
     let mut text = String::from(
-        "\n## Each shoot\n\nMean (worst environment or frame); the prediction after the longest training.\n\n\
+        "\n## Each shoot\n\nMean (worst environment or frame); the prediction after the longest training. Edges: PSNR, and their share of the\n\
+         OLATs' squared error.\n\n\
          | shoot | transfer: relit | OLATs | edges | prediction: relit | OLATs | edges | limit: relit |\n\
          |---|---:|---:|---:|---:|---:|---:|---:|\n",
     );
     let both = |[mean, worst]: [f64; 2]| format!("{mean:.1} ({worst:.1})");
+    let relit = |figures: &Figures| {
+        let [mean, worst] = figures.relit;
+        format!("{mean:.1} ({} {worst:.1})", figures.worst)
+    };
     for (shoot, rows) in all {
         let _ = write!(text, "| {} |", shoot.name);
         let last = |method: &str| rows.iter().rfind(|row| row.method.starts_with(method));
         for method in ["transfer", "prediction"] {
             let figures = last(method).map(|row| &row.figures);
-            let relit = figures.map_or("–".to_owned(), |figures| both(figures.relit));
+            let relit = figures.map_or("–".to_owned(), relit);
             let olats = figures.and_then(|figures| figures.olats).map_or("–".to_owned(), both);
             let edges = cell(figures.and_then(|figures| figures.edges), 1);
-            let _ = write!(text, " {relit} | {olats} | {edges} |");
+            let share = cell(figures.and_then(|figures| Some(100.0 * figures.edge_share?)), 0);
+            let _ = write!(text, " {relit} | {olats} | {edges}, {share} % |");
         }
-        let limit = last("truth-olats").map_or("–".to_owned(), |row| both(row.figures.relit));
+        let limit = last("truth-olats").map_or("–".to_owned(), |row| relit(&row.figures));
         let _ = writeln!(text, " {limit} |");
     }
     text
@@ -155,6 +165,9 @@ fn by_shoot(all: &[(Shoot, Vec<Row>)]) -> String {
 fn shoots(options: &Options) -> Result<Vec<Shoot>> {
     let afterlight = Program(&options.program);
     let mut all = Vec::new();
+    if options.shoot.is_empty() {
+        println!("people skipped: no --shoot names one");
+    }
     for (name, folder) in options.shoot.iter().cloned() {
         all.push(Shoot { name, folder, given: true });
     }
@@ -235,6 +248,8 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
 fn figures(found: &Value, method: &str) -> Result<Figures> {
     let missing = || Error::bug(format!("evaluate --with {method} printed no figures"));
     let relit = found["relit_psnr_db"].as_object().ok_or_else(missing)?;
+    let named = relit.iter().filter_map(|(name, db)| Some((name, db.as_f64()?)));
+    let worst = named.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(name, _)| name.clone());
     let relit: Vec<f64> = relit.values().filter_map(Value::as_f64).collect();
     let frames = found["olat_psnr_by_frame_db"].as_object().ok_or_else(missing)?;
     let frames: Vec<f64> = frames.values().filter_map(Value::as_f64).collect();
@@ -248,7 +263,9 @@ fn figures(found: &Value, method: &str) -> Result<Figures> {
     let olats = (method != "truth-olats" && !frames.is_empty()).then(|| both(&frames));
     Ok(Figures {
         relit: both(&relit),
+        worst: worst.unwrap_or_default(),
         edges: found["olat_shadow_edges"]["psnr_db"].as_f64().filter(|_| olats.is_some()),
+        edge_share: found["olat_shadow_edges"]["error_share"].as_f64().filter(|_| olats.is_some()),
         olats,
     })
 }
