@@ -7,7 +7,7 @@ const QUESTIONS: [&str; 7] = ["What", "Whether", "How", "Where", "Which", "Who",
 /// Largest share of doc comments that may open so.
 const SHARE: f64 = 0.02;
 /// Phrases of comments, sentences and pages, in lower case, each with its plain form.
-const PHRASES: [(&str, &str); 8] = [
+const PHRASES: [(&str, &str); 10] = [
     ("anew", "again"),
     ("it is said", "a message says"),
     ("it is looked", "a check finds"),
@@ -16,22 +16,20 @@ const PHRASES: [(&str, &str); 8] = [
     ("be wholly", "be fully"),
     ("its hash is another", "hash mismatch"),
     ("its checksum is another", "checksum mismatch"),
+    ("by itself alone", "alone"),
+    ("which is no", "expected …"),
 ];
 
-/// Files under some folders of the repository whose names end so.
+/// Files of the repository, alone or under folders, whose names end so.
 fn files(folders: &[&str], ending: &str) -> Vec<PathBuf> {
     let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap());
     let mut found = Vec::new();
     let mut open: Vec<PathBuf> = folders.iter().map(|folder| root.join(folder)).collect();
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.to_string_lossy().ends_with(ending) && !path.ends_with("tests/words.rs")
-            {
-                found.push(path);
-            }
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
+        } else if path.to_string_lossy().ends_with(ending) && !path.ends_with("tests/words.rs") {
+            found.push(path);
         }
     }
     found.sort();
@@ -42,19 +40,9 @@ fn sources() -> Vec<PathBuf> {
     files(&["src", "tests", "benches"], ".rs")
 }
 
-/// Text of a comment.
-fn comment(line: &str) -> Option<&str> {
-    line.trim_start().strip_prefix("//")
-}
-
 /// Text of a doc comment.
 fn doc(line: &str) -> Option<&str> {
-    comment(line)?.strip_prefix(['/', '!']).map(str::trim_start)
-}
-
-/// Texts of the string literals that begin and end in a line.
-fn strings(line: &str) -> impl Iterator<Item = &str> {
-    line.split('"').skip(1).step_by(2)
+    line.trim_start().strip_prefix("//")?.strip_prefix(['/', '!']).map(str::trim_start)
 }
 
 fn place(path: &Path, line: usize) -> String {
@@ -101,16 +89,7 @@ fn phrases_that_need_translating_are_gone() {
             }
         }
     };
-    for path in sources() {
-        let text = std::fs::read_to_string(&path).unwrap();
-        for (number, line) in text.lines().enumerate() {
-            match comment(line) {
-                Some(words) => look(&path, number, words),
-                None => strings(line).for_each(|words| look(&path, number, words)),
-            }
-        }
-    }
-    for path in files(&["docs"], ".md") {
+    for path in sources().into_iter().chain(files(&["docs", "README.md", "CHANGELOG.md"], ".md")) {
         let text = std::fs::read_to_string(&path).unwrap();
         text.lines().enumerate().for_each(|(number, line)| look(&path, number, line));
     }

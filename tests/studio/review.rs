@@ -377,7 +377,7 @@ fn what_keeps_the_review_empty_is_said_there() {
 }
 
 #[test]
-fn figures_that_cannot_be_read_are_named_and_can_be_measured_anew() {
+fn figures_that_cannot_be_read_are_named_and_can_be_measured_again() {
     let folder = crate::temporary();
     let project = clay_project(folder.path());
     std::fs::write(project.measured_path(), "no figures").unwrap();

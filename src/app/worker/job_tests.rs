@@ -51,7 +51,7 @@ fn frames_are_predicted_while_a_job_runs() {
 }
 
 #[test]
-fn what_is_shown_is_predicted_anew_by_each_network_that_is_saved() {
+fn what_is_shown_is_predicted_again_by_each_network_that_is_saved() {
     let (worker, begun) = fading_worker(|_| false);
     let job = told_job(&worker);
     let light = from_the_left();

@@ -226,7 +226,10 @@ fn add(
     if let Some(name) = file {
         if !is_bare(name) {
             return Err(Error::invalid(
-                format!("{} names a layer's file {name:?}, which is no name alone", path.display()),
+                format!(
+                    "{} names a layer's file {name:?}: expected a file name without a folder",
+                    path.display()
+                ),
                 REMEDY,
             ));
         }

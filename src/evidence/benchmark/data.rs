@@ -54,14 +54,7 @@ pub fn rig() -> Rig {
         let y = 1.0 - (2 * i + 1) as f32 / LAMPS as f32;
         let (sin, cos) = (golden * i as f32).sin_cos();
         let around = (1.0 - y * y).sqrt();
-        Lamp {
-            name: format!("olat_{i:02}"),
-            direction: Vec3::new(around * cos, y, around * sin),
-            energy: [1.0; 3],
-            spread_deg: 5.0,
-            confidence: 1.0,
-            clipped: 0.0,
-        }
+        Lamp::new(format!("olat_{i:02}"), Vec3::new(around * cos, y, around * sin))
     };
     Rig { lamps: (0..LAMPS).map(lamp).collect() }
 }

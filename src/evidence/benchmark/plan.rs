@@ -59,7 +59,7 @@ impl Planned {
     }
 
     /// True if the process must find no cached kernels, or only those of another such process.
-    pub fn starts_anew(&self) -> bool {
+    pub fn starts_fresh(&self) -> bool {
         let first = Measure::Network { preset: Preset::Quick, size: FIRST_SIZE };
         self.on_gpu
             && (self.measure == first || self.measure == Measure::FirstUse { size: FIRST_SIZE })

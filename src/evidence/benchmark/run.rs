@@ -190,7 +190,7 @@ impl Run<'_> {
             return Ok(());
         }
         let request = Request { measure, gpu: on_gpu, seconds: time.timing };
-        let kernels = planned.starts_anew().then(|| self.kernels.path());
+        let kernels = planned.starts_fresh().then(|| self.kernels.path());
         let started = Measuring::start(self.program, &request, kernels)?;
         // A figure may still be replaced by one of more runs until the next one arrives.
         let mut last = None;

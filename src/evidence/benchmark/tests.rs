@@ -95,9 +95,9 @@ fn the_important_comes_first_and_on_a_gpu_before_the_cpu() {
     assert!(place(true, quick) < place(false, quick));
     assert!(place(false, quick) < place(true, network(Preset::Paper, 512)));
     // The second start follows the first and finds its kernels; no other measure leaves any there.
-    let anew: Vec<Measure> =
-        (planned.iter().filter(|p| p.starts_anew())).map(|p| p.measure).collect();
-    assert_eq!(anew, [quick, Measure::FirstUse { size: 128 }]);
+    let fresh: Vec<Measure> =
+        (planned.iter().filter(|p| p.starts_fresh())).map(|p| p.measure).collect();
+    assert_eq!(fresh, [quick, Measure::FirstUse { size: 128 }]);
 }
 
 fn gpu() -> DeviceReport {
@@ -150,11 +150,11 @@ fn a_measure_that_is_late_keeps_what_it_had_timed() {
 fn the_first_use_of_kernels_is_told_for_both_starts() {
     let mut device = gpu();
     let network = Measure::Network { preset: Preset::Quick, size: 128 };
-    for (measure, anew, first) in
+    for (measure, fresh, first) in
         [(network, true, 20_000.0), (Measure::FirstUse { size: 128 }, true, 500.0)]
     {
-        device.found(&measure, anew, figure(STEP, first, Some(10.0)));
-        device.found(&measure, anew, figure(PREDICTION, first / 2.0, Some(4.0)));
+        device.found(&measure, fresh, figure(STEP, first, Some(10.0)));
+        device.found(&measure, fresh, figure(PREDICTION, first / 2.0, Some(4.0)));
     }
     let first = |what: &str| {
         let mut rows = device.rows.iter().filter(|row| row.what == what);

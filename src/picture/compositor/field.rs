@@ -221,9 +221,9 @@ mod tests {
         let darker = field(|plane| 1.0 + plane as f32, 0.5);
         assert!(encoder.compressed(&darker).basis == kept.basis);
         let other = field(|plane| (plane % 2) as f32, 1.0);
-        let anew = encoder.compressed(&other);
-        assert!(anew.basis != kept.basis);
-        assert!(anew.error(&other) <= 0.007 && encoder.error <= 0.01);
+        let fresh = encoder.compressed(&other);
+        assert!(fresh.basis != kept.basis);
+        assert!(fresh.error(&other) <= 0.007 && encoder.error <= 0.01);
         let dark = field(|_| 0.0, 1.0);
         assert_eq!(encoder.compressed(&dark).error(&dark), 0.0);
     }

@@ -408,7 +408,7 @@ const MODEL_ERROR: f64 = 0.0015;
 /// 0.2.
 const NOISE_BIAS: f64 = 3.0;
 /// Squared distance on the balls, in squares of the noise, up to which a misfit counts as errors of the lamps. A larger
-/// one is mostly light that is no sum of lamps, which bends the curve. From shoots drawn at random (seeds 1 to 54).
+/// one is mostly light that no sum of lamps gives, which bends the curve. From shoots drawn at random (seeds 1 to 54).
 const MISFIT: f64 = 30.0;
 /// Number of pixels that compare all poses with their frames.
 const MATCHED_PIXELS: usize = 2000;
