@@ -218,13 +218,9 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
     let gpu = compute.gpu.clone().unwrap();
     let Field::Memory(olats) = &shoot.memory else { unreachable!("the shoot is made in memory") };
     let (olats, mask) = (olats.clone(), shoot.mask.clone());
-    let lamp = |number: usize| Lamp {
-        name: format!("olat_{number:02}"),
-        direction: Vec3::new((number as f32).sin(), 0.1, (number as f32).cos()).normalize(),
-        energy: [0.5; 3],
-        spread_deg: 5.0,
-        confidence: 1.0,
-        clipped: 0.0,
+    let lamp = |number: usize| {
+        let direction = Vec3::new((number as f32).sin(), 0.1, (number as f32).cos());
+        Lamp { energy: [0.5; 3], ..Lamp::new(format!("olat_{number:02}"), direction.normalize()) }
     };
     let rig = Rig { lamps: (0..LAMPS).map(lamp).collect() };
     let open = move || {

@@ -4,10 +4,9 @@ use afterlight::export::relight::RelightSettings;
 use afterlight::footage::scan::scan;
 use afterlight::footage::{ImportSettings, LampSettings, import, read_light, report_mended};
 use afterlight::imaging::{Image, Response, file};
-use afterlight::progress::{Control, Progress, Report};
+use afterlight::progress::Progress;
 use afterlight::project::Project;
 use afterlight::worker::Job;
-use std::sync::Mutex;
 use test_shoot::{TestShoot, write_layers};
 
 #[test]
@@ -55,18 +54,10 @@ fn a_layer_chosen_at_import_is_read_ever_after() {
         assert!(same.into_iter().all(|(found, right)| *found == factor * right));
         assert!(light.pixels[0].iter().all(|v| v.is_finite()));
     }
-    let said = Mutex::new(Vec::new());
-    let sink = |report: Report| {
-        if let Report::Say(sentence) = report {
-            said.lock().unwrap().push(sentence);
-        }
-    };
-    let progress = Progress::new(&sink, Control::default());
-    (0..2).for_each(|_| report_mended(&progress));
-    let said = said.into_inner().unwrap();
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("frame_%03d.exr and another picture: 2 pixels"), "{said:?}");
-    assert!(said[0].contains("NaN or infinite: filled from their neighbours"), "{said:?}");
+    let ((), said) = Progress::heard(|progress| (0..2).for_each(|_| report_mended(progress)));
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("frame_%03d.exr and another picture: 2 pixels"), "{said}");
+    assert!(said.contains("NaN or infinite: filled from their neighbours"), "{said}");
 
     let job = Job::Import {
         project: folder.path().join("job"),

@@ -17,11 +17,8 @@ const BRIGHTER: f32 = 8.0;
 
 /// Turns the camera's PNGs in a folder and those below into EXR with their true light, `factor` times as bright.
 fn to_light(folder: &Path, response: &Response, factor: f32) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            to_light(&path, response, factor);
-        } else if path.extension().is_some_and(|ending| ending == "png") {
+    for path in test_support::files(folder) {
+        if path.extension().is_some_and(|ending| ending == "png") {
             let light = response.decode(&file::read_encoded(&path).unwrap());
             let light: Image = light.map(|pixel| pixel.map(|v| factor * v));
             file::write_exr(&path.with_extension("exr"), &light).unwrap();

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use test_shoot::TestShoot;
-use test_support::wait_for;
+use test_support::{copy_folder, wait_for};
 
 /// Frames of the interview.
 pub const FRAMES: usize = 12;
@@ -34,7 +34,7 @@ impl Ground {
             folder
         });
         let folder = tempfile::Builder::new().prefix("a farm ").tempdir().unwrap();
-        copy(made.path(), folder.path());
+        copy_folder(made.path(), folder.path());
         Self { folder }
     }
 
@@ -117,19 +117,6 @@ pub fn kill_the_worker(folder: &Path, file: &Path) {
         Command::new("kill").arg("-9").arg(pid).status().unwrap();
     }
     assert!(!workers.is_empty(), "the worker was faster");
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let to = to.join(entry.file_name());
-        if entry.file_type().unwrap().is_dir() {
-            copy(&entry.path(), &to);
-        } else {
-            std::fs::copy(entry.path(), to).unwrap();
-        }
-    }
 }
 
 /// Checksum and time of each frame that a movie shows.

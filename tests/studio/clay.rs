@@ -23,14 +23,7 @@ fn rig() -> Rig {
     };
     Rig {
         lamps: (0..lamps)
-            .map(|i| Lamp {
-                name: format!("olat_{i:02}"),
-                direction: direction(i),
-                energy: [0.5; 3],
-                spread_deg: 5.0,
-                confidence: 1.0,
-                clipped: 0.0,
-            })
+            .map(|i| Lamp { energy: [0.5; 3], ..Lamp::new(format!("olat_{i:02}"), direction(i)) })
             .collect(),
     }
 }

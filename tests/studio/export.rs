@@ -55,21 +55,9 @@ pub fn trained() -> (TempDir, Project) {
         (folder, project)
     });
     let folder = crate::temporary();
-    copy(made.path(), folder.path());
+    test_support::copy_folder(made.path(), folder.path());
     let project = Project::open(&folder.path().join("film")).unwrap();
     (folder, project)
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let (path, name) = entry.map(|e| (e.path(), e.file_name())).unwrap();
-        if path.is_dir() {
-            copy(&path, &to.join(name));
-        } else {
-            std::fs::copy(&path, to.join(name)).unwrap();
-        }
-    }
 }
 
 pub fn opened() -> (Window, PathBuf, TempDir) {

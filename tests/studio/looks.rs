@@ -7,7 +7,8 @@ use afterlight::studio::{FourSlot, LookId, LookName, Preferences, Shelf, StudioA
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, pos2};
 use egui_kittest::kittest::Queryable;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use test_support::files;
 
 pub fn id(shelf: Shelf, name: &str) -> LookId {
     LookId { shelf, name: LookName::new(name).unwrap() }
@@ -73,22 +74,6 @@ pub fn relight(window: &mut Window) {
     window.run_steps(2);
     super::plain_drag(window, super::MIDDLE, super::MIDDLE + egui::vec2(37.0, 0.0));
     until_shown(window);
-}
-
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(next).unwrap().flatten() {
-            if entry.path().is_dir() {
-                folders.push(entry.path())
-            } else {
-                found.push(entry.path())
-            }
-        }
-    }
-    found.sort();
-    found
 }
 
 #[test]

@@ -45,14 +45,11 @@ impl Shoot {
             let square = |lamp: &usize| dome.lamps[*lamp].angle_between(*direction).powi(2);
             let count = members[i].len() as f32;
             Lamp {
-                name: format!("olat_{i:02}"),
-                direction: *direction,
                 energy: [count * dome.lamp_solid_angle(); 3],
                 spread_deg: (members[i].iter().map(square).sum::<f32>() / count)
                     .sqrt()
                     .to_degrees(),
-                confidence: 1.0,
-                clipped: 0.0,
+                ..Lamp::new(format!("olat_{i:02}"), *direction)
             }
         };
         let texels = (0..COLUMNS * COLUMNS / 2).into_par_iter();

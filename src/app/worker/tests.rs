@@ -13,14 +13,7 @@ use test_support::{PATIENCE, wait_for};
 
 /// Two lamps of equal energy, left and right.
 pub(crate) fn rig() -> Rig {
-    let lamp = |x: f32| Lamp {
-        name: format!("olat_{x}"),
-        direction: glam::Vec3::new(x, 0.0, 0.0),
-        energy: [1.0; 3],
-        spread_deg: 5.0,
-        confidence: 1.0,
-        clipped: 0.0,
-    };
+    let lamp = |x: f32| Lamp::new(format!("olat_{x}"), glam::Vec3::new(x, 0.0, 0.0));
     Rig { lamps: vec![lamp(-1.0), lamp(1.0)] }
 }
 

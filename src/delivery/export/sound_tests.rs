@@ -5,7 +5,6 @@ use super::super::format::MovieAlpha;
 use super::super::still::tests::picture;
 use super::*;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use test_support::ffmpeg;
 
 const RATE: f64 = 30000.0 / 1001.0;
@@ -49,16 +48,13 @@ fn samples(path: &Path, stream: usize) -> Vec<f32> {
     output.stdout.chunks_exact(4).map(value).collect()
 }
 
-/// Result of `act`, and the messages during its run.
-fn heard<T>(act: impl FnOnce(&Progress) -> T) -> (T, String) {
-    let said = Mutex::new(String::new());
-    let sink = |report: base::progress::Report| {
-        if let base::progress::Report::Say(sentence) = report {
-            *said.lock().unwrap() += &sentence;
-        }
-    };
-    let result = act(&Progress::new(&sink, base::progress::Control::default()));
-    (result, said.into_inner().unwrap())
+/// Sound of frames for the movie `beside`, and the messages about it.
+fn heard(
+    interview: &Interview,
+    frames: (usize, usize),
+    beside: &Path,
+) -> (Result<Option<Sound>>, String) {
+    Progress::heard(|progress| Sound::extract(interview, frames, beside, progress))
 }
 
 #[test]
@@ -70,8 +66,7 @@ fn sound_is_cut_to_the_exported_frames() {
     let interview = interview(folder.path(), 2.002);
     let beside = folder.path().join("clip.mov");
     for (first, last) in [(0, 59), (12, 41), (19, 20), (20, 59)] {
-        let (sound, said) =
-            heard(|progress| Sound::extract(&interview, (first, last), &beside, progress));
+        let (sound, said) = heard(&interview, (first, last), &beside);
         let sound = sound.unwrap().unwrap();
         assert_eq!(said, "");
         for stream in [0, 1] {
@@ -121,8 +116,7 @@ fn sound_under_uneven_frame_times_starts_at_the_first_frames_own_time() {
         for (first, last, begins, is_uneven) in
             [(0, 69, 0.7, true), (4, 69, 0.3, true), (7, 9, 0.0, true), (30, 69, 0.0, false)]
         {
-            let (sound, said) =
-                heard(|progress| Sound::extract(&interview, (first, last), &beside, progress));
+            let (sound, said) = heard(&interview, (first, last), &beside);
             let samples = samples(sound.unwrap().unwrap().path(), 0);
             let loud = samples.iter().position(|v| v.abs() > 0.01).unwrap() as f64 / 48000.0;
             assert!((loud - begins).abs() < 1e-3, "{name}, frame {first}: {loud}, not {begins}");
@@ -144,8 +138,7 @@ fn sound_that_is_shorter_or_longer_than_the_pictures_fits_them_and_that_is_said(
         let folder = tempfile::tempdir().unwrap();
         let interview = interview(folder.path(), sound_s);
         let beside = folder.path().join("clip.mov");
-        let (sound, said) =
-            heard(|progress| Sound::extract(&interview, (0, 59), &beside, progress));
+        let (sound, said) = heard(&interview, (0, 59), &beside);
         let samples = samples(sound.unwrap().unwrap().path(), 0);
         assert!((samples.len() as f64 - 60.0 / RATE * 48000.0).abs() <= 1.0, "{}", samples.len());
         assert_eq!(said.contains("silence"), complains, "{said}");
@@ -218,11 +211,7 @@ fn a_movie_without_sound_or_that_is_cut_off_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let interview = interview(folder.path(), 2.0);
     let file = interview.source.as_ref().unwrap().file.clone();
-    let extract = || {
-        heard(|progress| {
-            Sound::extract(&interview, (0, 9), &folder.path().join("clip.mov"), progress)
-        })
-    };
+    let extract = || heard(&interview, (0, 9), &folder.path().join("clip.mov"));
     let whole = std::fs::read(&file).unwrap();
     std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     let said = extract().0.unwrap_err().for_terminal();

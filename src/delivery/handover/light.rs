@@ -245,12 +245,8 @@ pub mod tests {
     /// Light of frames 10 to 14 with lamps on all six sides.
     fn under(settings: &RelightSettings) -> Light {
         let lamp = |direction: Vec3| Lamp {
-            name: format!("lamp {direction}"),
-            direction,
             energy: [1.0, 2.0, 0.5],
-            spread_deg: 5.0,
-            confidence: 1.0,
-            clipped: 0.0,
+            ..Lamp::new(format!("lamp {direction}"), direction)
         };
         let sides = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
         let rig = Rig { lamps: sides.map(lamp).collect() };

@@ -129,9 +129,7 @@ pub mod tests {
     use super::*;
     use crate::light::tests::moving;
     use crate::media::tests::media;
-    use base::progress::{Control, Report};
     use std::process::Command;
-    use std::sync::Mutex;
 
     /// Five frames of a film, from frame 10 on, exported to `to`.
     pub fn shot(to: &str) -> Shot {
@@ -179,18 +177,12 @@ pub mod tests {
         let interview = Interview::from_project(&project).unwrap();
         let settings = RelightSettings { hand_over: vec![HandOver::Otio], ..moving() };
         for (output, reports) in [("quiet.mov", 1), ("loud.mov", 0)] {
-            let said = Mutex::new(Vec::new());
-            let sink = |report| {
-                if let Report::Say(sentence) = report {
-                    said.lock().unwrap().push(sentence);
-                }
-            };
-            let progress = Progress::new(&sink, Control::default());
             let output = Destination::parse(&at(output).display().to_string()).unwrap();
-            let shot = Shot::new(&project, &settings, &interview, &output, &progress).unwrap();
+            let (shot, said) = Progress::heard(|progress| {
+                Shot::new(&project, &settings, &interview, &output, progress).unwrap()
+            });
             assert_eq!((shot.has_sound, shot.count()), (reports == 0, 70));
-            let said = said.into_inner().unwrap();
-            assert_eq!(said.len(), reports, "{said:?}");
+            assert_eq!(said.lines().count(), reports, "{said}");
         }
     }
 }

@@ -5,6 +5,7 @@ use super::lamps::LampErrors;
 use super::relation::{PoseErrors, Sign};
 use base::error::Result;
 use calibration::Calibration;
+use calibration::median::median;
 use footage::{Exemplar, Frame};
 use imaging::{Image, Mask};
 use project::Project;
@@ -73,13 +74,7 @@ pub fn signs(carried: &Carried, mask: &Mask) -> Vec<(usize, Sign)> {
 /// 0 without a subject.
 pub fn distance(unlike: &Mask, mask: &Mask) -> f32 {
     let pixels = unlike.pixels.iter().zip(&mask.pixels);
-    median(pixels.filter(|(_, alpha)| **alpha > 0.5).map(|(unlike, _)| *unlike).collect())
-}
-
-/// The median; 0 of no values.
-pub fn median(mut values: Vec<f32>) -> f32 {
-    values.sort_unstable_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    median(pixels.filter(|(_, alpha)| **alpha > 0.5).map(|(unlike, _)| *unlike))
 }
 
 /// Root mean square of cells.

@@ -1,12 +1,12 @@
 //! Results as data and in words.
 
 use super::lamps::LampShares;
-use super::poses::median;
 use super::relation::{PoseErrors, Relation, Sign};
 use base::Fnv;
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use calibration::Calibration;
+use calibration::median::median;
 use project::Project;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -205,7 +205,7 @@ pub fn mark(project: &Project) -> Result<String> {
 
 /// Median distance of the poses that show a subject; 0 without such poses.
 fn median_distance(poses: &[f32]) -> f32 {
-    median(poses.iter().copied().filter(|distance| *distance > 0.0).collect())
+    median(poses.iter().copied().filter(|distance| *distance > 0.0))
 }
 
 /// Correlation of pairs; 0 where one side is constant.

@@ -390,12 +390,9 @@ mod tests {
 
     #[test]
     fn a_frame_that_cannot_be_read_leaves_the_flicker_unknown_and_a_stop_stops() {
-        let said = std::sync::Mutex::new(vec![]);
-        let hear = |report| said.lock().unwrap().push(report);
-        let progress = Progress::new(&hear, base::progress::Control::default());
         let unread = Err(Error::missing("frame 7 is missing", "Bring it"));
-        assert_eq!(if_possible(unread, &progress).unwrap(), None);
-        let said = format!("{:?}", said.lock().unwrap());
+        let (known, said) = Progress::heard(|progress| if_possible(unread, progress).unwrap());
+        assert_eq!(known, None);
         assert!(said.contains("frame 7 is missing"), "{said}");
         let stopped = Err(Error::Cancelled { kept: String::new() });
         assert!(if_possible(stopped, &Progress::silent()).is_err());

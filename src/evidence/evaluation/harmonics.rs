@@ -112,13 +112,11 @@ mod tests {
         let lamp = |i: usize| {
             let y = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
             let (radius, turn) = ((1.0 - y * y).sqrt(), 2.399_963_2 * i as f32);
+            let direction = Vec3::new(radius * turn.cos(), y, radius * turn.sin());
             Lamp {
-                name: format!("olat_{i:02}"),
-                direction: Vec3::new(radius * turn.cos(), y, radius * turn.sin()),
                 energy: [1.0 + 0.3 * (i % 4) as f32, 1.0, 0.5],
                 spread_deg: 3.0,
-                confidence: 1.0,
-                clipped: 0.0,
+                ..Lamp::new(format!("olat_{i:02}"), direction)
             }
         };
         Rig { lamps: (0..count).map(lamp).collect() }

@@ -241,14 +241,9 @@ mod tests {
             let y = 1.0 - (2 * i + 1) as f32 / lamps as f32;
             let (turn, across) = (2.399_963 * i as f32, (1.0 - y * y).sqrt());
             let energy = if i.is_multiple_of(3) { 2.0 } else { 0.5 };
-            Lamp {
-                name: format!("olat_{i:02}"),
-                direction: Vec3::new(across * turn.cos(), y, across * turn.sin()),
-                energy: [energy, 0.8 * energy, 0.6 * energy],
-                spread_deg: 5.0,
-                confidence: 1.0,
-                clipped: 0.0,
-            }
+            let direction = Vec3::new(across * turn.cos(), y, across * turn.sin());
+            let energy = [energy, 0.8 * energy, 0.6 * energy];
+            Lamp { energy, ..Lamp::new(format!("olat_{i:02}"), direction) }
         };
         Rig { lamps: (0..lamps).map(lamp).collect() }
     }

@@ -232,14 +232,8 @@ mod tests {
 
     #[test]
     fn areas_fall_on_the_lamps_before_them() {
-        let lamp = |at: &PlacedLight, confidence| Lamp {
-            name: String::new(),
-            direction: at.direction(),
-            energy: [1.0; 3],
-            spread_deg: 5.0,
-            confidence,
-            clipped: 0.0,
-        };
+        let lamp =
+            |at: &PlacedLight, confidence| Lamp { confidence, ..Lamp::new("", at.direction()) };
         let spots =
             [disc(-120.0, 0.0, 3.0, 1.0), disc(0.0, 0.0, 3.0, 1.0), disc(120.0, 0.0, 3.0, 1.0)];
         let mut rig = Rig { lamps: spots.iter().map(|spot| lamp(spot, 1.0)).collect() };

@@ -85,14 +85,8 @@ mod tests {
         let lamp = |i: usize| {
             let y = 1.0 - (2 * i + 1) as f32 / lamps as f32;
             let (turn, across) = (2.399_963 * i as f32, (1.0 - y * y).sqrt());
-            Lamp {
-                name: format!("olat_{i:02}"),
-                direction: Vec3::new(across * turn.cos(), y, across * turn.sin()),
-                energy: [1.0; 3],
-                spread_deg: 5.0,
-                confidence: 1.0,
-                clipped: 0.0,
-            }
+            let direction = Vec3::new(across * turn.cos(), y, across * turn.sin());
+            Lamp::new(format!("olat_{i:02}"), direction)
         };
         Rig { lamps: (0..lamps).map(lamp).collect() }
     }

@@ -310,12 +310,8 @@ mod tests {
     #[test]
     fn a_light_in_front_of_a_lamp_is_that_lamp() {
         let lamp = |name: &str, light: &PlacedLight| Lamp {
-            name: name.into(),
-            direction: light.direction(),
             energy: [2.0; 3],
-            spread_deg: 5.0,
-            confidence: 1.0,
-            clipped: 0.0,
+            ..Lamp::new(name, light.direction())
         };
         let at = |yaw_deg, pitch_deg| PlacedLight {
             kind: Kind::Disc,

@@ -34,6 +34,18 @@ impl Lamp {
     /// [`super::weights::MOST`].
     const LEAST_ENERGY: f32 = 1e-17;
 
+    /// Lamp of energy 1 and a spread of 5 degrees, seen for certain and without clipping.
+    pub fn new(name: impl Into<String>, direction: Vec3) -> Self {
+        Self {
+            name: name.into(),
+            direction,
+            energy: [1.0; 3],
+            spread_deg: 5.0,
+            confidence: 1.0,
+            clipped: 0.0,
+        }
+    }
+
     /// True if the ball shows the lamp in every channel. A channel without light would need an infinite weight.
     pub fn is_usable(&self) -> bool {
         self.confidence > 0.0
@@ -50,12 +62,10 @@ mod tests {
     #[test]
     fn a_rig_survives_its_file() {
         let lamp = Lamp {
-            name: "olat_00".into(),
-            direction: Vec3::new(0.6, 0.8, 0.0),
             energy: [0.1, 0.2, 0.3],
             spread_deg: 9.5,
             confidence: 0.75,
-            clipped: 0.0,
+            ..Lamp::new("olat_00", Vec3::new(0.6, 0.8, 0.0))
         };
         let rig = Rig { lamps: vec![lamp.clone(), Lamp { name: "olat_01".into(), ..lamp }] };
         assert_eq!(toml::from_str::<Rig>(&toml::to_string(&rig).unwrap()).unwrap(), rig);
@@ -70,14 +80,7 @@ mod tests {
 
     #[test]
     fn a_lamp_that_was_not_seen_is_not_usable() {
-        let lamp = Lamp {
-            name: "a".into(),
-            direction: Vec3::Y,
-            energy: [1.0; 3],
-            spread_deg: 1.0,
-            confidence: 1.0,
-            clipped: 0.0,
-        };
+        let lamp = Lamp { spread_deg: 1.0, ..Lamp::new("a", Vec3::Y) };
         assert!(lamp.is_usable());
         assert!(!Lamp { confidence: 0.0, ..lamp.clone() }.is_usable());
         assert!(!Lamp { energy: [1.0, 0.0, 1.0], ..lamp.clone() }.is_usable());

@@ -154,14 +154,7 @@ mod tests {
 
     /// Two lamps, left and right, and a frame lit half by each.
     fn stage() -> (Rig, Field, Mask) {
-        let lamp = |x: f32| Lamp {
-            name: format!("lamp {x}"),
-            direction: glam::Vec3::new(x, 0.0, 0.0),
-            energy: [1.0; 3],
-            spread_deg: 5.0,
-            confidence: 1.0,
-            clipped: 0.0,
-        };
+        let lamp = |x: f32| Lamp::new(format!("lamp {x}"), glam::Vec3::new(x, 0.0, 0.0));
         let rig = Rig { lamps: vec![lamp(-1.0), lamp(1.0)] };
         let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [0.5; 3]); 2]);
         (rig, field.into(), Mask::filled(8, 8, 1.0))

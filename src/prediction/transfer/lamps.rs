@@ -177,13 +177,10 @@ mod tests {
 
     /// Lamps around the vertical, 30° apart.
     fn rig() -> Rig {
-        let lamp = |i: usize| Lamp {
-            name: format!("olat_{i:02}"),
-            direction: Mat3::from_rotation_y((30.0 * i as f32).to_radians()) * Vec3::Z,
-            energy: [1.0 + i as f32; 3],
-            spread_deg: 5.0,
-            confidence: 1.0,
-            clipped: 0.0,
+        let lamp = |i: usize| {
+            let direction = Mat3::from_rotation_y((30.0 * i as f32).to_radians()) * Vec3::Z;
+            let energy = [1.0 + i as f32; 3];
+            Lamp { energy, ..Lamp::new(format!("olat_{i:02}"), direction) }
         };
         Rig { lamps: (0..12).map(lamp).collect() }
     }

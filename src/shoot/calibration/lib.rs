@@ -20,7 +20,8 @@ pub mod probe;
 pub mod rig_check;
 mod second_ball;
 mod settings;
-pub mod shading;
+#[cfg(test)]
+mod shading;
 pub mod silhouette;
 mod stand_in;
 mod trial;

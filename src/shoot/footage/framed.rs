@@ -236,15 +236,6 @@ mod tests {
         wide.save(path).unwrap();
     }
 
-    fn pngs(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
-        for entry in std::fs::read_dir(folder).unwrap().flatten() {
-            match entry.path() {
-                path if path.is_dir() => pngs(&path, found),
-                path => found.extend(path.extension().is_some_and(|e| e == "png").then_some(path)),
-            }
-        }
-    }
-
     #[test]
     fn a_wide_shoot_is_the_square_one_in_its_middle_and_a_box_moves_it() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
@@ -259,11 +250,11 @@ mod tests {
         };
         let (frame, exemplar) = read(&square)?;
 
-        let mut pictures = Vec::new();
         for part in ["interview", "interview_masks", "exemplars", "exemplar_masks"] {
-            pngs(&shoot.join(part), &mut pictures);
+            let files = test_support::files(&shoot.join(part)).into_iter();
+            let pngs = files.filter(|path| path.extension().is_some_and(|e| e == "png"));
+            pngs.for_each(|path| widen(&path));
         }
-        pictures.iter().for_each(|path| widen(path));
         let wide = import(&folder.path().join("wide"), &shoot, &settings, &silent)?;
         let (wide_frame, wide_exemplar) = read(&wide)?;
         assert_eq!((&wide_frame.plate, &wide_frame.mask), (&frame.plate, &frame.mask));

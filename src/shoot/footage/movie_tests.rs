@@ -327,19 +327,13 @@ fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
         .status();
     assert!(status.unwrap().success());
     std::fs::remove_file(shoot.join("interview.mov")).unwrap();
-    let said = std::sync::Mutex::new(String::new());
-    let sink = |report| {
-        if let base::progress::Report::Say(sentence) = report {
-            said.lock().unwrap().push_str(&sentence);
-        }
-    };
-    let progress = Progress::new(&sink, base::progress::Control::default());
-    let film = import(&folder.path().join("film"), &movie, &SETTINGS, &progress).unwrap();
+    let root = folder.path().join("film");
+    let (film, said) = Progress::heard(|progress| import(&root, &movie, &SETTINGS, progress));
+    let film = film.unwrap();
     assert_eq!(film.settings.shoot.frames.len(), 3);
     assert_eq!(film.frame_picture(0).file().file_name(), movie.file_name());
     let rate = film.settings.shoot.frame_rate;
     assert!((rate - 30000.0 / 1001.0).abs() < 1e-6, "{rate}");
-    let said = said.into_inner().unwrap();
     assert!(said.contains("24") && said.contains("29.970"), "{said}");
     Frame::load(&film, &Response::Srgb, 2).unwrap();
 

@@ -2,11 +2,10 @@
 
 use crate::{ImportSettings, import, read_picture, scan};
 use base::error::Result;
-use base::progress::{Control, Progress, Report};
+use base::progress::Progress;
 use imaging::file;
 use project::{Frames, Picture, Project};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use virtual_stage::{StageSettings, write_shoot};
 
 const LAMPS: usize = 11;
@@ -22,18 +21,10 @@ fn stage(folder: &Path) -> PathBuf {
 
 /// Imports a shoot, with everything that the import says.
 fn imported(shoot: &Path) -> (Result<Project>, String) {
-    let said = Mutex::new(String::new());
-    let sink = |report| {
-        if let Report::Say(sentence) | Report::Advise { sentence, .. } = report {
-            said.lock().unwrap().push_str(&format!("{sentence}\n"));
-        }
-    };
-    let progress = Progress::new(&sink, Control::default());
     let root = shoot.with_file_name("project");
     let _ = std::fs::remove_dir_all(&root);
-    let project =
-        import(&root, shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &progress);
-    (project, said.into_inner().unwrap())
+    let settings = ImportSettings { size: 16, seed: 1, layer: None };
+    Progress::heard(|progress| import(&root, shoot, &settings, progress))
 }
 
 /// The problem of an import.

@@ -10,7 +10,7 @@ use project::{EnvironmentChange, Project};
 use std::path::Path;
 use std::sync::LazyLock;
 use test_shoot::TestShoot;
-use test_support::shown;
+use test_support::{copy_folder, shown};
 
 /// A calibrated project in a folder of its own.
 fn made() -> (tempfile::TempDir, Project) {
@@ -22,22 +22,9 @@ fn made() -> (tempfile::TempDir, Project) {
         folder
     });
     let folder = tempfile::tempdir().unwrap();
-    copy(MADE.path(), folder.path());
+    copy_folder(MADE.path(), folder.path());
     let project = Project::open(&folder.path().join("project")).unwrap();
     (folder, project)
-}
-
-/// Copies what a folder holds.
-fn copy(from: &Path, to: &Path) {
-    for entry in std::fs::read_dir(from).unwrap().flatten() {
-        let (from, to) = (entry.path(), to.join(entry.file_name()));
-        if from.is_dir() {
-            std::fs::create_dir(&to).unwrap();
-            copy(&from, &to);
-        } else {
-            std::fs::copy(from, to).unwrap();
-        }
-    }
 }
 
 /// Text of an error, also if it names another file than the changed one.

@@ -30,14 +30,7 @@ fn field(brightness: f32) -> ReflectanceField {
 }
 
 fn rig() -> Rig {
-    let lamp = |index: usize| Lamp {
-        name: format!("olat_{index}"),
-        direction: Default::default(),
-        energy: [1.0; 3],
-        spread_deg: 5.0,
-        confidence: 1.0,
-        clipped: 0.0,
-    };
+    let lamp = |index: usize| Lamp::new(format!("olat_{index}"), Default::default());
     Rig { lamps: (0..LAMPS).map(lamp).collect() }
 }
 

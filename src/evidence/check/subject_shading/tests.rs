@@ -119,14 +119,7 @@ fn each_fault_of_a_shoot_is_named_and_a_good_shoot_has_none() {
 
 #[test]
 fn sentences_name_pose_lamp_and_remedy() {
-    let lamp = |name: &str| Lamp {
-        name: name.to_owned(),
-        direction: glam::Vec3::Z,
-        energy: [1.0; 3],
-        spread_deg: 1.0,
-        confidence: 1.0,
-        clipped: 0.0,
-    };
+    let lamp = |name: &str| Lamp { spread_deg: 1.0, ..Lamp::new(name, glam::Vec3::Z) };
     let lamps = [lamp("lamp_11"), lamp("lamp_12")];
     let fault = Fault { kind: Kind::Black(1), poses: vec![1], certain: true };
     let check = judged(std::slice::from_ref(&fault), &lamps, &["p02", "p03"]);

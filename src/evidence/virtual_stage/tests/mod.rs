@@ -13,7 +13,7 @@ use glam::Vec3;
 use imaging::Image;
 use imaging::color::luminance;
 use imaging::file::{read_encoded, read_linear, read_mask};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 mod shipped;
 mod trouble;
@@ -38,23 +38,11 @@ fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort
 }
 
 /// Names and contents of all files in a folder.
-fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(here) = folders.pop() {
-        for entry in std::fs::read_dir(here).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let content = std::fs::read(&path).unwrap();
-            let name = path.strip_prefix(folder).unwrap();
-            found.push((name.to_string_lossy().into_owned(), content));
-        }
-    }
-    found.sort();
-    found
+fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let read = |file: PathBuf| {
+        (file.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&file).unwrap())
+    };
+    test_support::files(folder).into_iter().map(read).collect()
 }
 
 fn write(settings: &StageSettings) -> tempfile::TempDir {

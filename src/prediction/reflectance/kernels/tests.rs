@@ -244,10 +244,13 @@ fn check_blur_pool(batch: usize, channels: usize, [h, w]: [usize; 2], is_strided
 }
 
 #[test]
-fn resampling_of_large_pictures_is_that_of_burn() {
+fn resampling_of_large_and_small_pictures_is_that_of_burn() {
     check_upsampling(1, [64, 3], [64, 64], false);
     check_upsampling(2, [5, 0], [127, 3], true);
+    check_upsampling(1, [1, 0], [1, 1], false);
+    check_upsampling(1, [1, 0], [1, 3], false);
     check_blur_pool(1, 64, [128, 128], false);
+    check_blur_pool(1, 1, [2, 2], false);
     check_blur_pool(4, 3, [254, 2], true);
 }
 

@@ -135,7 +135,7 @@ fn energies_by(
             })
             .collect();
         let count = ratios.len() as f32;
-        (median(ratios.into_iter()), count / (count + FEW * lights.len() as f32).max(1.0))
+        (median(ratios), count / (count + FEW * lights.len() as f32).max(1.0))
     };
     let found: Vec<(f32, f32)> = (0..directions.len()).into_par_iter().map(energy).collect();
     let is_lit = |(energy, share): &&(f32, f32)| *energy > 0.0 && *share > 0.5;

@@ -2,14 +2,7 @@ use super::super::highlight::real_balls;
 use super::*;
 
 fn lamp(direction: Vec3, confidence: f32) -> Lamp {
-    Lamp {
-        name: "lamp".into(),
-        direction,
-        energy: [1.0; 3],
-        spread_deg: 3.0,
-        confidence,
-        clipped: 0.0,
-    }
+    Lamp { spread_deg: 3.0, confidence, ..Lamp::new("lamp", direction) }
 }
 
 /// Lamps at given places as seen on two balls, with errors of `error_deg` that differ in sign.

@@ -97,12 +97,9 @@ fn small_calibration() -> Calibration {
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {
-                name: "olat_00".into(),
-                direction: Vec3::Y,
                 energy: [0.1; 3],
                 spread_deg: 4.0,
-                confidence: 1.0,
-                clipped: 0.0,
+                ..Lamp::new("olat_00", Vec3::Y)
             }],
         },
     }

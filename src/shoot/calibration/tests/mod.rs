@@ -3,6 +3,7 @@ use footage::{Exemplar, Frame};
 use glam::Vec3;
 use imaging::{DualGamma, Encoded, Image, Mask, Raster, Response, file};
 use light::{Lamp, Rig};
+use median::median;
 use mirror_ball::MirrorBall;
 use project::{Ball, Picture, Shoot};
 use std::path::{Path, PathBuf};
@@ -118,11 +119,6 @@ fn exponents(found: &Calibration) -> [f32; 2] {
     found.response.exponents().unwrap()
 }
 
-fn median(mut values: Vec<f32>) -> f32 {
-    values.sort_by(f32::total_cmp);
-    values[values.len() / 2]
-}
-
 fn angles_deg(rig: &Rig, truth: &[Vec3]) -> Vec<f32> {
     rig.lamps
         .iter()
@@ -152,8 +148,7 @@ fn a_shoot_of_known_making_is_recovered() {
             dome()
                 .iter()
                 .zip(&found.interview_weights)
-                .flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs()))
-                .collect(),
+                .flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs())),
         );
         println!("median angle {angle:.2}°, median weight error {:.1} %", 100.0 * weight);
         assert!(angle < 1.0 && weight < 0.03);

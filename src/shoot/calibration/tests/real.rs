@@ -2,7 +2,6 @@
 
 use super::super::highlight::apart_from_published;
 use super::*;
-use base::progress::Report;
 use footage::{ImportSettings, import};
 use imaging::file::{read_encoded, write_mask_png, write_png};
 
@@ -66,20 +65,15 @@ fn a_shoot_of_two_real_balls_without_sizes_is_imported_and_calibrated() {
     if write_shoot(&shoot, "{}", &[1, 2]).is_none() {
         return;
     }
-    let notes = std::sync::Mutex::new(Vec::new());
-    let note = |report: base::progress::Report| {
-        if let Report::Say(text) | Report::Advise { sentence: text, .. } = report {
-            notes.lock().unwrap().push(text);
-        }
-    };
-    let progress = Progress::new(&note, Default::default());
     let settings = ImportSettings { size: 64, seed: 1, layer: None };
-    let mut project = import(&home.path().join("film"), &shoot, &settings, &progress).unwrap();
-    assert!(project.settings.shoot.ball.is_far() && !project.settings.shoot.ball.has_circle());
-    let found = calibrate(&mut project, &CalibrateSettings::default(), &progress).unwrap();
-    let notes = notes.into_inner().unwrap();
+    let ((project, found), notes) = Progress::heard(|progress| {
+        let mut project = import(&home.path().join("film"), &shoot, &settings, progress).unwrap();
+        assert!(project.settings.shoot.ball.is_far() && !project.settings.shoot.ball.has_circle());
+        let found = calibrate(&mut project, &CalibrateSettings::default(), progress).unwrap();
+        (project, found)
+    });
     for says in ["count as far away", "1.1° at 50", "Calibrating finds it"] {
-        assert!(notes.iter().any(|note| note.contains(says)), "{says}: {notes:?}");
+        assert!(notes.contains(says), "{says}: {notes}");
     }
     let two = found.two_balls.clone().unwrap();
     println!("{}", two.sentence());

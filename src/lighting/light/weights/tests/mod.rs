@@ -7,12 +7,8 @@ use test_support::shown;
 
 pub(crate) fn rig(directions: &[Vec3]) -> Rig {
     let lamp = |(i, direction): (usize, &Vec3)| Lamp {
-        name: format!("olat_{i:02}"),
-        direction: direction.normalize(),
         energy: [0.02 + 0.001 * i as f32, 0.03, 0.01 + 0.002 * i as f32],
-        spread_deg: 5.0,
-        confidence: 1.0,
-        clipped: 0.0,
+        ..Lamp::new(format!("olat_{i:02}"), direction.normalize())
     };
     Rig { lamps: directions.iter().enumerate().map(lamp).collect() }
 }
